@@ -30,9 +30,10 @@ if TYPE_CHECKING:
     from geometry.sector import ContactFace, SectorMesh
     from geometry.sector_check import check_sector
     from geometry.subdivision import subdivided
-    from geometry.units import UNIT_SYSTEMS, UnitSystem
+    from geometry.units import BLADE_RADII, UNIT_SYSTEMS, UnitSystem
 
 __all__ = [
+    "BLADE_RADII",
     "ELEMENT_KINDS",
     "MESHIO_CELLS",
     "NAMED_AXES",
@@ -87,6 +88,7 @@ _PLACES = {
     "ELEMENT_KINDS": "geometry.elements",
     "MESHIO_CELLS": "geometry.exchange",
     "NAMED_AXES": "geometry.engine_axes",
+    "BLADE_RADII": "geometry.units",
     "UNIT_SYSTEMS": "geometry.units",
     "BladeParameters": "geometry.parameters",
     "ContactFace": "geometry.sector",

@@ -37,6 +37,12 @@ class ImportedMesh:
         What the reader left out or found suspicious, one line each.
     warnings : tuple of str
         What it left out that changes results, one line each.
+    material_notes : mapping of str to tuple of str
+        By material: what its numbers leave out, and defaults of the program that were taken.
+    unread_materials : mapping of str to str
+        Materials that are not isotropic and elastic, and what they are.
+    units : tuple of str
+        Systems of `UNIT_SYSTEMS` that the file says it is in; empty where it says none.
 
     Examples
     --------
@@ -60,6 +66,9 @@ class ImportedMesh:
     materials: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
+    material_notes: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    unread_materials: Mapping[str, str] = field(default_factory=dict)
+    units: tuple[str, ...] = ()
 
     @property
     def n_elements(self) -> int:

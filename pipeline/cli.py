@@ -13,6 +13,7 @@ import typer
 
 from pipeline.command_execution import BAD_INPUT, BY_SIGNAL, COMPUTED, NOT_REACHED, finish, stoppable
 from pipeline.command_options import (
+    AcceptOption,
     AxisOption,
     BladesOption,
     ClusterOption,
@@ -193,6 +194,7 @@ def check(
     *,
     rom: RomOption = None,
     out: OutOption = None,
+    force: ForceOption = False,
     quiet: QuietOption = False,
     as_json: JsonOption = False,
 ) -> None:
@@ -208,7 +210,7 @@ def check(
     from pipeline.stages.request import Request
 
     file = read_scene(scene, given_model=rom is not None)
-    request = Request(file, out or Path("out") / file.first.name, Stage.RESPOND.value, rom=rom)
+    request = Request(file, out or Path("out") / file.first.name, Stage.RESPOND.value, force, rom=rom)
     point = CheckedPoint(curve, frequency, branch, solution)
     if not quiet:
         print_notes(file.notes)
@@ -237,6 +239,8 @@ def optimise(
     jobs: JobsOption = None,
     quiet: QuietOption = False,
     as_json: JsonOption = False,
+    *,
+    force: ForceOption = False,
 ) -> None:
     """Find the values of keys at which the worst motion is lowest.
 
@@ -250,7 +254,7 @@ def optimise(
     from pipeline.stages.request import Request
 
     file = read_scene(scene, given_model=rom is not None)
-    request = Request(file, out or Path("out") / file.first.name, Stage.RESPOND.value, jobs=jobs, rom=rom)
+    request = Request(file, out or Path("out") / file.first.name, Stage.RESPOND.value, force, jobs, rom)
     if not quiet:
         print_notes(file.notes)
     with stoppable() as interrupts:
@@ -324,14 +328,14 @@ def export(
 
 
 @app.command(epilog=examples("shroud validate my.toml"))
-def validate(scene: SceneArgument, as_json: JsonOption = False) -> None:
+def validate(scene: SceneArgument, as_json: JsonOption = False, force: AcceptOption = False) -> None:
     """List all errors of a scene; nothing is run.
 
     One line for each error with the line of the file; exit status 2 where there is one.
     """
     from pipeline.scene_commands import print_validation
 
-    if not print_validation(scene, as_json):
+    if not print_validation(scene, as_json, force):
         raise typer.Exit(BAD_INPUT)
 
 

@@ -17,7 +17,10 @@ OutOption = Annotated[
         "--out", metavar="DIR", parser=output_parser("--out"), help="Output folder; out/<scene name> by default."
     ),
 ]
-ForceOption = Annotated[bool, typer.Option("--force", help="Compute everything again, even what has not changed.")]
+ForceOption = Annotated[
+    bool, typer.Option("--force", help="Compute everything again, and accept values far beyond the usual.")
+]
+AcceptOption = Annotated[bool, typer.Option("--force", help="Accept values far beyond the usual, as run --force.")]
 JobsOption = Annotated[
     int | None,
     typer.Option(

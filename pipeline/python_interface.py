@@ -50,7 +50,7 @@ def run_scene(
     until : str
         Last stage to run, such as "mesh" or "reduce"; by default everything that the scene asks for.
     force : bool
-        Whether everything is computed again, even what has not changed.
+        Whether everything is computed again, even what has not changed, and values far beyond the usual are accepted.
     jobs : int
         Curves solved at the same time, in processes of their own.
     quiet : bool

@@ -235,7 +235,7 @@ def _check(request: Request) -> ReducedModel | None:
     """Refuse what can be refused before anything is written; returns the given reduced model, where there is one."""
     check_cluster(request.scheduler, request.cluster, request.jobs)
     if request.rom is None:
-        check_scene(request.scene)
+        check_scene(request.scene, request.force)
     _check_until(request)
     if request.rom is None:
         return None

@@ -17,18 +17,18 @@ if TYPE_CHECKING:
 Told = tuple[str | None, str | None, int | None]  # unit, axis, number of blades
 
 
-def print_validation(scene: Path, as_json: bool) -> bool:
+def print_validation(scene: Path, as_json: bool, force: bool = False) -> bool:
     """Print all errors of a scene, or its warnings; returns whether it is valid."""
     from pipeline.scene.all_errors import all_errors
     from pipeline.scene.plausibility import plausibility_warnings
 
     found_in_mesh: list[str] = []
     try:
-        file, errors = all_errors(scene)
+        file, errors = all_errors(scene, force)
         if file is not None and file.first.mesh_file is not None:
             from pipeline.stages.own_mesh import check_meshes
 
-            errors, found_in_mesh = check_meshes(file)
+            errors, found_in_mesh = check_meshes(file, force)
             file = None if errors else file
         if file is not None and file.first.model is not None:
             from pipeline.stages.build_from_matrices import check_matrices

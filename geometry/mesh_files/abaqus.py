@@ -12,7 +12,7 @@ import numpy as np
 
 from geometry.errors import MeshFileError
 from geometry.mesh_files.abaqus_keywords import KeywordBlock, keyword_blocks
-from geometry.mesh_files.abaqus_materials import materials_of
+from geometry.mesh_files.abaqus_materials import add_materials
 from geometry.mesh_files.abaqus_scope import Scope, SetReader, add_elements, add_nodes
 from geometry.mesh_files.file_mesh import MOST_SETS, NO_LABELS, FileMesh
 from geometry.mesh_files.text_files import numbers
@@ -172,13 +172,12 @@ def _joined(path: str | Path, blocks: list[KeywordBlock], scopes: list[Scope]) -
     mesh.element_sets = dict(_named([(scope.name, scope.element_sets) for scope in scopes], spelled))
     mesh.sides = dict(_named([(scope.name, scope.sides) for scope in scopes], spelled))
     _name_cut_faces(mesh, blocks)
-    materials, notes = materials_of(blocks)
-    mesh.materials = materials
-    names = {name.upper(): name for name in materials}
+    add_materials(mesh, blocks)
+    names = {name.upper(): name for name in mesh.materials}
     mesh.element_material = [
         (labels, names.get(name.upper(), name)) for scope in scopes for labels, name in scope.sections
     ]
-    mesh.notes += [note for scope in scopes for note in scope.notes] + notes
+    mesh.notes += [note for scope in scopes for note in scope.notes]
     _leave_out(mesh, blocks, scopes)
     if len([scope for scope in scopes if scope.node_labels]) > 1:
         shifts = ", ".join(f"{scope.name} + {scope.offset}" for scope in scopes if scope.name)

@@ -25,7 +25,16 @@ PROPERTIES = {
     "DENS": "density",
     "ALPX": "expansion",
 }
-ORTHOTROPIC = {"EY": "EX", "EZ": "EX", "ALPY": "ALPX", "ALPZ": "ALPX"}
+# properties that an isotropic material has too, and those that they must agree with
+ORTHOTROPIC = {
+    "EY": "EX", "EZ": "EX", "ALPY": "ALPX", "ALPZ": "ALPX", "GXY": "GXY", "GYZ": "GYZ", "GXZ": "GXZ",
+    "PRYZ": "PRXY", "PRXZ": "PRXY", "NUYZ": "NUXY", "NUXZ": "NUXY",
+}  # fmt: skip
+MISFIT = 1e-3
+USUAL_RATIO = 0.3  # of a material without one, in Ansys
+OTHER_LAWS = ("ELAS", "ANEL", "HYPE", "BB", "AHYP", "USER", "SMA", "CAST", "GASK")
+PLASTIC = ("BISO", "MISO", "BKIN", "KINH", "MKIN", "NLIS", "CHAB", "PLAS", "CREE", "PRON", "SDAM", "HILL")
+UNITS = {"SI": "m", "MKS": "m", "MPA": "mm", "CGS": "cm-g-s", "BIN": "in", "BFT": "ft-lbf-s"}
 MATERIAL, TYPE, NUMBER, NODES = 0, 1, 10, 11  # columns of an element
 # what elements and commands that are left out do, by the keys of `file_mesh.EFFECTS`; other elements are bodies
 ELEMENTS = {
@@ -66,7 +75,7 @@ def read_ansys(path: str | Path) -> FileMesh:
         sets = mesh.node_sets if kind == "NODE" else mesh.element_sets
         sets[name] = _members(mesh, name, values, labels[kind])
     _leave_out(mesh, tables)
-    mesh.materials = _materials(mesh, lines)
+    _add_materials(mesh, lines)
     return mesh
 
 
@@ -133,28 +142,60 @@ def _add_elements(mesh: FileMesh, elements: list[IntArray], types: dict[int, int
     mesh.element_material = [(labels[material == value], str(value)) for value in np.unique(material)]
 
 
-def _materials(mesh: FileMesh, lines: list[str]) -> dict[str, dict[str, float]]:
-    """Properties by the number of the material, from MP and MPDATA."""
+def _add_materials(mesh: FileMesh, lines: list[str]) -> None:
+    """Properties by the number of the material, from MP and MPDATA, and what the archive says of units."""
     given: dict[str, dict[str, float]] = {}
     for line in lines:
-        if line[:2].upper() != "MP":
+        command = line[:8].upper()
+        if command.startswith("MASCALE"):
+            raise mesh.refuse(f"{line.strip()!r} scales the matrices: remove it and give the densities that it makes")
+        if not command.startswith(("MP", "TB,", "/UNITS")):
             continue
         fields = [field.strip() for field in line.split("!")[0].split(",")]
         command = fields[0].upper()
         if command == "MPDATA":  # MPDATA, [R5.0, length,] label, material, place of the first value, value
             place = 3 if len(fields) > 1 and fields[1].upper().startswith("R") else 1
             label, material, rest = _padded(fields, place), _padded(fields, place + 1), fields[place + 3 :]
+            table, again = True, _padded(fields, place + 2) in ("", "1")
         elif command == "MP":  # MP, label, material, constant, linear, ...
             label, material, rest = _padded(fields, 1), _padded(fields, 2), fields[3:]
+            table, again = False, True
+        elif command == "TB":
+            _take_table(mesh, _padded(fields, 1).upper(), _padded(fields, 2))
+            continue
+        elif command == "/UNITS":
+            system = UNITS.get(_padded(fields, 1).upper())
+            mesh.units = () if system is None else (system,)
+            continue
         else:
             continue
-        first = rest[0] if rest else ""
-        found = given.setdefault(material, {})
-        if first and label.upper() not in found:
-            found[label.upper()] = float(numbers([first], _refusal(mesh, line))[0])
-        if any(field and field.strip("0.+-Ee") for field in rest[1:]):
-            mesh.notes.append(f"material {material}: {label} depends on temperature: the first value is taken")
-    return {material: _isotropic(mesh, material, values) for material, values in given.items()}
+        if label.upper() in (*PROPERTIES, *ORTHOTROPIC):
+            found = given.setdefault(material, {})
+            if again:
+                found.pop(label.upper(), None)
+            _take_property(mesh, found, (label.upper(), material), rest, line, table)
+    for material, values in given.items():
+        mesh.materials[material] = _isotropic(mesh, material, values)
+
+
+def _take_property(
+    mesh: FileMesh, found: dict[str, float], of: tuple[str, str], rest: list[str], line: str, table: bool
+) -> None:
+    """The first value of a property; values beyond it are those of a table, or the terms of a polynomial."""
+    values = [float(value) for value in numbers([field for field in rest if field], _refusal(mesh, line))]
+    if not values:
+        return
+    first = found.setdefault(of[0], values[0])
+    if any(value != (first if table else 0.0) for value in values[0 if table else 1 :]):
+        mesh.remark(of[1], f"material {of[1]}: {of[0]} depends on temperature: the first value is taken, {first:g}")
+
+
+def _take_table(mesh: FileMesh, name: str, material: str) -> None:
+    """A nonlinear or anisotropic law of a material."""
+    if name[:4] in OTHER_LAWS:
+        mesh.unread_materials[material] = f"TB,{name}"
+    elif name[:4] in PLASTIC:
+        mesh.remark(material, f"material {material}: TB,{name} left out: linear elastic")
 
 
 def _refusal(mesh: FileMesh, line: str) -> Any:
@@ -166,8 +207,18 @@ def _padded(fields: list[str], place: int) -> str:
 
 
 def _isotropic(mesh: FileMesh, material: str, values: dict[str, float]) -> dict[str, float]:
+    """The numbers of an isotropic material; one that is not goes to those that are not read."""
+    ratio = values.get("PRXY", values.get("NUXY"))
+    shear = values["EX"] / (2.0 + 2.0 * (USUAL_RATIO if ratio is None else ratio)) if "EX" in values else None
+    expected = values | {"GXY": shear, "GYZ": shear, "GXZ": shear}
     for label, first in ORTHOTROPIC.items():
-        if values.get(label, values.get(first)) != values.get(first):
-            mesh.notes.append(f"material {material} is orthotropic and is left out: only isotropic is read")
+        value, same = values.get(label), expected.get(first)
+        if value is not None and (same is None or abs(value - same) > MISFIT * abs(same)):
+            mesh.unread_materials[material] = f"orthotropic ({label})"
             return {}
-    return {PROPERTIES[label]: value for label, value in values.items() if label in PROPERTIES}
+    found = {PROPERTIES[label]: value for label, value in values.items() if label in PROPERTIES}
+    if "young_modulus" in found and ratio is None:
+        found["poisson_ratio"] = USUAL_RATIO
+        said = f"Ansys takes Poisson's ratio {USUAL_RATIO}, so does this program"
+        mesh.remark(material, f"material {material}: neither PRXY nor NUXY in the archive: {said}")
+    return found

@@ -11,6 +11,7 @@ from geometry.errors import MeshFileError
 from geometry.sector import FloatArray, IntArray
 
 MOST_SETS = 20_000
+ONLY = "left out, only isotropic is read"
 NO_LABELS = np.empty(0, dtype=np.int64)
 # what is lost with the definitions of a file that are left out; those of `NO_EFFECT` change no result of the scene
 EFFECTS = {
@@ -73,6 +74,12 @@ class FileMesh:
         What was left out.
     warnings : list of str
         What was left out and changes results.
+    material_notes : dict of str to list of str
+        What the numbers of a material leave out, defaults that were taken.
+    unread_materials : dict of str to str
+        Materials that are not isotropic and elastic, and what they are.
+    units : tuple of str
+        Systems of `UNIT_SYSTEMS` that the file says it is in.
     """
 
     path: str
@@ -87,6 +94,15 @@ class FileMesh:
     element_material: list[tuple[IntArray, str]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
+    material_notes: dict[str, list[str]] = field(default_factory=dict)
+    unread_materials: dict[str, str] = field(default_factory=dict)
+    units: tuple[str, ...] = ()
+
+    def remark(self, material: str, line: str) -> None:
+        """Note something about a material once."""
+        lines = self.material_notes.setdefault(material, [])
+        if line not in lines:
+            lines.append(line)
 
     def refuse(self, found: str) -> MeshFileError:
         """An error that names the file.

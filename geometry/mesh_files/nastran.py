@@ -15,6 +15,7 @@ from geometry.elements import ELEMENT_KINDS
 from geometry.mesh_files.file_mesh import FileElements, FileMesh
 from geometry.mesh_files.nastran_cards import Card, cards, nastran_deck
 from geometry.mesh_files.nastran_coordinates import NastranCoordinates
+from geometry.mesh_files.nastran_materials import add_materials
 from geometry.mesh_files.nastran_sets import add_sets
 from geometry.sector import IntArray
 
@@ -47,7 +48,6 @@ _KNOWN = re.compile(
     r"|DTI|DMI$|[ABCOQRU]SET|OMIT|[SE]POINT|ECHO|SPCADD|MPCADD|SPCD|LSEQ|NSMADD|D(ESVAR|RESP|V|CON|EQATN|OPT|LINK)|TF$"
     r"|NOLIN|CHBDY|CONV|QBDY|QVOL|QHBDY|VIEW|RADM|TIC|BCBODY|BCPARA|BCPROP|BSURF|BLSEG|BCTADD|BGADD|BEGIN|CYAX|CYSUP|SYS|NASTRAN)"
 )
-DEFORMED = ("MAT9", "MAT2", "MAT8", "MATT1")
 
 
 def read_nastran(path: str | Path) -> FileMesh:
@@ -77,7 +77,8 @@ def read_nastran(path: str | Path) -> FileMesh:
         raise by_name["CPYRAM"][0].refuse("is a pyramid: only tetrahedra, wedges and hexahedra are read")
     _add_nodes(mesh, by_name)
     properties = _add_elements(mesh, by_name)
-    _add_materials(mesh, by_name, properties)
+    _add_properties(mesh, by_name, properties)
+    add_materials(mesh, deck, by_name)
     add_sets(mesh, deck, [card for name in SETS for card in by_name.get(name, [])])
     _leave_out(mesh, {name: len(found) for name, found in by_name.items()})
     held = sum(bool(card.text(6)) for card in by_name.get("GRID", []))
@@ -90,7 +91,7 @@ def _leave_out(mesh: FileMesh, counts: dict[str, int]) -> None:
     found: dict[str, dict[str, int]] = {}
     for name, count in counts.items():
         effect = next((effect for pattern, effect in LEFT_OUT if re.fullmatch(pattern, name)), "unknown")
-        read = name in READ - {"SPC1"} or name in DEFORMED
+        read = name in READ - {"SPC1"}
         if not read and not (effect == "unknown" and _KNOWN.match(name)):
             found.setdefault(effect, {})[name] = count
     for effect, names in found.items():
@@ -149,7 +150,8 @@ def _element_row(card: Card, count: int) -> list[int]:
     return row + [0] * (count + 2 - len(row))
 
 
-def _add_materials(mesh: FileMesh, by_name: dict[str, list[Card]], properties: dict[int, list[int]]) -> None:
+def _add_properties(mesh: FileMesh, by_name: dict[str, list[Card]], properties: dict[int, list[int]]) -> None:
+    """Element sets of the properties, and the material of their elements."""
     material = {card.label(0): card.text(1) for name in ("PSOLID", "PLSOLID") for card in by_name.get(name, [])}
     arrays: dict[int, IntArray] = {number: np.array(labels) for number, labels in properties.items()}
     for number, labels in arrays.items():
@@ -158,21 +160,3 @@ def _add_materials(mesh: FileMesh, by_name: dict[str, list[Card]], properties: d
             mesh.element_material.append((labels, material[number]))
         else:
             mesh.notes.append(f"property {number} is not defined by a PSOLID: its elements have no material")
-    for card in by_name.get("MAT1", []):
-        mesh.materials[card.text(0)] = _isotropic(card)
-    for name in DEFORMED:
-        for card in by_name.get(name, []):
-            mesh.notes.append(f"material {card.text(0)}: {name} left out: only MAT1 is read")
-
-
-def _isotropic(card: Card) -> dict[str, float]:
-    """Numbers of a MAT1: E, G, nu, rho, A; of E, G and nu one may be blank."""
-    given = {name: card.number(k) for k, name in enumerate(("E", "G", "nu", "rho", "A"), 1) if card.text(k)}
-    if "E" not in given and {"G", "nu"} <= given.keys():
-        given["E"] = 2 * given["G"] * (1 + given["nu"])
-    if "nu" not in given and {"E", "G"} <= given.keys():
-        if not given["G"] > 0:
-            raise card.refuse(f"G = {given['G']:g}: must be positive")
-        given["nu"] = given["E"] / (2 * given["G"]) - 1
-    names = {"E": "young_modulus", "nu": "poisson_ratio", "rho": "density", "A": "expansion"}
-    return {name: given[key] for key, name in names.items() if key in given}

@@ -193,14 +193,14 @@ def _lines(main: str, path: str, chain: tuple[str, ...], opened: list[int]) -> I
 def _statements(lines: list[str]) -> Iterator[tuple[int, str, str | None]]:
     """Lines with something in them: number, text, and the file that the line includes, if it is an INCLUDE.
 
-    Of comments those with the names of sets are kept. A quoted name may go on over lines.
+    Of comments those with names of sets or with units are kept. A quoted name may go on over lines.
     """
     after = 0
     for number, line in enumerate(lines, 1):
         if number <= after:
             continue
         if line.startswith(("$", "//", "#")):
-            if line.startswith("$HMSET"):
+            if line.startswith(("$HMSET", "$*")):
                 yield number, line, None
             continue
         text = line.partition("$")[0] if "$" in line else line
@@ -328,6 +328,12 @@ def _stepped(card: Card, text: str, before: str) -> str:
             return repr(real(before) + real(step[1]))
     except ValueError:
         raise card.refuse(f"{text!r} after {before!r}: must be an increment such as *(1) of a number") from None
+
+
+def card_of(path: str, line: str) -> Card:
+    """A line of the case control section as a card, which PARAM may be there too."""
+    head, fields, *_ = _split(line, False)
+    return Card(path, 0, head.replace("*", " ").strip().upper(), fields)
 
 
 def _split(line: str, replicates: bool) -> tuple[str, list[str], str, bool]:

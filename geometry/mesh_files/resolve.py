@@ -7,7 +7,7 @@ import numpy as np
 from geometry.elements import ELEMENT_KINDS, ElementBlock, ElementKind, ElementSides
 from geometry.imported_mesh import ImportedMesh
 from geometry.mesh_files.collapsed import GONE, WholeElements, whole_elements
-from geometry.mesh_files.file_mesh import MOST_SETS, NO_LABELS, FileMesh, counted, listed
+from geometry.mesh_files.file_mesh import MOST_SETS, NO_LABELS, ONLY, FileMesh, counted, listed
 from geometry.mesh_files.match_faces import sides_with_corners
 from geometry.sector import FloatArray, IntArray
 
@@ -63,6 +63,8 @@ def imported_mesh(mesh: FileMesh) -> ImportedMesh:
     if collapsed:
         are = "is taken as a wedge or a tetrahedron" if collapsed == 1 else "are taken as wedges or tetrahedra"
         mesh.notes.append(f"{counted(collapsed, 'collapsed element')} (repeated nodes) {are}")
+    of_materials = [line for lines in mesh.material_notes.values() for line in lines]
+    of_materials += [f"material {name} is {what}: {ONLY}" for name, what in mesh.unread_materials.items()]
     return ImportedMesh(
         mesh.path,
         points,
@@ -73,8 +75,11 @@ def imported_mesh(mesh: FileMesh) -> ImportedMesh:
         _element_sets(mesh, finder),
         _surfaces(mesh, finder, side_maps, blocks, labels),
         {name: dict(numbers) for name, numbers in mesh.materials.items()},
-        _shortened(mesh.notes),
+        _shortened([*of_materials, *mesh.notes]),
         _shortened(mesh.warnings),
+        {name: tuple(lines) for name, lines in mesh.material_notes.items()},
+        dict(mesh.unread_materials),
+        mesh.units,
     )
 
 

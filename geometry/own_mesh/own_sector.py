@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -46,6 +46,12 @@ class OwnSector:
         How well the faces fit, and what was found or left out.
     materials : mapping of str to mapping of str to float
         Materials of the file in SI units.
+    material_notes : mapping of str to tuple of str
+        By material, as of `ImportedMesh`.
+    unread_materials : mapping of str to str
+        Materials that are not isotropic and elastic, and what they are.
+    units : tuple of str
+        Systems of units that the file says it is in.
 
     Examples
     --------
@@ -67,6 +73,9 @@ class OwnSector:
     sector: SectorMesh
     findings: SectorFindings
     materials: Mapping[str, Mapping[str, float]]
+    material_notes: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    unread_materials: Mapping[str, str] = field(default_factory=dict)
+    units: tuple[str, ...] = ()
 
 
 def sector_from_mesh(mesh: ImportedMesh, choice: SectorChoice) -> OwnSector:
@@ -126,10 +135,26 @@ def sector_from_mesh(mesh: ImportedMesh, choice: SectorChoice) -> OwnSector:
         areas=pair.areas,
         normal_angle=pair.normal_angle,
         rotation=rotation,
-        notes=(*mesh.notes, *notes, *renamed, *cut_names, *found, *others, *of_cuts, *how, *_remarks(pair)),
+        notes=(
+            *_without_materials(mesh.notes),
+            *notes,
+            *renamed,
+            *cut_names,
+            *found,
+            *others,
+            *of_cuts,
+            *how,
+            *_remarks(pair),
+        ),
         warnings=(*mesh.warnings, *doubts, *_warnings(pair, choice.n_blades)),
     )
-    return OwnSector(sector, findings, materials_in_si(mesh.materials, choice.unit))
+    materials = materials_in_si(mesh.materials, choice.unit)
+    return OwnSector(sector, findings, materials, mesh.material_notes, mesh.unread_materials, mesh.units)
+
+
+def _without_materials(notes: tuple[str, ...]) -> list[str]:
+    """Notes of a file but those on its materials, which go with the materials."""
+    return [note for note in notes if not note.startswith("material ")]
 
 
 def _check_distinct(choice: SectorChoice, cuts: CutFaces | None) -> None:

@@ -26,8 +26,8 @@ class SectorChoice:
     ----------
     n_blades : int
         Number of blades of the ring.
-    unit : {"m", "mm", "in"}
-        Unit of length of the file. With "mm" its materials are in N, mm, s, t; with "in" in lbf, in, s.
+    unit : str
+        Units of the file, a name in `UNIT_SYSTEMS`: "mm" goes with N, s, t, "in" with lbf, s.
     axis : str or (3,) sequence of float
         Engine axis in the axes of the file: "x", "-x", "y", "-y", "z", "-z", or a vector.
     axis_point : (3,) sequence of float

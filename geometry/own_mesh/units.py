@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from geometry.errors import OwnMeshError
-from geometry.units import UNIT_SYSTEMS
-
-_SMALLEST, _LARGEST = 0.002, 20.0  # radius of the blade tip, m
+from geometry.units import BLADE_RADII, UNIT_SYSTEMS
 
 
 def materials_in_si(materials: Mapping[str, Mapping[str, float]], unit: str) -> dict[str, dict[str, float]]:
@@ -21,10 +19,13 @@ def materials_in_si(materials: Mapping[str, Mapping[str, float]], unit: str) -> 
 
 def check_size(radius: float, unit: str) -> None:
     """Raise OwnMeshError where the outer radius (m) is not that of a blade, with the unit that would do."""
-    if _SMALLEST <= radius <= _LARGEST:
+    smallest, largest = BLADE_RADII
+    if smallest <= radius <= largest:
         return
-    other = {name: radius / UNIT_SYSTEMS[unit].length * each.length for name, each in UNIT_SYSTEMS.items()}
-    fit = [f'"{name}" ({length:.4g} m)' for name, length in other.items() if _SMALLEST <= length <= _LARGEST]
+    lengths: dict[float, str] = {}  # the first system with each unit of length
+    for name, system in UNIT_SYSTEMS.items():
+        lengths.setdefault(radius / UNIT_SYSTEMS[unit].length * system.length, name)
+    fit = [f'"{name}" ({length:.4g} m)' for length, name in lengths.items() if smallest <= length <= largest]
     means = f"the outer radius of the mesh is then {radius:.4g} m"
     raise OwnMeshError(
         "mesh.unit",

@@ -6,11 +6,13 @@ import itertools
 import math
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+
+from pipeline.stages.mesh_units import propose_unit
 
 if TYPE_CHECKING:
     from geometry import ImportedMesh, SectorRing
@@ -32,8 +34,6 @@ _PAIRS = (
     ("next", "prev"),
 )
 _CONTACT = ("contact", "shroud", "face", "cont")
-_LARGEST = {"m": 3.0, "in": 80.0}  # coordinates up to which a mesh is in m, or else in inches; larger ones are mm
-_STIFF = (1e9, 1e7)  # moduli above the first are in Pa, below the second in MPa
 _AXES = ("x", "y", "z")
 _OFF_AXIS = 0.02  # of the distance of two faces: largest difference of their radii and axial places
 _ASKEW = 0.2  # the same where no other axis fits
@@ -58,6 +58,8 @@ class Guess:
         What each of these was told from, one line each.
     axis_point : tuple of float
         A point of the axis, in the unit of the file.
+    numbers : mapping of str to mapping of str to float
+        Numbers of materials, in SI units, that are in other units in the file.
     """
 
     unit: str
@@ -66,6 +68,7 @@ class Guess:
     sets: Mapping[str, str]
     why: tuple[str, ...]
     axis_point: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    numbers: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
 
 def survey(mesh: ImportedMesh) -> list[str]:
@@ -88,9 +91,14 @@ def survey(mesh: ImportedMesh) -> list[str]:
 
 def guess(mesh: ImportedMesh, unit: str | None = None, axis: str | None = None, n_blades: int | None = None) -> Guess:
     """What to say about a mesh; what is given is taken as it is."""
-    found_unit, why_unit = _unit(mesh)
+    used = {block.material for block in mesh.blocks}
+    materials = {name: numbers for name, numbers in mesh.materials.items() if name in used}
+    proposal = propose_unit(float(np.abs(mesh.points).max()), materials, mesh.units)
+    numbers = proposal.numbers if unit is None else {}
+    found_unit, why_unit = proposal.unit, proposal.why
     sets = dict(_roles([*mesh.surfaces, *mesh.node_sets]))
     why = [f"unit {unit}: given" if unit else f"unit {found_unit}: {why_unit}"]
+    why += [] if unit else [f"material {name}: {text}" for name, text in proposal.stated.items()]
     why += [f'{role}: "{name}", by its name' for role, name in sets.items()]
     best = None
     kind = next((kind for kind in ("contact", "cyclic") if {f"{kind}_right", f"{kind}_left"} <= sets.keys()), "")
@@ -106,7 +114,7 @@ def guess(mesh: ImportedMesh, unit: str | None = None, axis: str | None = None, 
             told = f"axis {moved.axis} through ({place}), {moved.n_blades} blades"
             why.append(f"{told}: about this axis the {faces} are {360.0 / moved.n_blades:.6g} degrees apart")
             blades = n_blades or moved.n_blades
-            return Guess(unit or found_unit, moved.axis, blades, sets, tuple(why), moved.axis_point)
+            return Guess(unit or found_unit, moved.axis, blades, sets, tuple(why), moved.axis_point, numbers)
     if best is None or best[2] > _ASKEW:
         from geometry import fitting_ring
 
@@ -116,10 +124,10 @@ def guess(mesh: ImportedMesh, unit: str | None = None, axis: str | None = None, 
             why.append(
                 f"axis, number of blades: {told}; mesh.axis_point names an axis that is not through the origin"
             )
-            return Guess(unit or found_unit, axis or "x", n_blades, sets, tuple(why))
+            return Guess(unit or found_unit, axis or "x", n_blades, sets, tuple(why), numbers=numbers)
         what = "1 pair of surfaces is" if ring.pairs == 1 else f"{ring.pairs} pairs of surfaces are"
         why.append(f"axis {ring.axis}, {ring.n_blades} blades: {what} {360.0 / ring.n_blades:.6g} degrees apart")
-        return Guess(unit or found_unit, ring.axis, n_blades or ring.n_blades, sets, tuple(why))
+        return Guess(unit or found_unit, ring.axis, n_blades or ring.n_blades, sets, tuple(why), numbers=numbers)
     direction, pitch, mismatch = best
     if pitch < 0.0:  # the axis points the other way, or the names are exchanged: the scene keeps the axis
         sets[right], sets[left] = sets[left], sets[right]
@@ -130,7 +138,7 @@ def guess(mesh: ImportedMesh, unit: str | None = None, axis: str | None = None, 
         f"axis {direction}: radius and axial place of the two {faces} agree to {mismatch:.2g} of their distance"
     )
     why.append(f"{number} blades: the {faces} are {degrees:.6g} degrees apart, a pitch is {360.0 / number:.6g}")
-    return Guess(unit or found_unit, direction, n_blades or max(number, 3), sets, tuple(why))
+    return Guess(unit or found_unit, direction, n_blades or max(number, 3), sets, tuple(why), numbers=numbers)
 
 
 def set_nodes(mesh: ImportedMesh, name: str) -> NDArray[np.int64]:
@@ -138,21 +146,6 @@ def set_nodes(mesh: ImportedMesh, name: str) -> NDArray[np.int64]:
     if name in mesh.surfaces:
         return mesh.surfaces[name].nodes(mesh.blocks)
     return mesh.node_sets[name]
-
-
-def _unit(mesh: ImportedMesh) -> tuple[str, str]:
-    """The unit of length that fits a blade, and what tells it."""
-    moduli = [values["young_modulus"] for values in mesh.materials.values() if "young_modulus" in values]
-    if moduli and min(moduli) > _STIFF[0]:
-        return "m", f"Young's modulus {moduli[0]:.4g} is one in Pa"
-    if moduli and max(moduli) < _STIFF[1]:
-        return "mm", f"Young's modulus {moduli[0]:.4g} is one in MPa"
-    largest = float(np.abs(mesh.points).max())
-    unit = next((unit for unit, limit in _LARGEST.items() if largest <= limit), "mm")
-    from geometry import UNIT_SYSTEMS
-
-    metres = "" if unit == "m" else f", {UNIT_SYSTEMS[unit].length * largest:.3g} m"
-    return unit, f"the largest coordinate is {largest:.4g}{metres}"
 
 
 def _roles(names: list[str]) -> Iterator[tuple[str, str]]:

@@ -6,7 +6,7 @@ import os
 import tempfile
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,12 +15,15 @@ from pipeline.errors import input_error, reason_of
 from pipeline.new_scene.mesh_picture import mesh_picture
 from pipeline.new_scene.mesh_survey import Guess, guess, set_nodes, survey
 from pipeline.new_scene.scene_of_mesh import StartingValues, scene_of_mesh
+from pipeline.scene.consistency import parameter_error
 from pipeline.scene.given_in_python import given_scene
+from pipeline.scene.reading import Member
 from pipeline.scene.templates import SCENE, new_files
 from pipeline.stages.build_full_model import FULL_MODEL, make_full_model
 from pipeline.stages.build_mesh import SECTOR
 from pipeline.stages.build_reduced_model import REDUCED_MODEL, make_reduced_model
-from pipeline.stages.own_mesh import read_mesh_file, sector_choice, write_findings
+from pipeline.stages.own_mesh import findings_of, read_mesh_file, sector_choice, write_findings
+from pipeline.stages.scene_materials import check_materials, materials_of_file
 
 if TYPE_CHECKING:
     from geometry import ImportedMesh, OwnSector
@@ -83,18 +86,19 @@ def new_scene_of_mesh(folder: Path, title: str, file: Path, options: MeshOptions
     name = os.path.relpath(file.resolve(), folder.resolve()).replace(os.sep, "/")
     heading = folder.resolve().name
     text = partial(scene_of_mesh, heading, title, name, told)
-    own, problem, values = _tried(folder, text, mesh, told)
+    own, problem, values, materials = _tried(folder, text, mesh, told)
     picture = mesh_picture(*_drawn(mesh, told, own), f"{file.name}: {_heading(own, told)}")
     files = new_files(folder, text(values), {PICTURE: picture})
     lines = [*survey(mesh), *told.why]
     lines += [] if own is None else [line for line in own.findings.lines if not {line, f"note: {line}"} & {*lines}]
+    lines += [line for line in materials if f"note: {line}" not in lines]
     return NewScene(tuple(files), tuple(lines), problem)
 
 
 def _tried(
     folder: Path, text: Callable[[StartingValues], str], mesh: ImportedMesh, told: Guess
-) -> tuple[OwnSector | None, str, StartingValues]:
-    """The sector that the guess makes of the mesh, what is wrong with it, and numbers to start with."""
+) -> tuple[OwnSector | None, str, StartingValues, list[str]]:
+    """The sector that the guess makes of the mesh, what is wrong, numbers to start with, its materials in words."""
     from geometry import ParameterError, sector_from_mesh
 
     if told.n_blades is None:
@@ -102,6 +106,7 @@ def _tried(
             None,
             f"{folder / SCENE}: mesh.n_blades: missing, allowed: a whole number, 3 to 10000",
             StartingValues(),
+            [],
         )
     import tomllib
 
@@ -110,12 +115,22 @@ def _tried(
     try:
         own = sector_from_mesh(mesh, sector_choice(scene.mesh))
     except ParameterError as error:
-        return None, f"{folder / SCENE}: {reason_of(error)}", StartingValues()
-    complete = [m for m in own.materials.values() if {"young_modulus", "poisson_ratio", "density"} <= m.keys()]
-    material = complete[0] if complete else None
+        return None, f"{folder / SCENE}: {reason_of(error)}", StartingValues(), []
+    found = findings_of(own)
+    materials = materials_of_file(scene, found)
+    complete = [m.numbers for m in materials.values() if m.name and not m.missing and not m.unread and m.of_file]
+    incomplete = {m.name: m.missing for m in materials.values() if m.name and m.missing and (m.unread or m.numbers)}
+    modulus = next((m.numbers["young_modulus"] for m in materials.values() if "young_modulus" in m.of_file), None)
     area = float(own.sector.right.area.sum())
-    scene = given_scene(tomllib.loads(text(StartingValues(material, area))), {}).first
-    return own, "", StartingValues(material, area, _frequency_range(scene, own))
+    general = any(not m.name or not (m.numbers or m.unread) for m in materials.values())
+    values = StartingValues(complete[0] if complete else None, area, None, general, incomplete, modulus)
+    scene = given_scene(tomllib.loads(text(values)), {}).first
+    lines = [m.line for m in materials.values() if m.numbers]
+    try:
+        lines += [line for line in check_materials(scene, found, force=False) if line not in mesh.notes]
+    except ParameterError as error:
+        return own, str(parameter_error(folder / SCENE, Member(0, scene, {}), error)), values, lines
+    return own, "", replace(values, frequency=_frequency_range(scene, own)), lines
 
 
 def _frequency_range(scene: Scene, own: OwnSector) -> tuple[float, float] | None:

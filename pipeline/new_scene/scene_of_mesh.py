@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from pipeline.scene.presets import PRESETS
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from pipeline.new_scene.mesh_survey import Guess
 
 STEEL = {"young_modulus": 210e9, "poisson_ratio": 0.3, "density": 7850.0}
+UNITS = {"young_modulus": "Pa", "density": "kg/m^3"}
 SOFT = 1e-4  # contact stiffness to start with, over E sqrt(A)
 COLUMN = 30
 
@@ -30,11 +31,20 @@ class StartingValues:
         Area of a contact face, m^2.
     frequency : (float, float) or None
         Range around the first natural frequency, Hz.
+    general : bool
+        Whether elements need [material].
+    incomplete : mapping of str to tuple of str
+        By material of the file: numbers that the user has to give.
+    modulus : float or None
+        Young's modulus of a material of the file, Pa.
     """
 
     material: Mapping[str, float] | None = None
     area: float | None = None
     frequency: tuple[float, float] | None = None
+    general: bool = True
+    incomplete: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    modulus: float | None = None
 
 
 def scene_of_mesh(name: str, title: str, file: str, guess: Guess, values: StartingValues) -> str:
@@ -54,7 +64,8 @@ def scene_of_mesh(name: str, title: str, file: str, guess: Guess, values: Starti
     blades = guess.n_blades
     order = 1 if blades is None else blades // 2
     material = {key: (values.material or STEEL)[key] for key in STEEL}
-    modulus, area = material["young_modulus"], 6e-5 if values.area is None else values.area
+    modulus = material["young_modulus"] if values.modulus is None else values.modulus
+    area = 6e-5 if values.area is None else values.area
     normal = float(f"{SOFT * modulus * area**0.5:.2g}")
     low, high = values.frequency or (100.0, 2000.0)
     lines = [
@@ -67,9 +78,8 @@ def scene_of_mesh(name: str, title: str, file: str, guess: Guess, values: Starti
         ),
         *_mesh_lines(file, guess),
         "",
-        "[material]" + " " * 20 + _material_comment(values),
-        *_keys(material, {"young_modulus": "Pa", "density": "kg/m^3"}),
-        "",
+        *_material_lines(material, values),
+        *_named_materials(guess, values),
         "[load]",
         *_keys({"speed_rpm": 0.0}, {"speed_rpm": "rotation; 0 = none"}),
         "",
@@ -128,6 +138,22 @@ def _mesh_lines(file: str, guess: Guess) -> list[str]:
     ]
 
 
+def _named_materials(guess: Guess, values: StartingValues) -> list[str]:
+    """[materials.NAME]: numbers that are in other units in the file, and those that it lacks, to be set."""
+    lines = []
+    for name in dict.fromkeys([*guess.numbers, *values.incomplete]):
+        given, missing = guess.numbers.get(name, {}), values.incomplete.get(name, ())
+        table = f"[materials.{name if name.replace('-', '').replace('_', '').isalnum() else json.dumps(name)}]"
+        lines += [f"{table.ljust(COLUMN - 1)} # takes precedence over what the file says of it", *_keys(given, UNITS)]
+        lines += [
+            f"# {key} = ...".ljust(COLUMN - 1) + f" # {UNITS.get(key, '')}: to be set".replace(" : ", " ")
+            for key in missing
+            if key not in given
+        ]
+        lines.append("")
+    return lines
+
+
 def _keys(values: Mapping[str, object], comments: Mapping[str, str]) -> list[str]:
     """A line for each key, with its comment; an empty text is left out."""
     lines = []
@@ -147,8 +173,12 @@ def _toml(value: object) -> str:
     return json.dumps(value, ensure_ascii=False)
 
 
-def _material_comment(values: StartingValues) -> str:
-    return "# for elements without one; as in the file" if values.material else "# steel: set yours"
+def _material_lines(material: Mapping[str, float], values: StartingValues) -> list[str]:
+    """[material], where a number of it may be needed."""
+    if not (values.material or values.general):
+        return []
+    comment = "# for elements without one; as in the file" if values.material else "# steel: set yours"
+    return ["[material]" + " " * 20 + comment, *_keys(material, UNITS), ""]
 
 
 def _frequency_comment(values: StartingValues) -> str:

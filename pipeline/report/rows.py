@@ -22,6 +22,7 @@ from pipeline.scene.schema import Scene
 from pipeline.stages.build_mesh import SECTOR
 from pipeline.stages.mesh_findings import elements_by_kind, mean_size, own_findings
 from pipeline.stages.model_chain import BuiltModel
+from pipeline.stages.scene_materials import materials_of_file
 from pipeline.stages.stage_names import Stage
 from pipeline.store.output_folder import relative_path
 
@@ -215,15 +216,16 @@ def blade_rows(scene: Scene) -> list[tuple[str, str]]:
 
 def _disk_rows(scene: Scene) -> list[tuple[str, str]]:
     """The disk, where there is one."""
-    disk, material = scene.disk, scene.materials.get("disk", scene.material)
+    disk, material = scene.disk, scene.material
     if disk is None or material is None or scene.blade is None:
         return []
+    numbers = material.model_dump() | (scene.materials["disk"].given if "disk" in scene.materials else {})
     inner = (disk.bore_radius, disk.bore_width or disk.rim_width)
     sections = [inner, *disk.profile, (scene.blade.hub_radius, disk.rim_width)]
     widths = "; ".join(f"{_mm(width)} at {_mm(radius)}" for radius, width in sections)
     return [
         ("disk: widths, bore", f"{widths}; {disk.bore}"),
-        ("disk: material", f"E = {material.young_modulus / 1e9:g} GPa, {material.density:g} kg/m³"),
+        ("disk: material", f"E = {numbers['young_modulus'] / 1e9:g} GPa, {numbers['density']:g} kg/m³"),
     ]
 
 
@@ -236,13 +238,15 @@ def mesh_rows(model: BuiltModel, scene: Scene) -> list[tuple[str, str]]:
     folder = model.mesh.parent
     sector = load_sector(folder / SECTOR)
     quality = np.concatenate([scaled_jacobian(sector.points, block) for block in sector.blocks])
-    facts = model.facts
+    facts, found = model.facts, own_findings(folder)
+    materials = materials_of_file(scene, found) if found else {}
     return [
         ("elements", _elements(sector, scene)),
         ("degrees of freedom", str(facts["dofs"])),
         ("nodes of the mesh" if scene.mesh_file else "vertices", str(len(sector.points))),
         ("scaled Jacobian, smallest, mean (1: a brick)", f"{quality.min():.2f}, {quality.mean():.2f}"),
-        *(("found in the file", line) for line in own_findings(folder).get("findings", ())),
+        *(("materials", line) for material in materials.values() for line in (material.line, *material.notes)),
+        *(("found in the file", line) for line in found.get("findings", ())),
         ("reduced degrees of freedom", str(facts["reduced_dofs"])),
         ("fixed-interface modes", str(facts["modes"])),
         *([("motions of a cut face", str(facts["cut_face_motions"]))] if "cut_face_motions" in facts else []),
@@ -251,17 +255,14 @@ def mesh_rows(model: BuiltModel, scene: Scene) -> list[tuple[str, str]]:
 
 def _rows_of_file(scene: Scene) -> list[tuple[str, str]]:
     """A blade whose mesh comes from a file."""
-    mesh, material = scene.mesh, scene.material
+    mesh = scene.mesh
     assert mesh is not None
-    named = {**({} if material is None else {"[material]": material}), **scene.materials}
-    stated = [f"{name}: E = {m.young_modulus / 1e9:g} GPa, {m.density:g} kg/m³" for name, m in named.items()]
     axis = mesh.axis if isinstance(mesh.axis, str) else ", ".join(f"{value:g}" for value in mesh.axis)
     return [
         ("blades of the ring", str(mesh.n_blades)),
         ("mesh file", Path(mesh.file or "").name),
         ("unit, engine axis in the file", f"{mesh.unit}, {axis}"),
         *([("bore of the disk", "free")] if mesh.bore == "free" else []),
-        ("materials", "; ".join(stated) or "those of the file"),
         ("speed", f"{scene.load.speed_rpm:g} rev/min"),
     ]
 

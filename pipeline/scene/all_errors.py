@@ -43,13 +43,15 @@ class _Found:
             self.add(error)
 
 
-def all_errors(path: Path) -> tuple[SceneFile | None, list[str]]:
+def all_errors(path: Path, force: bool = False) -> tuple[SceneFile | None, list[str]]:
     """Read and check a scene that describes a blade, going on after errors.
 
     Parameters
     ----------
     path : Path
         The scene file.
+    force : bool
+        Whether values beyond all experience are accepted.
 
     Returns
     -------
@@ -68,7 +70,7 @@ def all_errors(path: Path) -> tuple[SceneFile | None, list[str]]:
     try:
         sweep = _good_part(path, tables.get("sweep", {}), found)
         file = scene_of_tables(path, {**tables, "sweep": sweep}, text, broken=found.add_of_member)
-        for error in unfit_keys(file, found.broken):
+        for error in unfit_keys(file, found.broken, force):
             found.add(error)
     except InputError as error:  # nothing to go on with
         found.errors.setdefault(error.key or str(error), error)

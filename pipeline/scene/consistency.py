@@ -19,7 +19,7 @@ from pipeline.scene.mesh_file import check_mesh_file
 from pipeline.scene.mistuning_checks import unfit_mistuning_keys
 from pipeline.scene.nodal_table import force_table, temperature_table
 from pipeline.scene.optimum_checks import unfit_optimum_keys
-from pipeline.scene.plausibility import hints_first
+from pipeline.scene.plausibility import USUAL_MATERIAL, far_beyond, hints_first
 from pipeline.scene.reading import Member, SceneFile, key_in_file
 from pipeline.scene.schema import SECTIONS, Scene
 from pipeline.scene.size_limits import check_balance, check_modes, check_size, check_sweep
@@ -32,7 +32,7 @@ BLADE_SECTIONS = ("blade", "shroud", "material", "mesh")
 Unfit = Iterator[InputError]
 
 
-def check_scene(file: SceneFile) -> None:
+def check_scene(file: SceneFile, force: bool = False) -> None:
     """Check every member of a scene that describes a blade.
 
     Raises
@@ -40,21 +40,21 @@ def check_scene(file: SceneFile) -> None:
     InputError
         The first key that is missing or does not fit.
     """
-    for error in unfit_keys(file, {}):
+    for error in unfit_keys(file, {}, force):
         raise _after_hint(file, error)
 
 
 def _after_hint(file: SceneFile, error: InputError) -> InputError:
     """An error, behind the hint on a value in another unit where there is one: the error may come of it."""
     first, *others = hints_first(file, [error])
-    if not others:
+    if not others or first is error:
         return first
     found = InputError(f"{first} ({str(error).removeprefix(f'{file.path}: ')})")
     found.source, found.key = first.source, first.key
     return found
 
 
-def unfit_keys(file: SceneFile, broken: Mapping[int, Set[str]]) -> Unfit:
+def unfit_keys(file: SceneFile, broken: Mapping[int, Set[str]], force: bool = False) -> Unfit:
     """Every key of a scene that is missing or does not fit the others.
 
     Parameters
@@ -63,12 +63,16 @@ def unfit_keys(file: SceneFile, broken: Mapping[int, Set[str]]) -> Unfit:
         The scene; it describes a blade.
     broken : mapping of int to set of str
         By the index of a member: its sections that do not obey the schema. Checks that need one of them are left out.
+    force : bool
+        Whether values beyond all experience are accepted.
 
     Yields
     ------
     InputError
         As soon as it is found: only the first costs no more than the checks up to it.
     """
+    if not force:
+        yield from far_beyond(file, broken)
     if not broken.get(0):
         yield from _raised(_check_pictured_curves, file)
         yield from unfit_stress_keys(file)
@@ -131,6 +135,12 @@ def _unfit_beside_mesh(file: SceneFile) -> Unfit:
             allowed = "a table [material]" if scene.disk is None else "tables [material] and [materials.disk]"
             name = "materials" if scene.disk is None else f"materials.{min(others)}"
             yield input_error(file.path, name, "given without mesh.file", allowed)
+        elif scene.disk is not None and "disk" in scene.materials:
+            for key in USUAL_MATERIAL:
+                if key not in scene.materials["disk"].given:
+                    yield input_error(
+                        file.path, f"materials.disk.{key}", "missing", allowed_values(f"material.{key}")
+                    )
         return
     for section in ("blade", "shroud", "disk"):
         if getattr(scene, section) is not None:
@@ -280,7 +290,8 @@ def parameter_error(path: Path, member: Member, error: Any) -> InputError:
         return error
     key = f"{error.table}.{error.parameter}"
     known = error.table in SECTIONS and error.parameter in SECTIONS[error.table].model_fields
-    return input_error(path, key_in_file(member, key) if known else key, shown(error.value), str(error.allowed))
+    found = error.value if error.value in ("missing", "given in part", "unknown name") else shown(error.value)
+    return input_error(path, key_in_file(member, key) if known else key.rstrip("."), found, str(error.allowed))
 
 
 def _refused(path: Path, member: Member, key: str, value: Any) -> InputError:

@@ -27,14 +27,23 @@ Vector = tuple[Distance, Distance, Distance]
 # of files from other programs: in any unit of length
 Coordinate = Annotated[Number, Field(ge=-1e6, le=1e6)]
 AxisPoint = tuple[Coordinate, Coordinate, Coordinate]
-LengthUnit = Literal["m", "mm", "in"]
+# names of geometry.UNIT_SYSTEMS
+# fmt: off
+LengthUnit = Literal[
+    "m", "mm", "in", "mm-kg-s", "mm-kg-ms", "mm-g-ms", "mm-g-s", "mm-kgf-s", "cm-g-s", "m-t-s", "in-lbf-lbm",
+    "in-kip-s", "ft-lbf-s", "ft-lbf-lbm",
+]
+# fmt: on
 EngineAxis = Literal["x", "-x", "y", "-y", "z", "-z"] | Vector
 
 POSITIVE = "a number above 0, 1e-12 to 1e15"
 LENGTH = "a number above 0, 1e-6 to 1000"
 FILLET = "a number, 0 to 10"
 BLADES = "a whole number, 3 to 10000"
-UNIT = '"m", "mm" or "in"'
+UNIT = (
+    '"m", "mm" or "in" (with kg, N, s; with t, N, s; with lbf, s), or "mm-kg-s", "mm-kg-ms", "mm-g-ms", "mm-g-s", '
+    '"mm-kgf-s", "cm-g-s", "m-t-s", "in-lbf-lbm", "in-kip-s", "ft-lbf-s", "ft-lbf-lbm"'
+)
 AXIS = '"x", "y", "z", "-x", "-y", "-z" or a list of three numbers, -1000 to 1000, not all 0'
 AXIS_POINT = "three numbers, -1e6 to 1e6"
 STIFFNESS = (

@@ -28,8 +28,6 @@ def scene_schema() -> dict[str, Any]:
         section, _, name = key.partition(".")
         _accept_deprecated(sections[section]["properties"][name], spellings)
     schema["properties"]["sweep"] = _sweep(sections)
-    named = schema["properties"]["materials"]  # these cannot be swept: each has all that a material needs
-    named["additionalProperties"] |= {"required": list(sections["material"]["required"])}
     schema["allOf"] = [
         _given_or_swept(name, key) for name, section in sections.items() for key in section.pop("required", ())
     ]

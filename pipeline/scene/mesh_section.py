@@ -65,7 +65,8 @@ class Mesh(Section):
         "blades of the ring, for a mesh from a file", BLADES, None, validate_default=True
     )
     unit: LengthUnit = key(
-        "unit of length of the file; mm goes with newtons, tonnes and megapascals",
+        "units of the file: m goes with kilograms, newtons and seconds, mm with tonnes, newtons and seconds, in with "
+        "pounds of force and seconds; or a system by its names, such as mm-kg-s",
         UNIT,
         "m",
     )

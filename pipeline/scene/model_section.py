@@ -57,7 +57,7 @@ class Model(Section):
     stiffness_name: MatrixName | None = key("name of the stiffness in a file with several matrices", "a name", None)
     mass_name: MatrixName | None = key("name of the mass in a file with several matrices", "a name", None)
     n_blades: Whole = key("blades of the ring", BLADES, ge=3, le=10000)
-    unit: LengthUnit = key("unit of length of all files; mm goes with newtons and tonnes", UNIT, "m")
+    unit: LengthUnit = key("units of all files, as in [mesh]: mm goes with newtons and tonnes", UNIT, "m")
     axis: EngineAxis = key(
         "engine axis in the axes of the nodes",
         AXIS,

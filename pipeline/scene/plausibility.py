@@ -1,49 +1,79 @@
-"""Plausibility warnings: allowed values that look like a mistake of units (mm, GPa, percent, radians)."""
+"""Plausibility: values that look like a mistake of units (mm, GPa, percent) are warned of, nonsense is refused."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Set as AbstractSet
+from typing import Any, NamedTuple
 
-from pipeline.errors import InputError, shown
+from pipeline.errors import InputError, input_error, shown
 from pipeline.scene.centrifugal_strain import speed_warning
 from pipeline.scene.contact_stiffness import many_nodes_warning, stiff_contact_warning
 from pipeline.scene.reading import Member, SceneFile, key_in_file
+from pipeline.scene.validation_errors import shown_key
 
 USUAL_RATIO = 0.1
 SPEED = "load.speed_rpm"
 RANGE = "response.frequency"
 FIRST_BENDING = 0.1615  # 1.8751^2 / (2 pi sqrt(12)), of a clamped beam of rectangular section
 LOW_RANGE = 5.0  # Hz; no blade has its first mode below
-# dotted key -> (from, to) of usual values, and a hint what may be wrong beyond them
-USUAL: dict[str, tuple[float, float, str]] = {
-    "blade.hub_radius": (0.01, 10.0, "the key is in metres"),
-    "blade.length": (0.005, 3.0, "the key is in metres"),
-    "blade.chord": (0.001, 1.0, "the key is in metres"),
-    "blade.thickness": (1e-4, 0.5, "the key is in metres"),
-    "blade.tip_thickness": (1e-4, 0.5, "the key is in metres"),
-    "shroud.thickness": (1e-4, 0.5, "the key is in metres"),
-    "shroud.axial_width": (0.001, 2.0, "the key is in metres"),
-    "shroud.contact_length": (1e-4, 1.0, "the key is in metres"),
-    "shroud.angle": (3.2, 180.0, "the key is in degrees"),
-    "material.young_modulus": (1e8, 2e12, "the key is in Pa: steel has 2.1e11"),
-    "material.poisson_ratio": (0.0, 0.5, "metals have 0.25 to 0.35"),
-    "material.density": (100.0, 30_000.0, "the key is in kg/m^3: steel has 7850"),
-    "rom.frequency_limit": (1.0, 1e7, "the key is in Hz"),
-    "excitation.engine_order": (0, 1000, "it is the number of force maxima around the ring"),
-    "excitation.force": (1e-6, 1e5, "the key is in N, the force on one blade"),
-    "response.frequency": (0.1, 1e6, "the key is in Hz"),
+FORCED = "--force (in Python: force=True) computes it all the same"
+
+
+class Usual(NamedTuple):
+    """Usual values of a key, what may be wrong beyond them, and the values beyond which it is wrong."""
+
+    low: float
+    high: float
+    hint: str
+    least: float = -math.inf
+    most: float = math.inf
+
+    def is_usual(self, value: float) -> bool:
+        """Whether a value needs no warning; 0 never does."""
+        return value == 0.0 or self.low <= value <= self.high
+
+    def is_nonsense(self, value: float) -> bool:
+        """Whether a value is far beyond all experience."""
+        return value != 0.0 and not self.least <= value <= self.most
+
+
+METRES = "the key is in metres"
+USUAL_MATERIAL = {
+    "young_modulus": Usual(1e8, 2e12, "the key is in Pa: steel has 2.1e11", 1e6, 1e13),
+    "poisson_ratio": Usual(0.0, 0.5, "metals have 0.25 to 0.35"),
+    "density": Usual(100.0, 30_000.0, "the key is in kg/m^3: steel has 7850", 1.0, 2e5),
 }
-USUAL_CONTACT: dict[str, tuple[float, float, str]] = {
-    "contact.friction": (0.0, 2.0, "a friction coefficient is 0.1 to 1 or so"),
-    "response.damping_ratio": (0.0, USUAL_RATIO, "the key is a fraction: 0.003 is 0.3 %"),
+# sqrt(E / rho), m/s
+WAVE_SPEED = Usual(1500.0, 15_000.0, "metals have 4000 to 6500 m/s", 100.0, 1e5)
+USUAL: dict[str, Usual] = {
+    "blade.hub_radius": Usual(0.01, 10.0, METRES, most=100.0),
+    "blade.length": Usual(0.005, 3.0, METRES, most=30.0),
+    "blade.chord": Usual(0.001, 1.0, METRES, most=10.0),
+    "blade.thickness": Usual(1e-4, 0.5, METRES, most=2.0),
+    "blade.tip_thickness": Usual(1e-4, 0.5, METRES, most=2.0),
+    "shroud.thickness": Usual(1e-4, 0.5, METRES, most=2.0),
+    "shroud.axial_width": Usual(0.001, 2.0, METRES, most=20.0),
+    "shroud.contact_length": Usual(1e-4, 1.0, METRES, most=10.0),
+    "shroud.angle": Usual(3.2, 180.0, "the key is in degrees"),
+    **{f"material.{key}": usual for key, usual in USUAL_MATERIAL.items()},
+    "rom.frequency_limit": Usual(1.0, 1e7, "the key is in Hz"),
+    "excitation.engine_order": Usual(0, 1000, "it is the number of force maxima around the ring"),
+    "excitation.force": Usual(1e-6, 1e5, "the key is in N, the force on one blade", most=1e10),
+    "response.frequency": Usual(0.1, 1e6, "the key is in Hz", most=1e9),
 }
-USUAL_BLADE_CONTACT: dict[str, tuple[float, float, str]] = {
-    "contact.normal_stiffness": (1e3, 1e12, "the key is in N/m: 1 N/mm is 1000 N/m"),
-    "contact.tangential_stiffness": (1e3, 1e12, "the key is in N/m: 1 N/mm is 1000 N/m"),
-    "contact.preload": (0.0, 1e6, "the key is in N for each node"),
-    "contact.interference": (-1e-3, 1e-3, "the key is in metres: 1e-6 is 1 um, above 0 pressed together"),
+USUAL_CONTACT: dict[str, Usual] = {
+    "contact.friction": Usual(0.0, 2.0, "a friction coefficient is 0.1 to 1 or so", most=10.0),
+    "response.damping_ratio": Usual(0.0, USUAL_RATIO, "the key is a fraction: 0.003 is 0.3 %"),
+}
+USUAL_BLADE_CONTACT: dict[str, Usual] = {
+    "contact.normal_stiffness": Usual(1e3, 1e12, "the key is in N/m: 1 N/mm is 1000 N/m"),
+    "contact.tangential_stiffness": Usual(1e3, 1e12, "the key is in N/m: 1 N/mm is 1000 N/m"),
+    "contact.preload": Usual(0.0, 1e6, "the key is in N for each node"),
+    "contact.interference": Usual(
+        -1e-3, 1e-3, "the key is in metres: 1e-6 is 1 um, above 0 pressed together", -0.05, 0.05
+    ),
 }
 
 
@@ -68,21 +98,76 @@ def plausibility_warnings(file: SceneFile) -> list[str]:
     return [*found.values(), *remarks.values()]
 
 
+def far_beyond(file: SceneFile, broken: Mapping[int, AbstractSet[str]]) -> Iterator[InputError]:
+    """Values of a blade that are beyond all experience; models without units of their own have none.
+
+    Parameters
+    ----------
+    file : SceneFile
+        The scene.
+    broken : mapping of int to set of str
+        By the index of a member: its sections that do not obey the schema.
+    """
+    for member in file.members:
+        if not _has_units(member):
+            continue
+        for key, value, usual in _checked(member):
+            if usual.is_nonsense(value) and key.partition(".")[0] not in broken.get(member.index, ()):
+                allowed = f"{usual.low:g} to {usual.high:g}; {usual.hint}; {FORCED}"
+                yield input_error(file.path, key_in_file(member, key), shown(value), allowed)
+
+
+def _has_units(member: Member) -> bool:
+    """Whether the values of a scene are in SI units: those of a blade are, matrices may be in any."""
+    return member.scene.blade is not None or member.scene.mesh_file is not None
+
+
+def _checked(member: Member) -> Iterator[tuple[str, float, Usual]]:
+    """Numbers of a scene with what is usual; of a list of numbers each."""
+    scene = member.scene
+    tables = [USUAL, USUAL_CONTACT, USUAL_BLADE_CONTACT] if _has_units(member) else [USUAL_CONTACT]
+    for key, usual in ((key, usual) for table in tables for key, usual in table.items()):
+        section, _, name = key.partition(".")
+        yield from ((key, value, usual) for value in _numbers(getattr(getattr(scene, section), name, None)))
+    for name, material in scene.materials.items():
+        for key, usual in USUAL_MATERIAL.items():
+            place = f"materials.{shown_key(name)}.{key}"
+            yield from ((place, value, usual) for value in _numbers(getattr(material, key)))
+
+
 def _unusual_values(member: Member) -> Iterator[tuple[str, str]]:
     scene = member.scene
-    tables = [USUAL_CONTACT] if scene.blade is None else [USUAL, USUAL_CONTACT, USUAL_BLADE_CONTACT]
-    for key, (low, high, hint) in ((key, usual) for table in tables for key, usual in table.items()):
-        section, _, name = key.partition(".")
-        table = getattr(scene, section)
-        unusual = [v for v in _numbers(getattr(table, name, None)) if v != 0.0 and not low <= v <= high]
-        if unusual:
-            yield key, f"{key_in_file(member, key)}: {shown(unusual[0])} is unusual; {hint}"
+    said = set()
+    for key, value, usual in _checked(member):
+        if not usual.is_usual(value) and key not in said:
+            said.add(key)
+            yield key, f"{key_in_file(member, key)}: {shown(value)} is unusual; {usual.hint}"
+    named = {f"materials.{shown_key(name)}": material for name, material in scene.materials.items()}
+    for place, material in {"material": scene.material, **named}.items() if _has_units(member) else ():
+        modulus = f"{place}.young_modulus"
+        numbers = {} if material is None else material.model_dump(exclude_none=True)
+        if not {modulus, f"{place}.density"} & said and (unusual := unusual_wave_speed(numbers)):
+            yield modulus, f"{key_in_file(member, modulus)}: {shown(numbers['young_modulus'])} is unusual; {unusual}"
     if (damped := _rayleigh_ratio(member)) > USUAL_RATIO:
-        key, value = "response.rayleigh", shown(list(scene.response.rayleigh or ()))
+        key, ratios = "response.rayleigh", shown(list(scene.response.rayleigh or ()))
         damping = f"it damps modes of the range by up to {damped:.2g} of critical"
-        yield key, f"{key_in_file(member, key)}: {value} is unusual; {damping}"
-    if said := speed_warning(member):
-        yield SPEED, f"{key_in_file(member, SPEED)}: {said}"
+        yield key, f"{key_in_file(member, key)}: {ratios} is unusual; {damping}"
+    if strained := speed_warning(member):
+        yield SPEED, f"{key_in_file(member, SPEED)}: {strained}"
+
+
+def wave_speed(numbers: Mapping[str, float]) -> float:
+    """The speed sqrt(E / rho) of waves in a bar, m/s; 0 where one of the two is not known."""
+    modulus, density = numbers.get("young_modulus", 0.0), numbers.get("density", 0.0)
+    return math.sqrt(modulus / density) if modulus > 0.0 and density > 0.0 else 0.0
+
+
+def unusual_wave_speed(numbers: Mapping[str, float]) -> str:
+    """What is unusual about Young's modulus and density together; empty where nothing is."""
+    speed = wave_speed(numbers)
+    if WAVE_SPEED.is_usual(speed):
+        return ""
+    return f"with density {numbers['density']:g} sqrt(E / rho) is {speed:.3g} m/s; {WAVE_SPEED.hint}"
 
 
 def hints_first(file: SceneFile, errors: Sequence[InputError]) -> list[InputError]:
@@ -111,9 +196,9 @@ def _unit_hints(file: SceneFile) -> dict[str, InputError]:
         for key, usual in USUAL.items() if member.scene.blade is not None else ():
             section, _, name = key.partition(".")
             for value in _numbers(getattr(getattr(member.scene, section), name, None)):
-                if value != 0.0 and not usual[0] <= value <= usual[1] and key not in found:
+                if not usual.is_usual(value) and key not in found:
                     place = key_in_file(member, key)
-                    hint = found[key] = InputError(f"{file.path}: {place}: {shown(value)} is unusual; {usual[2]}")
+                    hint = found[key] = InputError(f"{file.path}: {place}: {shown(value)} is unusual; {usual.hint}")
                     hint.source, hint.key = str(file.path), place
     return found
 

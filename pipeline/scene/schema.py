@@ -45,6 +45,7 @@ from pipeline.scene.loads_section import (
     unit_vector,
 )
 from pipeline.scene.map_section import Map
+from pipeline.scene.material_section import Material, NamedMaterial
 from pipeline.scene.mesh_section import Mesh
 from pipeline.scene.mistuning_section import Mistuning
 from pipeline.scene.model_section import Model
@@ -112,15 +113,6 @@ class Shroud(Section):
     fillet_radius: Number = _key(
         "radius of the fillet between airfoil and platform, m; 0: none", FILLET, 0.0, ge=0.0, le=10.0
     )
-
-
-class Material(Section):
-    """[material]: linear elastic, isotropic."""
-
-    young_modulus: Positive = _key("Young's modulus, Pa", POSITIVE)
-    poisson_ratio: Number = _key("Poisson's ratio", "a number above -1 and below 0.4999", gt=-1.0, lt=0.4999)
-    density: Positive = _key("density, kg/m^3", POSITIVE)
-    expansion: Number = _key("coefficient of thermal expansion, 1/K", "a number, 0 to 0.01", 0.0, ge=0.0, le=0.01)
 
 
 class Rom(Section):
@@ -337,8 +329,9 @@ class Scene(Section):
     shroud: Shroud | None = _key("", "a table", None)
     disk: Disk | None = _key("", "a table", None)
     material: Material | None = _key("", "a table", None)
-    materials: dict[str, Material] = _key(
-        "materials of a mesh from a file by name, of its materials or of its element sets; of [disk]: materials.disk",
+    materials: dict[str, NamedMaterial] = _key(
+        "materials of a mesh from a file by name, of its materials, whose numbers these complete or replace, or of "
+        "its element sets; of [disk]: materials.disk",
         "tables [materials.NAME]",
         {},
     )

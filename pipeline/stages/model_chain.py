@@ -84,7 +84,8 @@ class ModelChain:
                 if not known or line.startswith("warning: "):
                     self.reporter.line(f"{Path(scene.mesh_file).name}: {line}")
             try:
-                check_on_mesh(scene, entry.file(SECTOR).parent)
+                for line in check_on_mesh(scene, entry.file(SECTOR).parent, self.store.force):
+                    self.reporter.line(f"{Path(scene.mesh_file).name}: warning: {line}")
             except ValueError as error:
                 raise StageError("mesh", error) from error
         return entry

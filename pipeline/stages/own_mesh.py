@@ -15,6 +15,7 @@ from pipeline.scene.consistency import parameter_error
 from pipeline.scene.input_files import Contents, copies, file_size
 from pipeline.scene.size_limits import LARGEST_MODEL, MARGIN
 from pipeline.stages.mesh_findings import FINDINGS, elements_by_kind, extent, own_findings
+from pipeline.stages.scene_materials import check_materials
 
 if TYPE_CHECKING:
     from geometry import ImportedMesh, OwnSector, SectorChoice
@@ -94,7 +95,8 @@ def with_materials(mesh: ImportedMesh, names: frozenset[str]) -> ImportedMesh:
 
     from geometry import ElementBlock
 
-    for name in sorted(names - {block.material for block in mesh.blocks} - set(mesh.materials)):
+    known = {name.lower() for name in (*mesh.materials, *(block.material for block in mesh.blocks))}
+    for name in sorted(name for name in names if name.lower() not in known):
         members = next((rows for key, rows in mesh.element_sets.items() if key.lower() == name.lower()), None)
         if members is None:
             continue
@@ -134,22 +136,29 @@ def _renumbered(mesh: ImportedMesh, before: ImportedMesh, sources: list[tuple[in
 
 def write_findings(folder: Path, own: OwnSector) -> None:
     """What was found in the file, for report, summary and the stages that need materials."""
+    (folder / FINDINGS).write_text(json.dumps(findings_of(own)), encoding="utf-8")
+
+
+def findings_of(own: OwnSector) -> dict[str, Any]:
+    """What was found in the file, as plain values."""
     from rom import element_warnings
 
     sector = own.sector
-    facts = {
+    return {
         "n_blades": sector.n_blades,
         "elements": elements_by_kind(sector),
         "points": len(sector.points),
         "materials": {name: dict(numbers) for name, numbers in own.materials.items()},
         "used": sorted({block.material for block in sector.blocks}),
+        "material_notes": {name: list(lines) for name, lines in own.material_notes.items()},
+        "unread_materials": dict(own.unread_materials),
+        "units": list(own.units),
         "findings": [*own.findings.lines, *element_warnings(sector)],
         **extent(sector),
     }
-    (folder / FINDINGS).write_text(json.dumps(facts), encoding="utf-8")
 
 
-def check_meshes(file: SceneFile) -> tuple[list[str], list[str]]:
+def check_meshes(file: SceneFile, force: bool = False) -> tuple[list[str], list[str]]:
     """Read the mesh files of a scene; a line for each that makes no sector, and warnings about the others."""
     lines: dict[str, None] = {}
     warnings: dict[str, None] = {}
@@ -162,6 +171,7 @@ def check_meshes(file: SceneFile) -> tuple[list[str], list[str]]:
         try:
             own = read_own_sector(scene)
             warnings |= dict.fromkeys(own.findings.warnings)
+            warnings |= dict.fromkeys(check_materials(scene, findings_of(own), force))
         except InputError as error:
             lines[str(error)] = None
         except ValueError as error:
@@ -169,8 +179,8 @@ def check_meshes(file: SceneFile) -> tuple[list[str], list[str]]:
     return list(lines), list(warnings)
 
 
-def check_on_mesh(scene: Scene, folder: Path) -> None:
-    """Refuse a loaded point off the blade and a speed that no blade stands, on a mesh from a file.
+def check_on_mesh(scene: Scene, folder: Path, force: bool) -> list[str]:
+    """Refuse materials, a loaded point and a speed that do not fit a mesh from a file; warnings about its materials.
 
     Raises
     ------
@@ -180,6 +190,7 @@ def check_on_mesh(scene: Scene, folder: Path) -> None:
     from geometry import ParameterError
 
     found, at = own_findings(folder), scene.excitation.at
+    warnings = check_materials(scene, found, force)
     radii = found["hub_radius"], found["tip_radius"]
     margin = MARGIN * (radii[1] - radii[0])
     if not isinstance(at, str):
@@ -192,3 +203,4 @@ def check_on_mesh(scene: Scene, folder: Path) -> None:
     if strain > LARGEST_STRAIN:
         speed = scene.load.speed_rpm
         raise ParameterError("load", "speed_rpm", speed, allowed_speed(speed, strain))
+    return warnings

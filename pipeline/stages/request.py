@@ -31,7 +31,7 @@ class Request:
     until : str or None
         The stage whose result is asked for; None for everything that the scene asks for.
     force : bool
-        Whether everything is computed again.
+        Whether everything is computed again, and values far beyond the usual are accepted.
     jobs : int or None
         Curves solved at the same time; None: as many as the cores, where the work is worth it.
     rom : Path or None

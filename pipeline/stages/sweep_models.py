@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from pipeline.errors import StageError, reason_of
 from pipeline.scene.consistency import parameter_error
 from pipeline.scene.reading import Member
+from pipeline.scene.schema import Scene
 from pipeline.stages.build_reduced_model import REDUCED_MODEL
 from pipeline.stages.cache_keys import model_keys
 from pipeline.stages.code_fingerprint import code_fingerprint
@@ -20,6 +21,7 @@ from pipeline.stages.model_chain import BuiltModel, ModelChain
 from pipeline.stages.model_tasks import build_models
 from pipeline.stages.natural_frequencies import stored_frequencies
 from pipeline.stages.request import Run, RunOutcome
+from pipeline.stages.scene_materials import materials_of_file
 from pipeline.stages.stage_names import Stage
 from pipeline.store.disk_errors import StorageError
 from pipeline.store.fingerprints import arrays_fingerprint, fingerprint
@@ -103,7 +105,7 @@ def model_summaries(run: Run, models: Models, outcome: RunOutcome) -> list[dict[
             outcome.problems.append(f"natural frequencies: {reason_of(error)}")
             continue
         order = str(member.scene.excitation.engine_order)
-        entry = entries.setdefault(case, {**_entry(run.request.out, model, values), **errors})
+        entry = entries.setdefault(case, {**_entry(run.request.out, model, values, member.scene), **errors})
         entry |= larger(entry, errors)
         entry["sliding_hz"][order] = values["sliding_hz"]
         entry["stuck_hz"][order] = values["stuck_hz"]
@@ -137,11 +139,11 @@ def _build(run: Run, chain: ModelChain, member: Member) -> BuiltModel | None:
     return None
 
 
-def _entry(out: Path, model: BuiltModel, values: dict[str, Any]) -> dict[str, Any]:
+def _entry(out: Path, model: BuiltModel, values: dict[str, Any], scene: Scene) -> dict[str, Any]:
     return {
         "rom": relative_path(model.rom, out),
         "mesh": None if model.mesh is None else relative_path(model.mesh, out),
-        **_of_mesh_file(model),
+        **_of_mesh_file(model, scene),
         **{name: value for name, value in model.facts.items() if name != "highest_mode_hz"},
         "normal_stiffness": values["normal_stiffness"],
         "tangential_stiffness": values["tangential_stiffness"],
@@ -152,7 +154,10 @@ def _entry(out: Path, model: BuiltModel, values: dict[str, Any]) -> dict[str, An
     }
 
 
-def _of_mesh_file(model: BuiltModel) -> dict[str, Any]:
-    """Elements and findings of a mesh from a file; nothing for a mesh that was made here."""
+def _of_mesh_file(model: BuiltModel, scene: Scene) -> dict[str, Any]:
+    """Elements, materials and findings of a mesh from a file; nothing for a mesh that was made here."""
     found = {} if model.mesh is None else own_findings(model.mesh.parent)
-    return {"elements": found["elements"], "mesh_findings": found["findings"]} if found else {}
+    if not found:
+        return {}
+    materials = [line for m in materials_of_file(scene, found).values() for line in (m.line, *m.notes)]
+    return {"elements": found["elements"], "mesh_findings": [*found["findings"], *materials]}

@@ -216,7 +216,7 @@ class StudyContext:
         file = replace(self.file, members=(member,), swept=tuple(member.parameters))
         try:
             if self.run.request.rom is None:
-                check_scene(file)
+                check_scene(file, self.run.request.force)
             else:
                 check_scene_for_model(file, int(self.model.facts["n_contacts"]), has_area=True)
         except InputError as error:

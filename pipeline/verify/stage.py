@@ -81,7 +81,7 @@ def verify(file: SceneFile, out: Path, tolerance: float | None, force: bool, rep
     if file.first.blade is None and file.first.mesh_file is None:
         allowed = "a table [blade] (a given reduced model or [model] has no mesh to be measured against)"
         raise input_error(file.path, "blade", "missing", allowed)
-    check_scene(file)
+    check_scene(file, force)
     request = Request(file, out, "reduce", force)
     with working_store(out, force, reporter) as store, open_executor(request, store, reporter) as executor:
         run, outcome = Run(request, store, StageLog(), reporter, executor), RunOutcome()

@@ -29,8 +29,8 @@ class MatrixChoice:
         order of the table of nodes.
     stiffness_name, mass_name : str or None
         Names of the matrices in files that hold several.
-    unit : {"m", "mm", "in"}
-        m, N, kg; or mm, N, t; or in, lbf, lbf s^2/in.
+    unit : str
+        A name in `UNIT_SYSTEMS`: "mm" goes with N, t, "in" with lbf, lbf s^2/in.
     axis : str or (3,) sequence of float
         Engine axis in the axes of the nodes: "x", "-x", "y", "-y", "z", "-z", or a vector.
     axis_point : (3,) sequence of float

@@ -157,7 +157,9 @@ def _full_model(
 ) -> FullModel:
     """The matrices in SI units, the axes of the ring and the places of the full model."""
     held, single = constrained
-    k, m = (_embedded(matrix, rows, choice.unit) for matrix in matrices)
+    system = UNIT_SYSTEMS[choice.unit]
+    units = system.force * system.length, system.mass * system.length * system.length
+    k, m = (_embedded(matrix, rows, choice.unit, unit) for matrix, unit in zip(matrices, units, strict=True))
     spring = np.zeros(rows.size)
     spring[single] = np.abs(k.diagonal()).mean() or 1.0
     k, m = _turned(_with_diagonal(k, spring), found, rows.size), _turned(m, found, rows.size)
@@ -178,12 +180,12 @@ def _full_model(
     )
 
 
-def _embedded(matrix: csr_matrix, rows: Rows, unit: str) -> csr_matrix:
-    """A matrix in the places of the full model, in SI units."""
+def _embedded(matrix: csr_matrix, rows: Rows, unit: str, factor: float) -> csr_matrix:
+    """A matrix in the places of the full model, in SI units; `factor`: of an entry of two rotations."""
     from scipy.sparse import coo_matrix
 
-    scale, entries, system = _scale(unit, rows), matrix.tocoo(), UNIT_SYSTEMS[unit]
-    data = entries.data * scale[entries.row] * scale[entries.col] * system.force * system.length
+    scale, entries = _scale(unit, rows), matrix.tocoo()
+    data = entries.data * scale[entries.row] * scale[entries.col] * factor
     where = rows.place[entries.row], rows.place[entries.col]
     return coo_matrix((data, where), shape=(rows.size, rows.size)).tocsr()
 

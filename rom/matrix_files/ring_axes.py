@@ -23,8 +23,8 @@ class RingAxes:
         Directions, orthonormal and right-handed; x is the engine axis, z outward.
     origin : (3,) array
         Point on the axis, in the unit of the file.
-    unit : {"m", "mm", "in"}
-        m, N, kg; or mm, N, t; or in, lbf, lbf s^2/in.
+    unit : str
+        A name in `UNIT_SYSTEMS`: "mm" goes with N, t, "in" with lbf, lbf s^2/in.
     """
 
     rows: NDArray[np.float64]

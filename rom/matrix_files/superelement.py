@@ -77,13 +77,15 @@ def model_from_superelement(
     (7, 1)
     """
     found = sector_nodes(choice)
-    stiffness, mass, motion, factor, notes = _matrices(choice, found)
+    stiffness, mass, motion, notes = _matrices(choice, found)
+    system = UNIT_SYSTEMS[choice.unit]
+    energy = system.force * system.length
     basis = _nodal_motion(found, motion)
     _require(choice, found, basis)
     model = ReducedModel(
-        mass=mass.toarray() * factor,
-        stiffness=stiffness.toarray() * factor,
-        force_centrifugal=_centrifugal(choice, stiffness.shape[0], factor),
+        mass=mass.toarray() * (system.mass * system.length * system.length),
+        stiffness=stiffness.toarray() * energy,
+        force_centrifugal=_centrifugal(choice, stiffness.shape[0], energy),
         basis=np.nan_to_num(basis.reshape(-1, basis.shape[2])),
         n_blades=choice.n_blades,
         speed_rpm=float(choice.speed_rpm),
@@ -112,8 +114,8 @@ def _selection(found: SectorNodes, basis: NDArray[np.float64], boundary: Boundar
 
 def _matrices(
     choice: MatrixChoice, found: SectorNodes
-) -> tuple[csr_matrix, csr_matrix, tuple[DofLabels, NDArray[np.float64]], float, tuple[str, ...]]:
-    """Both matrices, displacements of dofs (rows, n) in m for unit coordinates, J in a unit of energy, and notes.
+) -> tuple[csr_matrix, csr_matrix, tuple[DofLabels, NDArray[np.float64]], tuple[str, ...]]:
+    """Both matrices in the units of the file, displacements of dofs (rows, n) in m for unit coordinates, and notes.
 
     Coordinates that are displacements stay in the unit of the file; only energies and displacements are converted.
     """
@@ -135,8 +137,7 @@ def _matrices(
     if stiffness.shape[0] > LARGEST:
         found_text = f"{stiffness.shape[0]} coordinates"
         raise MatrixFileError(choice.stiffness, found_text, f"{LARGEST} at most, or reduced = false")
-    system = UNIT_SYSTEMS[choice.unit]
-    return stiffness, mass, (labels, motion * system.length), system.force * system.length, notes
+    return stiffness, mass, (labels, motion * UNIT_SYSTEMS[choice.unit].length), notes
 
 
 def _nodal_motion(found: SectorNodes, motion: tuple[DofLabels, NDArray[np.float64]]) -> NDArray[np.float64]:

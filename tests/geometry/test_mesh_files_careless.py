@@ -88,7 +88,7 @@ ABAQUS = {
     "range backwards by 0": (NODES + TET + "*NSET, NSET=a, GENERATE\n1, 5, 0\n", "must be first, last and step"),
     "side of no such number": (NODES + TET + "*SURFACE, NAME=s\n1, S6\n", "must be S1 to S4"),
     "unknown part": (NODES + TET + "*INSTANCE, NAME=i, PART=p\n*END INSTANCE\n", "PART=p is not defined"),
-    "material without numbers": (NODES + TET + "*MATERIAL, NAME=m\n*ELASTIC\n2e11\n", "must have 2 numbers"),
+    "material without numbers": (NODES + TET + "*MATERIAL, NAME=m\n*ELASTIC\n", "number of young modulus"),
     "generated nodes": (NODES + TET + "*NGEN, NSET=a\n1, 5, 1\n", "must be written out node by node"),
     "no keyword": ("some text\n", "holds no keyword"),
     "a million sets": (
