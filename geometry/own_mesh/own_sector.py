@@ -127,6 +127,7 @@ def sector_from_mesh(mesh: ImportedMesh, choice: SectorChoice) -> OwnSector:
     sector = _assembled(
         mesh, choice, faces, {"root": root, **joined}, {"face_right": right, "face_left": left}, outside
     )
+    of_file = _without_materials(mesh.notes)
     findings = SectorFindings(
         matching=pair.partner is not None,
         mismatch=pair.mismatch,
@@ -136,7 +137,7 @@ def sector_from_mesh(mesh: ImportedMesh, choice: SectorChoice) -> OwnSector:
         normal_angle=pair.normal_angle,
         rotation=rotation,
         notes=(
-            *_without_materials(mesh.notes),
+            *of_file,
             *notes,
             *renamed,
             *cut_names,

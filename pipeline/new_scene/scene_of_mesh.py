@@ -112,7 +112,7 @@ def _mesh_lines(file: str, guess: Guess) -> list[str]:
         "",
         "[mesh]",
         *_keys({"file": file}, {"file": "relative to this file"}),
-        *_keys({"unit": guess.unit}, {"unit": 'of the file: "m", "mm" or "in"'}),
+        *_keys({"unit": guess.unit}, {"unit": "of the file and its materials"}),
         *(
             []
             if blades is not None

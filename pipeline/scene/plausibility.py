@@ -18,7 +18,7 @@ SPEED = "load.speed_rpm"
 RANGE = "response.frequency"
 FIRST_BENDING = 0.1615  # 1.8751^2 / (2 pi sqrt(12)), of a clamped beam of rectangular section
 LOW_RANGE = 5.0  # Hz; no blade has its first mode below
-FORCED = "--force (in Python: force=True) computes it all the same"
+FORCED = "--force (in Python: force=True) takes it"
 
 
 class Usual(NamedTuple):
@@ -46,7 +46,7 @@ USUAL_MATERIAL = {
     "density": Usual(100.0, 30_000.0, "the key is in kg/m^3: steel has 7850", 1.0, 2e5),
 }
 # sqrt(E / rho), m/s
-WAVE_SPEED = Usual(1500.0, 15_000.0, "metals have 4000 to 6500 m/s", 100.0, 1e5)
+WAVE_SPEED = Usual(1500.0, 15_000.0, "metals have 4000 to 6500 m/s", 200.0, 1e5)
 USUAL: dict[str, Usual] = {
     "blade.hub_radius": Usual(0.01, 10.0, METRES, most=100.0),
     "blade.length": Usual(0.005, 3.0, METRES, most=30.0),
@@ -115,6 +115,10 @@ def far_beyond(file: SceneFile, broken: Mapping[int, AbstractSet[str]]) -> Itera
             if usual.is_nonsense(value) and key.partition(".")[0] not in broken.get(member.index, ()):
                 allowed = f"{usual.low:g} to {usual.high:g}; {usual.hint}; {FORCED}"
                 yield input_error(file.path, key_in_file(member, key), shown(value), allowed)
+        for key, numbers in _moduli(member):
+            if WAVE_SPEED.is_nonsense(wave_speed(numbers)) and not _is_nonsense(numbers):
+                allowed = f"another one: {unusual_wave_speed(numbers)}; {FORCED}"
+                yield input_error(file.path, key_in_file(member, key), shown(numbers["young_modulus"]), allowed)
 
 
 def _has_units(member: Member) -> bool:
@@ -135,6 +139,19 @@ def _checked(member: Member) -> Iterator[tuple[str, float, Usual]]:
             yield from ((place, value, usual) for value in _numbers(getattr(material, key)))
 
 
+def _moduli(member: Member) -> Iterator[tuple[str, dict[str, float]]]:
+    """Key of Young's modulus of each material of a scene, and the numbers of the material."""
+    if member.scene.material is not None:
+        yield "material.young_modulus", member.scene.material.model_dump()
+    for name, material in member.scene.materials.items():
+        yield f"materials.{shown_key(name)}.young_modulus", material.given
+
+
+def _is_nonsense(numbers: Mapping[str, float]) -> bool:
+    """Whether a number of a material is nonsense by itself."""
+    return any(usual.is_nonsense(numbers.get(key, 0.0)) for key, usual in USUAL_MATERIAL.items())
+
+
 def _unusual_values(member: Member) -> Iterator[tuple[str, str]]:
     scene = member.scene
     said = set()
@@ -142,11 +159,9 @@ def _unusual_values(member: Member) -> Iterator[tuple[str, str]]:
         if not usual.is_usual(value) and key not in said:
             said.add(key)
             yield key, f"{key_in_file(member, key)}: {shown(value)} is unusual; {usual.hint}"
-    named = {f"materials.{shown_key(name)}": material for name, material in scene.materials.items()}
-    for place, material in {"material": scene.material, **named}.items() if _has_units(member) else ():
-        modulus = f"{place}.young_modulus"
-        numbers = {} if material is None else material.model_dump(exclude_none=True)
-        if not {modulus, f"{place}.density"} & said and (unusual := unusual_wave_speed(numbers)):
+    for modulus, numbers in _moduli(member) if _has_units(member) else ():
+        alone = not {modulus, modulus.replace("young_modulus", "density")} & said
+        if alone and (unusual := unusual_wave_speed(numbers)):
             yield modulus, f"{key_in_file(member, modulus)}: {shown(numbers['young_modulus'])} is unusual; {unusual}"
     if (damped := _rayleigh_ratio(member)) > USUAL_RATIO:
         key, ratios = "response.rayleigh", shown(list(scene.response.rayleigh or ()))

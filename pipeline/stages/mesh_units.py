@@ -13,7 +13,8 @@ from pipeline.scene.plausibility import USUAL_MATERIAL, WAVE_SPEED, wave_speed
 TYPICAL_RADIUS = (0.05, 3.0)  # m
 TYPICAL = {"young_modulus": (4e10, 4.5e11), "density": (1500.0, 9500.0)}
 LARGEST = {"m": 3.0, "in": 80.0}  # coordinates up to which a mesh without materials is in m, or else in inches
-COMMON, RARE = ("m", "mm", "in"), 0.3  # the others must fit better by this much (orders of magnitude)
+COMMON = ("m", "mm", "in")
+RARE, FARTHEST = 0.3, 1.0  # orders of magnitude that the others must fit better, and may be away from most blades
 Materials = Mapping[str, Mapping[str, float]]
 
 
@@ -94,6 +95,7 @@ def _fits(name: str, radius: float, materials: Materials) -> bool:
         usual
         and BLADE_RADII[0] <= radius * UNIT_SYSTEMS[name].length <= BLADE_RADII[1]
         and all(WAVE_SPEED.is_usual(wave_speed(numbers)) for numbers in in_si)
+        and (name in COMMON or _distance(name, radius, materials) <= FARTHEST)
     )
 
 

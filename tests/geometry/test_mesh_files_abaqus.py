@@ -165,6 +165,25 @@ def test_materials_by_element_set(tmp_path):
     assert any("only isotropic" in note for note in mesh.notes)
 
 
+def test_materials_keep_what_they_have(tmp_path):
+    mesh = read(
+        tmp_path,
+        CUBE + "*MATERIAL, NAME=a\n*ELASTIC\n7.E4\n*MATERIAL, NAME=b\n*ELASTIC\n2.1E5, .3\n*PLASTIC\n300., 0.\n"
+        "*MATERIAL, NAME=c\n*ELASTIC, TYPE=ORTHO\n1., 2., 3.\n*DENSITY\n8.E-9, 20.\n7.E-9, 900.\n"
+        "*MATERIAL, NAME=d\n*HYPERELASTIC, NEO HOOKE\n1., 2.\n*DENSITY\n1.E-9\n",
+    )  # fmt: skip
+    assert mesh.materials["a"] == {"young_modulus": 7e4}
+    assert mesh.materials["c"] == {"density": 8e-9}
+    assert mesh.unread_materials == {"c": "*ELASTIC, TYPE=ORTHO", "d": "*HYPERELASTIC"}
+    assert "*PLASTIC left out" in mesh.material_notes["b"][0]
+    assert "*DENSITY depends on temperature" in mesh.material_notes["c"][0]
+
+
+def test_scaled_masses_are_refused(tmp_path):
+    with pytest.raises(MeshFileError, match="MASS ADJUST: changes the masses"):
+        read(tmp_path, CUBE + "*MASS ADJUST\nall, 2.\n")
+
+
 def test_instances_are_moved_and_turned(tmp_path):
     text = (
         "*PART, NAME=cube\n" + CUBE + "*NSET, NSET=feet\n1, 2\n*END PART\n*ASSEMBLY, NAME=A\n"

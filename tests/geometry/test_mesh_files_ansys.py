@@ -162,6 +162,28 @@ def test_a_deck_of_commands_is_named_as_such(tmp_path, suffix):
         read_mesh(tmp_path / f"a{suffix}")
 
 
+def test_materials_of_an_archive_as_ansys_takes_them(tmp_path):
+    materials = (
+        "/UNITS,MPA\nMP,EX,1,2.1E5\nMP,DENS,1,7.8E-9\n"  # neither PRXY nor NUXY: 0.3
+        "MPTEMP,R5.0, 1, 1,  20.0\nMPTEMP,R5.0, 1, 2,  600.0\nMPDATA,R5.0, 1,EX  ,     2, 1,  2.0E+5\n"
+        "MPDATA,R5.0, 1,EX  ,     2, 2,  1.6E+5\nMPDATA,R5.0, 1,PRXY,     2, 1,  0.25\n"
+        "MP,EX,3,2E5\nMP,PRXY,3,0.3\nMP,GXY,3,1E5\n"  # 30 % stiffer in shear
+        "MP,EX,4,2E5\nMP,PRXY,4,0.25\nMP,GXY,4,8E4\nMP,EY,4,2E5\nTB,BISO,4,1,2\nTB,ANEL,5,1\n"
+    )
+    (tmp_path / "a.cdb").write_text(archive([(1, 3, [1, 2, 3, 3, 4, 5, 6, 6])], PRISM, materials))
+    mesh = read_mesh(tmp_path / "a.cdb")
+    assert mesh.materials["1"] == {"young_modulus": 2.1e5, "density": 7.8e-9, "poisson_ratio": 0.3}
+    assert "neither PRXY nor NUXY" in mesh.material_notes["1"][0]
+    assert mesh.materials["2"] == {"young_modulus": 2e5, "poisson_ratio": 0.25}
+    assert "EX depends on temperature" in mesh.material_notes["2"][0]
+    assert mesh.unread_materials == {"3": "orthotropic (GXY)", "5": "TB,ANEL"}
+    assert mesh.materials["4"]["young_modulus"] == 2e5
+    assert mesh.units == ("mm",)
+    (tmp_path / "a.cdb").write_text(archive([(1, 3, [1, 2, 3, 3, 4, 5, 6, 6])], PRISM, "MASCALE,2\n"))
+    with pytest.raises(MeshFileError, match="scales the matrices"):
+        read_mesh(tmp_path / "a.cdb")
+
+
 def test_a_pyramid_is_refused(tmp_path):
     (tmp_path / "p.cdb").write_text(archive([(7, 3, [1, 2, 5, 4, 3, 3, 3, 3])], PRISM))
     with pytest.raises(MeshFileError, match=r"element 7 \(hex8 with repeated nodes\) is a pyramid"):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from mesh_file_support import VOLUMES, element_points, shape_of, straight_middles, volumes
 
-from geometry import ELEMENT_KINDS, included_names, read_mesh
+from geometry import ELEMENT_KINDS, MeshFileError, included_names, read_mesh
 
 TET = "CTETRA  1       1       1       2       3       4\n"
 
@@ -132,6 +132,56 @@ def test_materials_and_properties(tmp_path):
     }  # fmt: skip
     assert mesh.materials["12"]["poisson_ratio"] == pytest.approx(0.3)  # from E and G
     assert sorted(mesh.element_sets) == ["PSOLID_1", "PSOLID_6"]
+
+
+STEEL = "PSOLID,1,1\nMAT1,1,3.+7,,.3,.283\n"
+
+
+@pytest.mark.parametrize(
+    ("head", "bulk", "density", "modulus"),
+    [
+        ("", "PARAM,WTMASS,.00259\n", 0.283 * 0.00259, 3e7),
+        ("", "PARAM   WTMASS  .00259\n", 0.283 * 0.00259, 3e7),
+        ("", "PARAM*  WTMASS                  2.59-3\n", 0.283 * 0.00259, 3e7),
+        ("PARAM,WTMASS,.00259\nBEGIN BULK\n", "", 0.283 * 0.00259, 3e7),
+        ("", "PARAM,WTMASS,.00259\nPARAM,CM1,2.\nPARAM,CK1,.5\n", 0.283 * 0.00518, 1.5e7),
+        ("", "PARAM,WTMASS,1.\nPARAM,GRDPNT,0\n", 0.283, 3e7),
+    ],
+)
+def test_parameters_that_scale_masses_and_stiffness_are_taken_and_said(tmp_path, head, bulk, density, modulus):
+    mesh = read(tmp_path, head + SMALL + TET + STEEL + bulk)
+    assert mesh.materials["1"]["density"] == pytest.approx(density, rel=1e-12)
+    assert mesh.materials["1"]["young_modulus"] == pytest.approx(modulus, rel=1e-12)
+    said = [line for line in mesh.material_notes.get("1", ()) if "multiplied by PARAM" in line]
+    assert len(said) == (head + bulk).count("PARAM") - 2 * bulk.count("GRDPNT")
+
+
+def test_parameters_that_contradict_each_other_are_refused(tmp_path):
+    with pytest.raises(MeshFileError, match="WTMASS is given with several values"):
+        read(tmp_path, SMALL + TET + STEEL + "PARAM,WTMASS,.00259\nPARAM,WTMASS,1.\n")
+
+
+def test_materials_that_are_not_constant_and_isotropic(tmp_path):
+    cards = "PSOLID,1,1\nMAT9,1,1.+5,5.+4\nMAT1,2,2.1+5,,.3\nMATT1,2,4\nMAT1,3,2.1+5,2.+5,.3\n"
+    mesh = read(tmp_path, SMALL + TET + cards)
+    assert mesh.unread_materials == {"1": "MAT9"}
+    assert "density" not in mesh.materials["2"]
+    assert "depends on temperature (MATT1)" in mesh.material_notes["2"][0]
+    assert "G = 200000 is not E / (2 + 2 nu)" in mesh.material_notes["3"][0]
+
+
+@pytest.mark.parametrize(
+    ("line", "units"),
+    [
+        ("$*  UNITS: mm (milli-newton)\n", ("mm-kg-s",)),
+        ("DTI,UNITS,1,KG,N,M,S\n", ("m",)),
+        ("DTI     UNITS   1       MGG     N       MM      S\n", ("mm", "mm-g-ms")),
+        ("PARAM,UNITSYS,MN-MM\n", ("mm-kg-s",)),
+        ("DTI,SPECSEL,1,A\n", ()),
+    ],
+)
+def test_units_that_a_deck_states(tmp_path, line, units):
+    assert read(tmp_path, line + SMALL + TET).units == units
 
 
 def test_sets(tmp_path):

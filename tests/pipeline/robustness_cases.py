@@ -49,6 +49,8 @@ SCENES: list[Case] = [
         "a swept list of 200 values, twice",
         scene(sweep={"contact.friction": [0.1] * 200, "excitation.force": [1.0] * 200}),
     ),
+    ("`young_modulus = 210`: GPa for Pa", scene(material__young_modulus=210.0)),
+    ("`friction = 40`: % for a fraction", scene(contact__friction=40.0)),
     ("`at = [0, 0, 450]`: mm for m", scene(excitation__at=[0.0, 0.0, 450.0])),
     ("`modes = [100]` of `[render]` where there are 33", scene(render={"modes": [100]})),
     ('`name = "../escape"`', scene(name="../escape")),
@@ -63,9 +65,9 @@ SCENES: list[Case] = [
 ]
 
 WARNED: list[Case] = [
-    ("`young_modulus = 210`: GPa for Pa", scene(material__young_modulus=210.0)),
+    ("`young_modulus = 2.1e9`", scene(material__young_modulus=2.1e9)),
+    ("`friction = 4`", scene(contact__friction=4.0)),
     ("`angle = 1.22`: radians for degrees", scene(shroud__angle=1.22)),
-    ("`friction = 40`: % for a fraction", scene(contact__friction=40.0)),
     ("`damping_ratio = 0.3`: % for a fraction", scene(response__damping_ratio=0.3)),
     ("`normal_stiffness = 200`: N/mm for N/m", scene(contact__normal_stiffness=200.0)),
     ("`interference = 0.005`: mm for m", scene(contact__interference=0.005)),

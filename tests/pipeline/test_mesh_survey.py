@@ -5,8 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from geometry import ElementBlock, ImportedMesh, OwnMeshError, SectorChoice, fitting_ring, sector_from_mesh
+from geometry import (
+    UNIT_SYSTEMS,
+    ElementBlock,
+    ImportedMesh,
+    OwnMeshError,
+    SectorChoice,
+    fitting_ring,
+    sector_from_mesh,
+)
 from pipeline.new_scene.mesh_survey import guess
+from pipeline.scene.mesh_section import Mesh
+from pipeline.stages.mesh_units import propose_unit
 
 CORNERS = [0, 1, 2, 3, 4, 5, 6, 7]
 
@@ -55,6 +65,52 @@ def test_faces_that_are_no_images_make_no_ring():
 def test_the_unit_is_told_from_the_modulus_or_the_size(radius, modulus, unit):
     materials = {"steel": {"young_modulus": modulus}} if modulus else None
     assert guess(brick(radius=radius, materials=materials)).unit == unit
+
+
+STEEL = {  # radius, Young's modulus and density as in tables of units: 207 to 210 GPa, 7800 to 7860 kg/m^3
+    "m": (0.3, 2.1e11, 7850.0),
+    "mm": (300.0, 2.1e5, 7.85e-9),
+    "in": (12.0, 3.0e7, 7.33e-4),
+    "mm-kg-s": (300.0, 2.1e8, 7.85e-6),
+    "mm-kg-ms": (300.0, 210.0, 7.85e-6),
+    "mm-g-ms": (300.0, 2.1e5, 7.85e-3),
+    "mm-g-s": (300.0, 2.1e11, 7.85e-3),
+    "mm-kgf-s": (300.0, 2.14e4, 8.0e-10),
+    "cm-g-s": (30.0, 2.1e12, 7.85),
+    "m-t-s": (0.3, 2.1e8, 7.85),
+    "in-lbf-lbm": (12.0, 3.0e7, 0.284),
+    "in-kip-s": (12.0, 3.0e4, 7.33e-7),
+    "ft-lbf-s": (1.0, 4.36e9, 15.2),
+    "ft-lbf-lbm": (1.0, 4.36e9, 490.0),
+}
+
+
+@pytest.mark.parametrize("unit", UNIT_SYSTEMS)
+def test_the_system_of_units_is_told_from_steel_and_size(unit):
+    radius, modulus, density = STEEL[unit]
+    proposal = propose_unit(radius, {"steel": {"young_modulus": modulus, "density": density}})
+    assert (proposal.unit, proposal.consistent) == (unit, True)
+    system = UNIT_SYSTEMS[unit]
+    assert modulus * system.pressure == pytest.approx(2.1e11, rel=0.02)
+    assert density * system.density == pytest.approx(7850.0, rel=0.01)
+    assert radius * system.length == pytest.approx(0.3, rel=0.02)
+    Mesh(file="b.inp", n_blades=3, unit=unit)  # the scene knows it
+
+
+@pytest.mark.parametrize(
+    ("radius", "numbers", "unit", "meant"),
+    [
+        (300.0, {"young_modulus": 2.1e5, "density": 7.85e-6}, "mm", {"density": 7850.0}),
+        (300.0, {"young_modulus": 2.1e11, "density": 7850.0}, "mm", {"young_modulus": 2.1e11, "density": 7850.0}),
+        (0.3, {"young_modulus": 210.0, "density": 7850.0}, "m", {"young_modulus": 2.1e11}),
+        (300.0, {"young_modulus": 1.1e5, "density": 4.43}, "mm", {"density": 4430.0}),
+    ],
+)
+def test_numbers_of_no_consistent_system_are_given_in_si_units(radius, numbers, unit, meant):
+    proposal = propose_unit(radius, {"blade": numbers})
+    assert (proposal.unit, proposal.consistent) == (unit, False)
+    assert proposal.numbers["blade"] == pytest.approx(meant)
+    assert set(proposal.stated) == {"blade"}
 
 
 @pytest.mark.parametrize(

@@ -93,10 +93,6 @@ def test_the_blade_through_a_file_has_the_same_frequencies(
 def test_millimetres_and_the_materials_of_the_file(folder: Path, made: tuple[np.ndarray, ...]) -> None:
     scene = scene_with_mesh("blade_mm.inp", name="in_mm", mesh__unit="mm", material=None)
     np.testing.assert_allclose(frequencies(folder, scene)[0], made[0], rtol=1e-9)
-    lighter = {"STEEL": {"young_modulus": 210e9, "poisson_ratio": 0.3, "density": 7850.0 / 4.0}}
-    named = {"steel": lighter["STEEL"]}
-    scene = scene_with_mesh("blade_mm.inp", name="lighter", mesh__unit="mm", material=None, materials=named)
-    np.testing.assert_allclose(frequencies(folder, scene)[0], 2.0 * made[0], rtol=1e-9)
 
 
 def test_tetrahedra_of_gmsh_agree_within_the_mesh_error_that_verify_states(
@@ -216,7 +212,10 @@ def test_comments_include_nothing(line: str, tmp_path: Path) -> None:
         ({"mesh__unit": "mm"}, 'mesh.unit: "mm", allowed: .*"m"'),
         ({"blade": {}}, "blade.n_blades: missing"),
         ({"blade": small_scene()["blade"]}, "blade: given beside mesh.file, allowed: one of the two"),
-        ({"materials": {"S": {"young_modulus": 1.0}}}, "materials.S.poisson_ratio: missing"),
+        (
+            {"materials": {"S": {"young_modulus": 1e11}}},
+            "materials.S: unknown name, allowed: a material or an element",
+        ),
         ({"materials": {"S": {"young": 1.0}}}, "materials.S.young: unknown key"),
         ({"excitation__at": [0.0, 0.0, 9.0]}, "excitation.at: .* allowed: a point of the blade"),
         ({"load__speed_rpm": 2e5}, "load.speed_rpm: 200000.0, allowed: 0 to "),
@@ -352,3 +351,111 @@ def test_a_sector_of_any_elements_goes_to_files_and_back(sector_of_kind: SectorM
         for one, other in zip(found.blocks, parts, strict=True):
             np.testing.assert_array_equal(one.nodes, other.nodes)
         assert found.n_blades == sector.n_blades
+
+
+ALUMINIUM = "*ELASTIC\n70000., 0.3\n"
+KG_MM3, MM_KG_S = "*ELASTIC\n2.1e5, 0.3\n*DENSITY\n7.85e-6\n", "*ELASTIC\n2.1e8, 0.3\n*DENSITY\n7.85e-6\n"
+CRYSTAL = "*ELASTIC, TYPE=ENGINEERING CONSTANTS\n1.25e5, 1.25e5, 1.25e5, .38, .38, .38, 1.25e5, 1.25e5\n1.25e5\n"
+CRYSTAL += "*DENSITY\n8.7e-9\n"
+HOT = "*ELASTIC\n2.1e5, 0.3, 20.\n1.6e5, 0.3, 600.\n*DENSITY\n7.85e-9\n"
+IN_FULL = {"steel": {"young_modulus": 125e9, "poisson_ratio": 0.38, "density": 8700.0}}
+
+
+@pytest.fixture(scope="module")
+def steel_deck(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """A coarse small blade in mm, all of a material `steel`."""
+    blade, path = small_sector(0.018), tmp_path_factory.mktemp("deck") / "blade.inp"
+    blade = replace(blade, points=1e3 * blade.points, blocks=(replace(blade.blocks[0], material="steel"),))
+    write_mesh(path, blade, STEEL)
+    return path.read_text()
+
+
+def with_numbers(deck: str, numbers: str) -> str:
+    """The deck with other lines below its *MATERIAL."""
+    return re.sub(r"(?<=NAME=steel\n)\*ELASTIC\n.*\n\*DENSITY\n.*\n", numbers, deck)
+
+
+@pytest.mark.parametrize(
+    ("numbers", "changes", "status", "said"),
+    [
+        (
+            ALUMINIUM,
+            {},
+            2,
+            r"materials\.steel\.density: missing, .*kg/m\^3: only Young's modulus and Poisson's ratio",
+        ),
+        ("*ELASTIC\n7e4\n*DENSITY\n2.7e-9\n", {}, 2, r"materials\.steel\.poisson_ratio: missing"),
+        ("*DENSITY\n2.7e-9\n", {}, 2, r"materials\.steel\.young_modulus: missing, .* only density of"),
+        (ALUMINIUM, {"materials": {"STEEL": {"density": 2700.0}}}, 0, ""),
+        (ALUMINIUM, {"materials": {"stel": {"density": 2700.0}}}, 2, r'materials\.stel: unknown name, .*"steel"'),
+        (KG_MM3, {}, 2, r"none fits this file: .* density = 7850 \(7.85e-06 kg/mm\^3\).*7.85e\+06 kg/m\^3.*--force"),
+        (KG_MM3, {"materials": {"steel": {"density": 7850.0}}}, 0, "density of .materials.steel., not of the file"),
+        (MM_KG_S, {}, 2, r'mesh\.unit: "mm", allowed: "mm-kg-s": Young.s modulus 2.1e\+08 kPa is 210 GPa'),
+        (MM_KG_S, {"mesh__unit": "mm-kg-s"}, 0, ""),
+        (CRYSTAL, {}, 2, r"materials\.steel: missing, allowed: all of .* this one is \*ELASTIC, TYPE=ENGINEERING"),
+        (CRYSTAL, {"materials": {"steel": {"density": 1.0}}}, 2, r"materials\.steel: given in part, allowed: all of"),
+        (
+            CRYSTAL,
+            {"materials": IN_FULL},
+            0,
+            r"TYPE=ENGINEERING CONSTANTS in the file: the isotropic one of .materials",
+        ),
+        ("** no numbers\n", {}, 0, r"material steel has no numbers in the file: \[material\] is taken"),
+        (HOT, {}, 0, r"material steel: \*ELASTIC depends on temperature: the first line is taken"),
+    ],
+)
+def test_materials_of_the_file_are_completed_and_checked(
+    steel_deck: str, tmp_path: Path, numbers: str, changes: dict[str, Any], status: int, said: str
+) -> None:
+    """With a [material] of steel in the scene, which must not stand in for numbers of the file."""
+    (tmp_path / "blade.inp").write_text(with_numbers(steel_deck, numbers))
+    path = write_scene(tmp_path / "s.toml", scene_with_mesh("blade.inp", **{"mesh__unit": "mm", **changes}))
+    found, _, error = shroud("validate", path)
+    assert (found, error.count("\n")) == (status, 1 if said else 0), error
+    assert re.search(said, error), error
+    if "--force" in said:
+        found, _, error = shroud("validate", path, "--force")
+        assert found == 0
+        assert 'with unit = "mm" density of material steel is 7.85e+06 kg/m^3' in error
+
+
+def test_a_run_takes_what_the_file_has_and_says_so_every_time(steel_deck: str, tmp_path: Path) -> None:
+    """Of one geometry sqrt(E / rho) scales free frequencies; stuck ones depend on the unit of force too."""
+    found = {}
+    for name, numbers, changes in (
+        ("mm", "*ELASTIC\n2.1e5, 0.3\n*DENSITY\n7.85e-9\n", {}),
+        ("mm-kg-s", MM_KG_S, {"mesh__unit": "mm-kg-s"}),
+        ("aluminium", HOT.replace("2.1e5", "7e4"), {"materials": {"steel": {"density": 2700.0}}}),
+    ):
+        (tmp_path / "blade.inp").write_text(with_numbers(steel_deck, numbers))
+        scene = scene_with_mesh("blade.inp", name=name, **{"mesh__unit": "mm", **changes})
+        found[name] = frequencies(tmp_path, scene)
+    for k in (0, 1):
+        np.testing.assert_allclose(found["mm-kg-s"][k], found["mm"][k], rtol=1e-9)
+    ratio = np.sqrt(7e10 / 2700.0 / (2.1e11 / 7850.0))
+    np.testing.assert_allclose(found["aluminium"][0], ratio * found["mm"][0], rtol=1e-9)
+    assert any(
+        "density 2700 kg/m^3 ([materials.steel])" in line
+        for line in found["aluminium"][2]["models"][0]["mesh_findings"]
+    )
+    again = shroud("run", tmp_path / "aluminium.toml", "--out", tmp_path / "aluminium", "--until", "reduce")
+    assert "warning: material steel: *ELASTIC depends on temperature" in again[2]
+    (tmp_path / "blade.inp").write_text(with_numbers(steel_deck, KG_MM3))
+    status, _, error = shroud("run", tmp_path / "mm.toml", "--out", tmp_path / "mm", "--until", "reduce", "--quiet")
+    assert (status, error.count("\n")) == (2, 1)
+    assert "mesh.unit" in error
+
+
+def test_a_new_scene_has_the_materials_of_the_run(steel_deck: str, tmp_path: Path) -> None:
+    """Density in kg/mm^3 beside MPa, no Poisson's ratio."""
+    (tmp_path / "blade.inp").write_text(with_numbers(steel_deck, "*ELASTIC\n7e4\n*DENSITY\n2.7e-6\n"))
+    scene = tmp_path / "mine" / "scene.toml"
+    status, said, error = shroud("new", tmp_path / "mine", "--mesh", tmp_path / "blade.inp")
+    assert status == 0
+    assert "material steel: density = 2700 (2.7e-06 kg/mm^3)" in said
+    assert "material steel: Young's modulus 7e+10 Pa (of the file); density 2700 kg/m^3 ([materials.steel])" in said
+    assert "materials.steel.poisson_ratio: missing" in error
+    assert "[material]" not in scene.read_text()
+    assert shroud("validate", scene)[0] == 2
+    scene.write_text(scene.read_text().replace("# poisson_ratio = ...", "poisson_ratio = 0.33"))
+    assert shroud("validate", scene)[0] == 0

@@ -10,6 +10,7 @@ import pytest
 from pipeline_support import ground_scene, shroud, small_scene, statuses, summary_of, write_ground_model, write_scene
 from scipy.linalg import eigh
 
+from pipeline import InputError, run_scene
 from pipeline.figures.linear_limits import _limit
 from pipeline.results.frequency_range import (
     Resonance,
@@ -41,18 +42,53 @@ MILLIMETRES = {
 }
 
 
+# beyond all experience: what is said before "is unusual" with --force, and before "allowed" without
+NONSENSE: list[tuple[dict[str, Any], list[str]]] = [
+    (
+        MILLIMETRES,
+        [
+            *("blade.hub_radius: 300.0", "blade.length: 150.0", "blade.chord: 36.0", "blade.thickness: 9.0"),
+            *("shroud.thickness: 5.0", "shroud.axial_width: 40.0", "shroud.contact_length: 12.0"),
+        ],
+    ),
+    ({"material__young_modulus": 210.0}, ["material.young_modulus: 210.0"]),
+    ({"material__density": 7.85e-9}, ["material.density: 7.85e-09"]),
+    ({"material__young_modulus": 2.1e8}, ["material.young_modulus: 210000000.0"]),  # kPa: 164 m/s
+    ({"contact__friction": 40.0}, ["contact.friction: 40.0"]),
+    ({"contact__friction": [0.4, 0.4, 40.0, 0.4]}, ["contact.friction: 40.0"]),
+    ({"contact__interference": 70.0}, ["contact.interference: 70.0"]),
+    ({"response__frequency": [1e12, 2e12]}, ["response.frequency: 1000000000000.0"]),
+    ({"sweep": {"contact.friction": [0.4, 30.0, 40.0]}}, ['sweep."contact.friction": 30.0']),
+]
+
+
+@pytest.mark.parametrize(("changes", "expected"), NONSENSE)
+def test_nonsense_is_computed_with_force_only(tmp_path: Path, changes: dict[str, Any], expected: list[str]) -> None:
+    path = write_scene(tmp_path / "s.toml", small_scene(**changes))
+    status, _, error = shroud("validate", path)
+    assert status == 2
+    for line, words in zip(error.splitlines(), expected, strict=True):
+        assert re.match(rf"{re.escape(str(path))}(:\d+)?: {re.escape(words)}, allowed: .*; --force ", line)
+    status, _, error = shroud("validate", path, "--force")
+    assert status == 0
+    for line, words in zip(error.splitlines(), expected, strict=True):
+        assert line.startswith(f"warning: {path}: {words} is unusual; ")
+
+
+def test_a_run_refuses_nonsense_before_it_writes_anything(tmp_path: Path) -> None:
+    path = write_scene(tmp_path / "s.toml", small_scene(contact__friction=40.0))
+    status, _, error = shroud("run", path, "--out", tmp_path / "out", "--until", "mesh")
+    assert (status, error.count("\n")) == (2, 1)
+    assert not (tmp_path / "out").exists()
+    with pytest.raises(InputError, match=r"contact\.friction: 40\.0, allowed: 0 to 2; .*force=True"):
+        run_scene(path, tmp_path / "out", until="mesh")
+    assert run_scene(path, tmp_path / "out", until="mesh", force=True).complete
+
+
 @pytest.mark.parametrize(
     ("changes", "expected"),
     [
-        (
-            MILLIMETRES,
-            [
-                *("blade.hub_radius: 300.0", "blade.length: 150.0", "blade.chord: 36.0", "blade.thickness: 9.0"),
-                *("shroud.thickness: 5.0", "shroud.axial_width: 40.0", "shroud.contact_length: 12.0"),
-            ],
-        ),
         ({"excitation__force": 1e9}, ["excitation.force: 1000000000.0 is unusual; the key is in N"]),
-        ({"response__frequency": [1e12, 2e12]}, ["response.frequency: 1000000000000.0 is unusual; the key is in Hz"]),
         ({"contact__preload": 1e9}, ["contact.preload: 1000000000.0 is unusual"]),
         (
             {"response__damping_ratio": None, "response__rayleigh": [0.0, 1e-3]},
@@ -60,16 +96,15 @@ MILLIMETRES = {
         ),
         ({"response__damping_ratio": None, "response__rayleigh": [10.0, 2e-6]}, []),
         ({"shroud__angle": 1.22}, ["shroud.angle: 1.22 is unusual; the key is in degrees"]),
-        ({"material__young_modulus": 210.0}, ["material.young_modulus: 210.0 is unusual; the key is in Pa"]),
-        ({"material__density": 7.85e-9}, ["material.density: 7.85e-09 is unusual; the key is in kg/m^3"]),
-        ({"contact__friction": 40.0}, ["contact.friction: 40.0 is unusual"]),
-        ({"contact__friction": [0.4, 0.4, 40.0, 0.4]}, ["contact.friction: 40.0 is unusual"]),
         ({"response__damping_ratio": 0.3}, ["response.damping_ratio: 0.3 is unusual; the key is a fraction"]),
         ({"contact__normal_stiffness": 200.0}, ["contact.normal_stiffness: 200.0 is unusual; the key is in N/m"]),
         ({"contact__interference": -0.005}, ["contact.interference: -0.005 is unusual; the key is in metres"]),
-        ({"sweep": {"contact.friction": [0.4, 30.0, 40.0]}}, ['sweep."contact.friction": 30.0 is unusual']),
         ({"contact__friction": 0.0, "contact__normal_stiffness": 0.0, "contact__interference": 0.0}, []),
         ({"contact__normal_stiffness": "punch"}, []),
+        (
+            {"material__young_modulus": 2.1e9},
+            ["material.young_modulus: 2100000000.0 is unusual; with density 7850 sqrt(E / rho) is 517 m/s"],
+        ),
         ({}, []),
     ],
 )

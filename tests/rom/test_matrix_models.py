@@ -86,20 +86,21 @@ def test_matrices_with_clamped_rows_give_the_model_of_the_mesh(full, sector, red
     assert_same_model(reduce_sector(found.full, found.sector, MODES, NODAL).model, reduced, rtol=1e-11)
 
 
-@pytest.mark.parametrize("unit", ["mm", "in"])
+@pytest.mark.parametrize("unit", ["mm", "in", "mm-kg-ms"])
 def test_units_axes_order_and_nodal_frames_make_no_difference(full, sector, reduced, tmp_path, unit):
     """Clamped rows left out, dofs in any order, an engine axis anywhere, displacements along axes of each node."""
     rng = np.random.default_rng(5)
-    metre = {"m": 1.0, "mm": 1e-3, "in": 0.0254}[unit]
-    newton = {"m": 1.0, "mm": 1.0, "in": 4.4482216152605}[unit]
+    metre = {"mm": 1e-3, "in": 0.0254, "mm-kg-ms": 1e-3}[unit]
+    newton = {"mm": 1.0, "in": 4.4482216152605, "mm-kg-ms": 1e3}[unit]
+    kilogram = {"mm": 1e3, "in": 175.12683524647, "mm-kg-ms": 1.0}[unit]
     turn, shift = Rotation.from_rotvec([0.3, -1.1, 0.6]).as_matrix(), np.array([5.0, -2.0, 1.0])
     axes = Rotation.random(len(sector.points), random_state=2).as_matrix()
     # displacements along the nodal axes: axes @ turn @ ours, in the unit of length
     change = block_diag(*(axes @ turn))
     free = np.setdiff1d(np.arange(full.n_dofs), full.fixed)
     order = rng.permutation(free)
-    for name, matrix in (("K", full.stiffness), ("M", full.mass)):
-        theirs = change @ matrix.toarray() @ change.T * metre / newton
+    for name, matrix, unit_si in (("K", full.stiffness, newton / metre), ("M", full.mass, kilogram)):
+        theirs = change @ matrix.toarray() @ change.T / unit_si
         write_matrix(tmp_path / f"{name}.mtx", np.where(np.abs(theirs) > 0.0, theirs, 0.0)[np.ix_(order, order)])
     labels = rng.permutation(9000)[: len(sector.points)] + 1
     rows = "\n".join(f"{labels[dof // 3]},{dof % 3 + 1}" for dof in order)
