@@ -127,7 +127,7 @@ def sector_from_mesh(mesh: ImportedMesh, choice: SectorChoice) -> OwnSector:
     sector = _assembled(
         mesh, choice, faces, {"root": root, **joined}, {"face_right": right, "face_left": left}, outside
     )
-    of_file = _without_materials(mesh.notes)
+    said = [*_without_materials(mesh.notes), *notes, *renamed, *cut_names, *found, *others, *of_cuts, *how]
     findings = SectorFindings(
         matching=pair.partner is not None,
         mismatch=pair.mismatch,
@@ -136,17 +136,7 @@ def sector_from_mesh(mesh: ImportedMesh, choice: SectorChoice) -> OwnSector:
         areas=pair.areas,
         normal_angle=pair.normal_angle,
         rotation=rotation,
-        notes=(
-            *of_file,
-            *notes,
-            *renamed,
-            *cut_names,
-            *found,
-            *others,
-            *of_cuts,
-            *how,
-            *_remarks(pair),
-        ),
+        notes=(*said, *_remarks(pair)),
         warnings=(*mesh.warnings, *doubts, *_warnings(pair, choice.n_blades)),
     )
     materials = materials_in_si(mesh.materials, choice.unit)

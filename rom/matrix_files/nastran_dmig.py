@@ -16,6 +16,9 @@ from rom.matrix_files.matrix_names import chosen_name
 
 SQUARE, SYMMETRIC = 1, 6
 _ALLOWED = "DMIG entries in small, large or free field"
+# parameters of the bulk data, and factors of the case control section, that scale the matrices: M2GG = 0.5*MAAX
+_PARAMETER = re.compile(r"\s*PARAM\*?[\s,]+(CK2|CM2)[\s,]+([^\s,]+)", re.IGNORECASE)
+_FACTOR = re.compile(r"\s*([KM]2GG)\s*=.*?([0-9.][0-9.+\-ED]*)\s*\*", re.IGNORECASE)
 _EXPONENT = re.compile(r"(?<=[0-9.])([+-][0-9]+)$")  # Nastran may leave out the letter of an exponent
 
 
@@ -89,6 +92,7 @@ def _cards(path: str | os.PathLike[str]) -> Iterator[list[str]]:
         raise MatrixFileError(path, "not a text file", _ALLOWED) from None
     for line in lines:
         text = line.split("$")[0]
+        _refuse_factor(path, text)
         start = text[:8].split(",")[0].strip().rstrip("*").upper()
         if start[:1] in ("", "+", "*"):
             card += _fields(text)[1:] if card and text.strip() else []
@@ -102,6 +106,18 @@ def _cards(path: str | os.PathLike[str]) -> Iterator[list[str]]:
             raise MatrixFileError(path, f"a line of more than 10 fields: {' '.join(text.split())[:40]}", _ALLOWED)
     if card:
         yield card
+
+
+def _refuse_factor(path: str | os.PathLike[str], line: str) -> None:
+    """Refuse a line by which Nastran multiplies a matrix of the file."""
+    found = _PARAMETER.match(line) or _FACTOR.match(line)
+    try:
+        factor = 1.0 if found is None else _number(found[2])
+    except ValueError:
+        factor = 0.0
+    if found is not None and factor != 1.0:
+        allowed = "matrices that are not scaled: multiply the entries, and take the factor out"
+        raise MatrixFileError(path, f"scales its matrices: {' '.join(line.split())[:60]}", allowed)
 
 
 def _fields(line: str) -> list[str]:

@@ -350,3 +350,24 @@ def test_a_file_that_claims_more_than_it_holds_is_refused_before_it_fills_the_me
             group["data"], group["ir"], group["jc"] = np.ones(1), np.zeros(1, dtype=int), np.array([0, 1])
         with pytest.raises(MatrixFileError, match="damaged"):
             read_matrix(tmp_path / name)
+
+
+@pytest.mark.parametrize(
+    ("line", "scales"),
+    [
+        ("PARAM,CM2,0.5", True),
+        ("PARAM   CK2     2.-1", True),
+        ("M2GG = 0.5*KAA", True),
+        ("K2GG = KAA", False),
+        ("PARAM,CM2,1.0", False),
+        ("PARAM,WTMASS,.00259", False),  # Nastran does not apply it to M2GG
+    ],
+)
+def test_factors_of_direct_matrices_are_refused(tmp_path, line, scales):
+    header = "DMIG    KAA            0       6       2       0\n"
+    (tmp_path / "k.bdf").write_text(f"{line}\nBEGIN BULK\n{header}DMIG,KAA,1,1,,1,1,2.5\n")
+    if scales:
+        with pytest.raises(MatrixFileError, match="scales its matrices"):
+            read_matrix(tmp_path / "k.bdf")
+    else:
+        assert read_matrix(tmp_path / "k.bdf").matrix.toarray().tolist() == [[2.5]]
