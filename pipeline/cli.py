@@ -7,7 +7,7 @@ import signal
 import sys
 import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -45,9 +45,6 @@ from pipeline.process.program_start import prepare_libraries
 from pipeline.process.streams import flush_stdout, prepare_streams
 from pipeline.stages.stage_names import Stage
 from pipeline.terminal import print_error, print_notes, print_problems, print_verification
-
-if TYPE_CHECKING:
-    pass
 
 _NO_OUTPUT = "shroud: the output cannot be written"
 
