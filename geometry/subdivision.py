@@ -1,4 +1,4 @@
-"""A finer mesh of a sector: each element is cut into eight of its kind, with the geometry of its own shape functions.
+"""A finer mesh of a sector: each element is cut into 8 or 27 of its kind, with the geometry of its shape functions.
 
 Nodes that are there keep their numbers. The new ones lie at mid-points in the natural coordinates of the elements.
 Two elements that share a side have the same ones there, as a point is identified by its weights on the corners.
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cache
+from itertools import pairwise, permutations, product
 
 import numpy as np
 
@@ -15,7 +16,10 @@ from geometry.elements import ELEMENT_KINDS, ElementBlock, sides_on
 from geometry.sector import FloatArray, IntArray, SectorMesh
 
 POINTS = ("tip", "contact_right", "contact_left")  # sets that are no surfaces
-_PARTS = 64  # the weights of a point on the corners are whole multiples of one part
+_PARTS = (
+    1728  # the weights of a point on the corners are whole multiples of one part: 64 = 4^3 and 216 = 6^3 divide it
+)
+_DIGITS = 12  # of natural coordinates: thirds are not exact
 _TRIANGLE = ((0, 0), (1, 0), (0, 1))
 _CORNERS = {
     4: ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)),
@@ -36,13 +40,15 @@ _CHILD_TETRAHEDRA = (
 )
 
 
-def subdivided(sector: SectorMesh) -> SectorMesh:
+def subdivided(sector: SectorMesh, parts: int = 2) -> SectorMesh:
     """A mesh of the same sector with eight elements in place of each.
 
     Parameters
     ----------
     sector : SectorMesh
         The mesh.
+    parts : {2, 3}
+        Into how many parts each edge is cut: 8 or 27 elements in place of each.
 
     Returns
     -------
@@ -58,7 +64,7 @@ def subdivided(sector: SectorMesh) -> SectorMesh:
     >>> subdivided(sector).n_elements // sector.n_elements
     8
     """
-    cuts = [_cut(block.kind) for block in sector.blocks]
+    cuts = [_cut(block.kind, parts) for block in sector.blocks]
     keys = [_keys(block, cut) for block, cut in zip(sector.blocks, cuts, strict=True)]
     width = max(key.shape[-1] for key in keys)
     flat = [np.pad(key.reshape(-1, key.shape[-1]), ((0, 0), (width - key.shape[-1], 0))) for key in keys]
@@ -96,7 +102,7 @@ class _Cut:
         Weights of the points on the corners, in parts of `_PARTS`.
     shapes : (p, b) array
         Shape functions at the points.
-    children : (8, b) int array
+    children : (8 or 27, b) int array
         Points of each new element.
     nodes : (b,) int array
         The points that are the nodes of the element.
@@ -109,18 +115,18 @@ class _Cut:
 
 
 @cache
-def _cut(name: str) -> _Cut:
+def _cut(name: str, parts: int) -> _Cut:
     kind = ELEMENT_KINDS[name]
     corners = np.array(_CORNERS[kind.corners], dtype=float)
-    children = _child_corners(kind.corners)
+    children = _child_corners(kind.corners) if parts == 2 else _child_lattice(kind.corners, parts)
     if kind.quadratic:
         middles = [(children[:, a] + children[:, b]) / 2.0 for a, b in kind.edges]
         children = np.concatenate([children, np.stack(middles, axis=1)], axis=1)
         own = np.concatenate([corners, [(corners[a] + corners[b]) / 2.0 for a, b in kind.edges]])
     else:
         own = corners
-    places, index = np.unique(children.reshape(-1, 3), axis=0, return_inverse=True)
-    nodes = np.array([int(np.flatnonzero((places == node).all(axis=1))[0]) for node in own])
+    places, index = np.unique(children.reshape(-1, 3).round(_DIGITS), axis=0, return_inverse=True)
+    nodes = np.array([int(np.flatnonzero((np.abs(places - node) < 1e-9).all(axis=1))[0]) for node in own])
     linear = _shapes(places, corners, kind.corners, quadratic=False)
     return _Cut(
         np.rint(_PARTS * linear).astype(np.int64),
@@ -142,6 +148,42 @@ def _child_corners(corners: int) -> FloatArray:
         return np.array(parts)
     own = np.array(_CORNERS[8], dtype=float)
     return (own[None, :, :] + own[:, None, :]) / 2.0
+
+
+def _child_lattice(corners: int, parts: int) -> FloatArray:
+    """Natural coordinates (parts^3, c, 3) of the corners of the parts, each edge cut into equal ones."""
+    ends = np.linspace(-1.0, 1.0, parts + 1)
+    if corners == 4:
+        return _child_kuhn(parts)
+    if corners == 6:
+        step = 1.0 / parts
+        triangles = [[(i, j), (i + 1, j), (i, j + 1)] for i in range(parts) for j in range(parts - i)]
+        triangles += [[(i + 1, j), (i + 1, j + 1), (i, j + 1)] for i in range(parts) for j in range(parts - i - 1)]
+        layers = pairwise(ends)
+        return np.array(
+            [[(i * step, j * step, t) for t in layer for i, j in tri] for layer in layers for tri in triangles]
+        )
+    own = np.array(_CORNERS[8], dtype=float)
+    places = np.array([(r, s, t) for t in ends[:-1] for s in ends[:-1] for r in ends[:-1]])
+    return np.asarray(places[:, None, :] + (own + 1.0)[None, :, :] / parts)
+
+
+def _child_kuhn(parts: int) -> FloatArray:
+    """The parts of a tetrahedron: of all cubes of a lattice, cut into six along their diagonal, those inside it.
+
+    The tetrahedron is that of the points n >= x >= y >= z >= 0; its sides are cut alike from both elements.
+    """
+    found = []
+    for cube in product(range(parts), repeat=3):
+        for axes in permutations(range(3)):
+            at = np.cumsum(np.vstack([cube, np.eye(3)[list(axes)]]), axis=0)
+            if (np.diff(at, axis=1) <= 0.0).all():
+                x, y, z = at.T
+                found.append(np.stack([x - y, y - z, z], axis=1) / parts)
+    children = np.array(found)
+    turned = np.linalg.det(children[:, 1:] - children[:, :1]) < 0.0
+    children[turned] = children[turned][:, [0, 2, 1, 3]]
+    return children
 
 
 def _shapes(places: FloatArray, nodes: FloatArray, corners: int, quadratic: bool) -> FloatArray:

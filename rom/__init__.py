@@ -91,7 +91,7 @@ if TYPE_CHECKING:
         linear_errors,
         linear_responses,
     )
-    from rom.reduction.reference_model import FullReference, full_reference, static_error
+    from rom.reduction.reference_model import FullReference, full_reference, held_frequencies, static_error
     from rom.stress.fatigue import FatigueLimits, StressCycle, stress_cycle
     from rom.stress.hot_spots import Surroundings, hot_spots
     from rom.stress.mesh_motion import SolvedPoint
@@ -160,6 +160,7 @@ __all__ = [
     "factorise",
     "full_reference",
     "gyroscopic_frequencies",
+    "held_frequencies",
     "hot_spots",
     "inter_blade_phase",
     "interface_motion",
@@ -293,6 +294,7 @@ _PLACES = {
     "full_reference": "rom.reduction.reference_model",
     "gyroscopic_frequencies": "rom.cyclic.natural_frequencies",
     "hot_spots": "rom.stress.hot_spots",
+    "held_frequencies": "rom.reduction.reference_model",
     "inter_blade_phase": "rom.cyclic.cyclic_symmetry",
     "linear_errors": "rom.reduction.model_comparison",
     "linear_response": "rom.cyclic.linear_response",

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pipeline.scene.labels import quantity
 from pipeline.scene.schema import Rom
 from pipeline.verify.advised_mesh import AdvisedMesh
-from pipeline.verify.model_errors import ModelErrors
+from pipeline.verify.model_errors import ORDER, ModelErrors
 
 _MORE_MODES = 1.15  # on another mesh the decisive mode may have a somewhat higher number
 
@@ -88,7 +88,7 @@ def advice(
         needed = math.ceil(_MORE_MODES * needed)
     changes += mesh_changes + _mode_changes(errors, rom, tolerance, needed)
     todo = " and ".join(changes) or ("nothing helps" if limits + mesh_limits else "nothing to do")
-    return f"{_dominant(errors)}; for a tolerance of {100.0 * tolerance:.3g} %: " + "; ".join(
+    return f"{_dominant(errors, tolerance)}; for a tolerance of {100.0 * tolerance:.3g} %: " + "; ".join(
         [todo, *limits, *mesh_limits]
     )
 
@@ -98,7 +98,7 @@ def percent(error: float) -> str:
     return "unknown" if math.isnan(error) else f"{100.0 * abs(error):.2g} %"
 
 
-def _dominant(errors: Sequence[ModelErrors]) -> str:
+def _dominant(errors: Sequence[ModelErrors], tolerance: float) -> str:
     """Mesh error, modal truncation error and error of the contact dofs of the natural frequencies, largest first."""
     worst = errors[worst_mesh(errors)]
     found = [(max(each.modes_frequency for each in errors), "modal truncation error")]
@@ -106,12 +106,23 @@ def _dominant(errors: Sequence[ModelErrors]) -> str:
     if contact:
         found.append((max(contact), "error of the contact dofs"))
     if not math.isnan(worst.mesh_frequency):
-        found.append((worst.mesh_frequency, "mesh error"))
+        found.append((worst.mesh_frequency, f"mesh error{_order(worst, tolerance)}"))
     (first, *others) = sorted(found, key=lambda each: -each[0])
     said = [f"{first[1]} {percent(first[0])} of a frequency", *(f"{name} {percent(error)}" for error, name in others)]
     if math.isnan(worst.mesh_frequency):
         said.append(f"mesh error not known ({worst.reason})")
     return ", ".join(said)
+
+
+def _order(errors: ModelErrors, tolerance: float) -> str:
+    """The order of convergence behind the mesh error, in words; "" where nothing follows from it."""
+    if errors.other is None or errors.other.element != errors.element:
+        return ""
+    if errors.third is None:
+        return " (order 1 assumed)" if errors.mesh_frequency > tolerance else ""
+    if errors.worst_order == ORDER:
+        return " (order 1: three meshes show none above it)"
+    return f" (order {errors.worst_order:.2g} from three meshes)"
 
 
 def _contact_changes(

@@ -11,14 +11,15 @@ import numpy as np
 
 from pipeline.scene.geometry_parameters import disk_parameters, geometry_parameters
 from pipeline.scene.schema import Scene
-from pipeline.verify.compare import ORDER
 from pipeline.verify.model_errors import ModelErrors
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
 
 MOST_DOFS = 500_000  # a minute and 5 GB to reduce
-_MARGIN = 0.8  # the advised size aims below the tolerance: the order is assumed, and meshes change in steps
+_MARGIN = (
+    0.8  # the advised size aims below the tolerance: the order is fitted to few meshes, and meshes change in steps
+)
 _STEP = 0.5  # from one size to the next that is built on the way: how dofs grow is not known far ahead
 _HALVINGS = 3  # of the interval with the finest mesh that is not too large
 _EDGES = ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7))
@@ -73,7 +74,7 @@ def advised_mesh(scene: Scene, errors: ModelErrors, tolerance: float, grid: tupl
             size, count = _finest(dofs, (size, count), smaller)
             break
         size, count = smaller, there
-    return AdvisedMesh(size, element, count, errors.mesh_frequency * (size / errors.size) ** ORDER)
+    return AdvisedMesh(size, element, count, errors.mesh_frequency * (size / errors.size) ** errors.worst_order)
 
 
 def _of_file(errors: ModelErrors, tolerance: float) -> AdvisedMesh:
@@ -81,12 +82,12 @@ def _of_file(errors: ModelErrors, tolerance: float) -> AdvisedMesh:
     size = finer_size(errors, tolerance)
     size = max(size, rounded_down(errors.size * (errors.dofs / MOST_DOFS) ** (1.0 / 3.0)))
     dofs = round(errors.dofs * (errors.size / size) ** 3)
-    return AdvisedMesh(size, errors.element, dofs, errors.mesh_frequency * (size / errors.size) ** ORDER)
+    return AdvisedMesh(size, errors.element, dofs, errors.mesh_frequency * (size / errors.size) ** errors.worst_order)
 
 
 def finer_size(errors: ModelErrors, tolerance: float) -> float:
     """Element size in m, two digits, whose estimated error is within the tolerance."""
-    return rounded_down(errors.size * (_MARGIN * tolerance / errors.mesh_frequency) ** (1.0 / ORDER))
+    return rounded_down(errors.size * (_MARGIN * tolerance / errors.mesh_frequency) ** (1.0 / errors.worst_order))
 
 
 def rounded_down(size: float) -> float:

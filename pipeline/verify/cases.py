@@ -32,6 +32,7 @@ from pipeline.verify.compare import (
     needed_grid,
     needed_modes,
     node_by_node,
+    with_orders,
 )
 from pipeline.verify.model_errors import ModelErrors
 
@@ -93,6 +94,15 @@ class Verifier:
 
         return ModelErrors.of_plain(self._cached(self._key(case), f"measuring {place}{case.label}", compute))
 
+    def with_orders(self, case: Case, errors: ModelErrors) -> ModelErrors:
+        """The errors with orders of convergence from a third mesh. Raises StageError."""
+
+        def compute() -> dict[str, Any]:
+            return with_orders(case.scene, self._files(case.scene), errors).plain()
+
+        key = fingerprint({"orders": self._key(case)})
+        return ModelErrors.of_plain(self._cached(key, f"third mesh of {case.label}", compute))
+
     def cached_errors(self, case: Case) -> ModelErrors | None:
         """Errors of a case where the store has them."""
         entry = self.run.store.find(KIND, self._key(case))
@@ -135,7 +145,7 @@ class Verifier:
 
     def mesh(self, case: Case, errors: ModelErrors, tolerance: float, grid: tuple[int, int]) -> AdvisedMesh:
         """The mesh that a tolerance needs, or the best one. Raises StageError."""
-        content = {"mesh": self._key(case), "tolerance": tolerance, "grid": grid}
+        content = {"mesh": self._key(case), "tolerance": tolerance, "grid": grid, "orders": errors.orders}
 
         def compute() -> dict[str, Any]:
             return asdict(advised_mesh(case.scene, errors, tolerance, grid))

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -29,16 +29,13 @@ from pipeline.stages.scene_to_solver import (
     linear_operation_on_face,
     linear_operation_on_model,
 )
-from pipeline.verify.model_errors import JointErrors, ModelErrors, OtherMesh
+from pipeline.verify.model_errors import JointErrors, ModelErrors, OtherMesh, fitted_order
 from pipeline.verify.other_mesh import finer_sector, mesh_of, other_sector
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
     from rom import FullModel, FullReference, LinearError, LinearOperation, LinearResponse, ReducedModel
 
-# Order of the error of the frequencies in the element size. Quadratic elements have fourth order on smooth solutions;
-# the singularities at re-entrant corners reduce it to little more than one.
-ORDER = 1.0
 Frequencies = tuple[float, ...]  # natural, Hz
 # Grids of contact nodes that are tried for a tolerance. An odd number in a direction is hardly better than the even
 # one below: the projection gains where it can follow the next odd deformation of the face.
@@ -146,11 +143,48 @@ def model_errors(scene: Scene, blade: BladeReference, rom: Path, modes: int) -> 
         contact_grid=scene.mesh.contact_grid,
         other=None if blade.other is None else blade.other.mesh,
         reason=blade.reason,
-        convergence=_convergence(size, element, blade.other),
         static=_static_error(model, blade.reference, operation.phase),
         equilibrium=_equilibrium_error(blade, operation, exact),
         joints=tuple(_joint(*each) for each in zip(errors, exact, found, on_face, elsewhere, strict=True)),
     )
+
+
+def with_orders(scene: Scene, files: BladeFiles, errors: ModelErrors) -> ModelErrors:
+    """The errors with the order of convergence of each mode, from the natural frequencies on a third mesh.
+
+    Of contacts that are free: the full model alone, without springs on its faces. The meshes of a file are nested:
+    size, half and a third of it. Unchanged where there is no such mesh, and for meshes that are made here: they
+    change in steps, and frequencies on three of them show no clean rate.
+
+    Parameters
+    ----------
+    scene : Scene
+        Operation.
+    files : BladeFiles
+        Files of its blade.
+    errors : ModelErrors
+        Its errors.
+    """
+    from rom import assemble, held_frequencies
+
+    free = errors.joints[0]
+    if scene.mesh_file is None or errors.other is None or free.other_hz is None:
+        return errors
+    materials = scene_materials(scene, files.sector)
+    own = _loaded(scene, files)[0]
+    if is_joined(own):  # its waves would take a model of their own
+        return errors
+    try:
+        size, element, sector = finer_sector(own, parts=3)
+    except RuntimeError:  # too large: the order stays assumed
+        return errors
+    full = at_speed(assemble(sector, materials, None), sector, scene, materials)
+    there = held_frequencies(full, free.first_mode - 1 + len(free.full_hz))[free.first_mode - 1 :].tolist()
+    sizes = errors.size, errors.other.size, size
+    here = free.full_hz if free.face_hz is None else free.face_hz
+    fitted = [fitted_order(sizes, each) for each in zip(here, free.other_hz, there, strict=True)]
+    orders = (min(fitted),) * (free.first_mode - 1) + tuple(fitted)
+    return replace(errors, orders=orders, third=OtherMesh(size, element, full.n_dofs))
 
 
 def _static_error(model: ReducedModel, reference: FullReference, phase: float) -> float:
@@ -311,15 +345,6 @@ def _other_reference(scene: Scene, own: SectorMesh, files: BladeFiles) -> OtherR
         at_rest = assemble(sector, materials, None)
     full = at_speed(at_rest, sector, scene, materials)
     return OtherReference(OtherMesh(size, element, full.n_dofs), sector, _reference(scene, files, sector, full))
-
-
-def _convergence(size: float, element: str, other: OtherReference | None) -> float:
-    """Error of a mesh over its difference from the other one, by Richardson extrapolation."""
-    if other is None:
-        return math.nan
-    if other.mesh.element != element:  # so much more accurate that it stands for the limit
-        return 1.0
-    return 1.0 / (1.0 - (other.mesh.size / size) ** ORDER)
 
 
 def _joint(

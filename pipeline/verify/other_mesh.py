@@ -20,6 +20,7 @@ _STEP = 0.7  # from one element size to the next
 _MOST_STEPS = 4
 _LEAST_GAIN = 1.5  # in elements: different sizes may give the same mesh
 _MOST_POINTS = 60_000  # of a finer mesh of a file
+_MOST_OF_THIRD = 150_000  # of one whose free natural frequencies alone are computed
 _MOST_ELEMENTS = 6_000  # some 90 000 dofs, so that verifying takes about as long as the run itself
 _OF_DISK = 0.5  # of these numbers with a disk: its waves are complex
 
@@ -57,8 +58,8 @@ def other_sector(scene: Scene, elements: int) -> tuple[float, str, SectorMesh]:
     raise RuntimeError("element sizes nearby give the same mesh")
 
 
-def finer_sector(own: SectorMesh) -> tuple[float, str, SectorMesh]:
-    """Mean edge [m], kinds of elements and mesh with eight elements in place of each of a mesh from a file.
+def finer_sector(own: SectorMesh, parts: int = 2) -> tuple[float, str, SectorMesh]:
+    """Mean edge [m], kinds of elements and mesh with 8 or 27 elements in place of each of a mesh from a file.
 
     Raises
     ------
@@ -67,12 +68,13 @@ def finer_sector(own: SectorMesh) -> tuple[float, str, SectorMesh]:
     """
     from geometry import subdivided
 
-    growth, most = 8 * len(own.points), _MOST_POINTS
+    growth, most = parts**3 * len(own.points), _MOST_POINTS if parts == 2 else _MOST_OF_THIRD
     if is_joined(own):
         most = round(_OF_DISK * most)
     if growth > most:
-        raise RuntimeError(f"one with half the element size would have some {growth} nodes, {most} at most")
-    finer = subdivided(own)
+        part = "half" if parts == 2 else "a third of"
+        raise RuntimeError(f"one with {part} the element size would have some {growth} nodes, {most} at most")
+    finer = subdivided(own, parts)
     return mean_size(finer), kinds_of(finer), finer
 
 

@@ -88,17 +88,23 @@ def verify(file: SceneFile, out: Path, tolerance: float | None, force: bool, rep
         models = models_of_blade(run, outcome)
         verification = Verification(problems=outcome.problems)
         verifier = Verifier(run)
-        _verify_cases(verifier, distinct_cases(run, models), verification)
+        _verify_cases(verifier, distinct_cases(run, models), verification, tolerance)
         _advise(verifier, tolerance, verification)
     return verification
 
 
-def _verify_cases(verifier: Verifier, cases: Sequence[Case], verification: Verification) -> None:
+def _verify_cases(
+    verifier: Verifier, cases: Sequence[Case], verification: Verification, tolerance: float | None
+) -> None:
+    """Errors of all cases; the order of convergence is fitted where a mesh error is above the tolerance."""
     found = {}
     for number, case in enumerate(sorted(cases, key=lambda case: case.blade), start=1):  # one blade after the other
         place = f"{number}/{len(cases)} " if len(cases) > 1 else ""
         try:
-            found[case.member.index] = case, verifier.errors(case, place)
+            errors = verifier.errors(case, place)
+            if errors.mesh_frequency > (case.scene.rom.tolerance if tolerance is None else tolerance):
+                errors = verifier.with_orders(case, errors)
+            found[case.member.index] = case, errors
         except StageError as error:
             if error.is_input and len(cases) == 1:
                 raise parameter_error(verifier.run.request.scene.path, case.member, error.cause) from None

@@ -43,7 +43,7 @@ def error_table(errors: ModelErrors, highest_hz: float) -> Table:
         "mesh\nerror",
     )
     for joint in errors.joints:
-        _add_joint(table, joint, errors.convergence, highest_hz)
+        _add_joint(table, joint, errors.factors(joint), highest_hz)
     table.add_row("", "static flexibility", "", "", percent(errors.static), "", "", "")
     return table
 
@@ -71,7 +71,7 @@ def overview(cases: Sequence[VerifiedCase]) -> Table:
     table = _empty("case", "contact", *names)
     for case, errors in cases:
         for index, joint in enumerate(errors.joints):
-            mesh = joint.mesh_error(errors.convergence)
+            mesh = joint.mesh_error(errors.factors(joint))
             table.add_row(
                 case.label if index == 0 else "",
                 joint.joint,
@@ -97,8 +97,8 @@ def _empty(first: str, second: str, *numbers: str) -> Table:
     return table
 
 
-def _add_joint(table: Table, joint: JointErrors, convergence: float, highest_hz: float) -> None:
-    modes, mesh = joint.modes_error, joint.mesh_error(convergence)
+def _add_joint(table: Table, joint: JointErrors, factors: Sequence[float], highest_hz: float) -> None:
+    modes, mesh = joint.modes_error, joint.mesh_error(factors)
     for index, full in enumerate(joint.full_hz):
         name = f"mode {joint.first_mode + index}" + (" (above range)" if full > highest_hz else "")
         table.add_row(

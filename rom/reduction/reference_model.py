@@ -172,6 +172,43 @@ def full_reference(
     return _reference(full, sector.n_blades, highest_hz, given, face, backend)
 
 
+@one_blas_thread()
+def held_frequencies(full: FullModel, count: int) -> NDArray[np.float64]:
+    """The lowest natural frequencies of a full model that is held at its root, with free contacts.
+
+    Parameters
+    ----------
+    full : FullModel
+        The full model.
+    count : int
+        How many.
+
+    Returns
+    -------
+    (count,) array
+        Natural frequencies, Hz, ascending.
+
+    Raises
+    ------
+    FactorisationError
+        The structure is not held or not stable.
+
+    Examples
+    --------
+    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
+    >>> from rom import Material, assemble, held_frequencies
+    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
+    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02, contact_grid=(1, 1)))
+    >>> full = assemble(sector, Material(2e11, 0.3, 7800.0), element="hex8")
+    >>> held_frequencies(full, 2).shape
+    (2,)
+    """
+    free = np.setdiff1d(np.arange(full.n_dofs), full.fixed)
+    stiffness, mass = (matrix[free][:, free] for matrix in (full.stiffness, full.mass))
+    modes = lowest_modes(mass, factorise(stiffness), count)
+    return np.asarray(modes.omega / (2.0 * np.pi))
+
+
 def _reference(
     full: FullModel,
     n_blades: int,

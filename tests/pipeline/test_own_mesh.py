@@ -310,9 +310,10 @@ def sector_of_kind(request: pytest.FixtureRequest) -> SectorMesh:
     return sector if kind == linear else with_mid_sides(sector, kind)
 
 
-def test_a_finer_mesh_fills_the_same_body_with_eight_times_the_elements(sector_of_kind: SectorMesh) -> None:
-    finer = subdivided(sector_of_kind)
-    assert finer.n_elements == 8 * sector_of_kind.n_elements
+@pytest.mark.parametrize("parts", [2, 3])
+def test_a_finer_mesh_fills_the_same_body_with_more_elements(sector_of_kind: SectorMesh, parts: int) -> None:
+    finer = subdivided(sector_of_kind, parts)
+    assert finer.n_elements == parts**3 * sector_of_kind.n_elements
     assert finer.points[: len(sector_of_kind.points)] == pytest.approx(sector_of_kind.points, abs=1e-12)
     assert len(np.unique(finer.points.round(9), axis=0)) == len(finer.points)  # sides are shared
     assert min(scaled_jacobian(finer.points, block).min() for block in finer.blocks) > 0.0
@@ -320,7 +321,7 @@ def test_a_finer_mesh_fills_the_same_body_with_eight_times_the_elements(sector_o
     # sides with four corners are curved: two triangles are not the same body as eight
     assert volume(finer) == pytest.approx(volume(sector_of_kind), rel=1e-12 if exact else 1e-4)
     inside = sum(len(sides) for sides in boundary_sides(finer.blocks))
-    assert inside == 4 * sum(len(sides) for sides in boundary_sides(sector_of_kind.blocks))
+    assert inside == parts**2 * sum(len(sides) for sides in boundary_sides(sector_of_kind.blocks))
     assert len(finer.node_sets["face_right"]) == len(finer.node_sets["face_left"])
     np.testing.assert_array_equal(finer.node_sets["contact_right"], sector_of_kind.node_sets["contact_right"])
 

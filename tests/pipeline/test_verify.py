@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,8 @@ import pipeline.verify.advised_mesh
 import pipeline.verify.cases
 import pipeline.verify.compare
 from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
-from pipeline.verify.advised_mesh import mesh_dofs
+from pipeline.verify.advised_mesh import finer_size, mesh_dofs
+from pipeline.verify.model_errors import ORDER, JointErrors, ModelErrors, OtherMesh, fitted_order
 from rom import Material, assemble, load_full_model, load_sector
 
 TWISTED = {
@@ -388,3 +390,32 @@ def test_scenes_are_refused(tmp_path: Path, change: dict[str, Any], expected: st
     assert (status, said) == (2, "")
     assert expected in error
     assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize("order", [1.1, 2.0, 3.7])
+def test_the_order_of_convergence_is_fitted_to_three_meshes(order: float) -> None:
+    sizes = [5e-3, 2.5e-3, 5e-3 / 3.0]
+    found = fitted_order(sizes, [100.0 + 3e5 * size**order for size in sizes])
+    assert found == pytest.approx(order, abs=1e-3)
+    assert fitted_order(sizes, [100.0, 99.0, 99.5]) == ORDER  # not monotone: none is told
+    assert fitted_order(sizes, [100.0, 99.0, 98.9]) <= 4.0
+
+
+def test_errors_and_size_follow_the_order_of_each_mode() -> None:
+    """Of f = f0 (1 + c h^p) the error is c h^p: Richardson's estimate with the fitted order finds it."""
+    true, coefficient, order = np.array([200.0, 950.0]), 120.0, 2.0
+    sizes = (6e-3, 3e-3, 2e-3)
+    mesh = {size: true * (1.0 + coefficient * size**order) for size in sizes}
+    orders = tuple(fitted_order(sizes, [mesh[size][k] for size in sizes]) for k in range(2))
+    here, other = (tuple(mesh[size].tolist()) for size in sizes[:2])
+    joint = JointErrors("free", 1, here, here, (True, True), 0.0, 0.0, here, other)
+    finer, third = OtherMesh(sizes[1], "tet10", 80_000), OtherMesh(sizes[2], "tet10", 250_000)
+    assumed = ModelErrors(30, 12_000, sizes[0], "tet10", (3, 3), finer, "", 0.0, None, (joint,))
+    fitted = replace(assumed, orders=orders, third=third)
+    exact = coefficient * sizes[0] ** order
+    assert fitted.mesh_frequency == pytest.approx(exact, rel=1e-3)
+    assert assumed.mesh_frequency > 1.4 * exact
+    reached = finer_size(fitted, 0.001)
+    assert coefficient * reached**order == pytest.approx(0.001 * 0.8, rel=0.1)
+    assert finer_size(assumed, 0.001) < 0.4 * reached
+    assert ModelErrors.of_plain(json.loads(json.dumps(fitted.plain()))) == fitted
