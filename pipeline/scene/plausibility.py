@@ -205,16 +205,14 @@ def hints_first(file: SceneFile, errors: Sequence[InputError]) -> list[InputErro
 
 
 def _unit_hints(file: SceneFile) -> dict[str, InputError]:
-    """Hints on values of a blade in another unit, by key."""
+    """Hints on values that may be in another unit, by key; also of scenes with broken sections."""
     found: dict[str, InputError] = {}
-    for member in file.members:
-        for key, usual in USUAL.items() if member.scene.blade is not None else ():
-            section, _, name = key.partition(".")
-            for value in _numbers(getattr(getattr(member.scene, section), name, None)):
-                if not usual.is_usual(value) and key not in found:
-                    place = key_in_file(member, key)
-                    hint = found[key] = InputError(f"{file.path}: {place}: {shown(value)} is unusual; {usual.hint}")
-                    hint.source, hint.key = str(file.path), place
+    for member in filter(_has_units, file.members):
+        for key, value, usual in _checked(member):
+            if not usual.is_usual(value) and key not in found:
+                place = key_in_file(member, key)
+                hint = found[key] = InputError(f"{file.path}: {place}: {shown(value)} is unusual; {usual.hint}")
+                hint.source, hint.key = str(file.path), place
     return found
 
 
