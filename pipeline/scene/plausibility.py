@@ -117,8 +117,11 @@ def far_beyond(file: SceneFile, broken: Mapping[int, AbstractSet[str]]) -> Itera
                 yield input_error(file.path, key_in_file(member, key), shown(value), allowed)
         for key, numbers in _moduli(member):
             if WAVE_SPEED.is_nonsense(wave_speed(numbers)) and not _is_nonsense(numbers):
+                # of the two the one that is unusual by itself
+                name = "young_modulus" if USUAL_MATERIAL["density"].is_usual(numbers["density"]) else "density"
+                place = key_in_file(member, key.replace("young_modulus", name))
                 allowed = f"another one: {unusual_wave_speed(numbers)}; {FORCED}"
-                yield input_error(file.path, key_in_file(member, key), shown(numbers["young_modulus"]), allowed)
+                yield input_error(file.path, place, shown(numbers[name]), allowed)
 
 
 def _has_units(member: Member) -> bool:
