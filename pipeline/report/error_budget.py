@@ -115,7 +115,7 @@ def _residual(source: ReportSource) -> list[ErrorRow]:
     if not free:
         return []
     meaning += 'response.residual_tractions = "bounds" gives the lowest and the highest peak that they allow.'
-    found = f"not bounded; nodes stick at the peak of {len(free)} of {len(facts)} curves"
+    found = f"not bounded; nodes stick along t1 or t2 at the peak of {len(free)} of {len(facts)} curves"
     return [ErrorRow("residual tractions", found, UNKNOWN, meaning)]
 
 

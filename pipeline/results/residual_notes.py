@@ -31,8 +31,8 @@ def residual_notes(curves: Sequence[CurveResult]) -> list[str]:
     numbers = f"{_listed(open_)}: " if len(curves) > 1 else ""
     return [
         *notes,
-        f"{numbers}some contact nodes stick all the time at the peak, and friction leaves their static "
-        'traction undetermined; response.residual_tractions = "bounds" gives the lowest and the highest peak',
+        f"{numbers}some contact nodes stick all the time along t1 or t2 at the peak, and friction leaves the static "
+        'traction there undetermined; response.residual_tractions = "bounds" gives the lowest and the highest peak',
     ]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -128,8 +129,27 @@ def check_materials(scene: Scene, found: Mapping[str, Any], force: bool) -> list
     """
     materials = materials_of_file(scene, found)
     check_complete(materials)
+    _check_punch(scene, materials)
     notes = [line for material in materials.values() for line in material.notes]
     return [*notes, *check_plausible(scene, found, materials, force)]
+
+
+def _check_punch(scene: Scene, materials: Mapping[str, FileMaterial]) -> None:
+    """Refuse "punch" where no elements have the elasticity of [material], which its formula takes."""
+    from geometry import ParameterError
+
+    if scene.material is None or not scene.contact.uses_punch:
+        return
+    general = scene.material.model_dump()
+    keys = "young_modulus", "poisson_ratio"
+    if any(
+        all(math.isclose(of.numbers[key], general[key], rel_tol=1e-3) for key in keys) for of in materials.values()
+    ):
+        return
+    name, first = next(iter(materials.items()))
+    own = " and ".join(f"{WORDS[key]} {first.numbers[key]:.6g}{UNITS.get(key, '')}" for key in keys)
+    allowed = f"numbers, or [material] with {own}, as material {name} has: the punch formula takes that table"
+    raise ParameterError("contact", "normal_stiffness", "punch", allowed)
 
 
 def check_complete(materials: Mapping[str, FileMaterial]) -> None:

@@ -402,6 +402,12 @@ def with_numbers(deck: str, numbers: str) -> str:
             r"TYPE=ENGINEERING CONSTANTS in the file: the isotropic one of .materials",
         ),
         ("** no numbers\n", {}, 0, r"material steel has no numbers in the file: \[material\] is taken"),
+        (
+            HOT.replace("2.1e5", "7e4"),
+            {"contact__normal_stiffness": "punch"},
+            2,
+            r'contact.normal_stiffness: "punch", allowed: .* modulus 7e\+10 Pa .* material steel has',
+        ),
         (HOT, {}, 0, r"material steel: \*ELASTIC depends on temperature: the first line is taken"),
     ],
 )
