@@ -109,10 +109,10 @@ class OwnMeshError(ParameterError):
     --------
     >>> from geometry import OwnMeshError, SectorChoice
     >>> try:
-    ...     SectorChoice(n_blades=40, unit="cm")
+    ...     SectorChoice(n_blades=40, axis="w")
     ... except OwnMeshError as error:
     ...     print(error)
-    mesh.unit = 'cm': must be one of m, mm, in
+    mesh.axis = 'w': must be one of x, -x, y, -y, z, -z, or a vector
     """
 
     def __init__(self, key: str, value: object, allowed: str) -> None:

@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     from nonlinear.nonlinear_modes.nonlinear_mode import ModeDamping, ModeResonance, NonlinearMode, nonlinear_mode
     from nonlinear.options import (
         MOST_UNKNOWNS,
+        NO_PEAK,
         TRUNCATION_TOLERATED,
         Excitation,
         ExcitationHarmonic,
@@ -61,7 +62,7 @@ if TYPE_CHECKING:
     from nonlinear.peak_curves.joint_optimum import ActivePeak, JointOptimum, find_joint_optimum
     from nonlinear.peak_curves.optimum import find_optimum
     from nonlinear.peak_curves.optimum_result import Optimum, PeakCurve, SolvedResponse, WorstEnvelope
-    from nonlinear.peak_curves.peak_search import NO_PEAK, solved_response
+    from nonlinear.peak_curves.peak_search import solved_response
     from nonlinear.peak_curves.peak_sensitivity import PeakSensitivity, peak_sensitivity
     from nonlinear.peak_curves.performance_curve import PerformanceCurve, performance_curve
     from nonlinear.residual_tractions.residual_bounds import ResidualBounds, ResidualExtreme
@@ -168,7 +169,7 @@ __all__ = [
 _PLACES = {
     "LIFT_OFF": "nonlinear.contact.parameters",
     "MOST_UNKNOWNS": "nonlinear.options",
-    "NO_PEAK": "nonlinear.peak_curves.peak_search",
+    "NO_PEAK": "nonlinear.options",
     "TRUNCATION_TOLERATED": "nonlinear.options",
     "SLIP": "nonlinear.contact.parameters",
     "STICK": "nonlinear.contact.parameters",

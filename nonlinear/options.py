@@ -16,6 +16,7 @@ Measure = float | Literal["harmonic_1"] | None  # of a motion: with this mean, i
 HIGHEST_EXCITED = 31  # harmonic of the excitation
 BLADE_PERIODS = 10_000  # of the time integration for a curve
 TRUNCATION_TOLERATED = 0.05  # truncation error of a peak or of the worst motion above which H is too small
+NO_PEAK = "the worst motion lies at an end of the frequency range, which is no peak"
 MOST_UNKNOWNS = 10_000  # of a harmonic balance; its dense Jacobian then takes 0.8 GB
 
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from nonlinear.branches.worst_motion import Motion, WorstMotion
 from nonlinear.contact.parameters import Array
-from nonlinear.options import Objective, OptionsError
+from nonlinear.options import NO_PEAK, Objective, OptionsError
 from nonlinear.peak_curves.joint_peaks import Box, CarriedPeak, lowest_of_peaks, multipliers
 from nonlinear.peak_curves.optimum_description import elasticities, said_of
 from nonlinear.peak_curves.optimum_result import SolvedResponse
@@ -25,7 +25,6 @@ from nonlinear.peak_curves.parameter_family import Problem, check_range
 from nonlinear.peak_curves.peak_curve import PeakContinuation, PeakPoint
 from nonlinear.peak_curves.peak_derivatives import peak_derivatives
 from nonlinear.peak_curves.peak_search import (
-    NO_PEAK,
     Solve,
     ends_said,
     origin_of,

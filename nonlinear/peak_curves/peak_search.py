@@ -12,7 +12,7 @@ from nonlinear.branches.peaks import Peak, at_range_end
 from nonlinear.contact.fourier import to_real
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.solution_point import SolutionPoint
-from nonlinear.options import TRUNCATION_TOLERATED, SolverOptions
+from nonlinear.options import NO_PEAK, TRUNCATION_TOLERATED, SolverOptions
 from nonlinear.peak_curves.optimum_result import SolvedResponse
 from nonlinear.peak_curves.parameter_family import ParameterFamily, Problem
 from nonlinear.peak_curves.peak_branch import PeakPiece, follow_peak
@@ -25,8 +25,6 @@ SAME = 1e-3  # relative difference of the amplitudes of two peaks that count as 
 SAME_FREQUENCY = 3e-2
 LOW = 0.3  # of the highest solution of a response: lower peaks of it are not followed
 SAME_SHARE = 1e-9  # difference of two shares that count as one
-
-NO_PEAK = "the worst motion lies at an end of the frequency range, which is no peak"
 
 Solve = Callable[[Sequence[Problem]], Sequence[ResponseCurve]]
 

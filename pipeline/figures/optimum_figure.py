@@ -13,7 +13,7 @@ from pipeline.figures.optimum_curves import OptimumCurves, optimum_curves
 from pipeline.figures.style import DISTINCT, LOG_FROM, plain_log_labels, scale, subplots, write_heading
 from pipeline.figures.sweep_keys import SweepKey
 from pipeline.scene.labels import quantity
-from pipeline.studies.optimum.optimum_result import OBJECTIVES
+from pipeline.scene.optimum_section import OBJECTIVES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,7 +8,8 @@ from pipeline.figures.optimum_curves import elasticities_of
 from pipeline.report.studies import StudySection
 from pipeline.results.worst import truncation_mark, with_unit
 from pipeline.scene.labels import quantity, value_label
-from pipeline.studies.optimum.optimum_result import OBJECTIVES, OptimumResult
+from pipeline.scene.optimum_section import OBJECTIVES
+from pipeline.studies.optimum.optimum_result import OptimumResult
 
 CAPTION = (
     "Height and frequency of the worst motion over the parameter. Thin: followed peaks, dashed where "

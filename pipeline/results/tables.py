@@ -39,13 +39,14 @@ def curve_table(outcome: RunOutcome, most: int | None = None) -> Table:
     errors = ("trunc.\nerror", *(("sampling\nerror",) * sampled), "energy\nerror")
     worst = ("worst\n[Hz]", f"worst\n[{unit}]", "on\nbranch")
     peak = ("main\npeak [Hz]", f"main\npeak [{unit}]")
-    static = ("static\nforce [N]", "open", "static\nv [µm]")
+    loaded = any(has_static_load(c) for c in outcome.curves)  # otherwise it follows from the interference
+    static = ("static\nforce [N]", "open", "static\nv [µm]") if loaded else ()
     for heading in (*worst, *peak, *static, "har-\nmonics", *errors, "points", "seconds"):
         table.add_column(escape(heading), justify="right")
     for index, curve in enumerate(outcome.curves[:most]):
         text = bare_value if most is None else short_value
         values = [text(key, value) for key, value in curve.member.parameters.items()]
-        table.add_row(str(index), *values, *_numbers(curve, factor, sampled))
+        table.add_row(str(index), *values, *_numbers(curve, factor, sampled, loaded))
     return table
 
 
@@ -82,11 +83,21 @@ def short_value(key: str, value: Any) -> str:
     return f"{value * quantity(key).factor:.4g}" if number else bare_value(key, value)
 
 
-def _numbers(curve: CurveResult, factor: float, sampled: bool) -> list[str]:
-    """Cells of a curve; with `sampled` there is one of the sampling error, the larger of amplitude and frequency."""
+def has_static_load(curve: CurveResult) -> bool:
+    """Whether rotation or other static loads deform the blade of a curve."""
+    load = curve.member.scene.load
+    return bool(load.speed_rpm or load.force or load.pressure or load.temperature)
+
+
+def _numbers(curve: CurveResult, factor: float, sampled: bool, loaded: bool) -> list[str]:
+    """Cells of a curve.
+
+    With `sampled` there is one of the sampling error, the larger of amplitude and frequency; with `loaded` those of
+    the static contact.
+    """
     facts = curve.facts
     if facts is None:
-        return ["failed", *(["-"] * (9 + sampled)), "-", "0", "-"]
+        return ["failed", *(["-"] * (6 + 3 * loaded + sampled)), "-", "0", "-"]
     known = math.isfinite(facts.peak_frequency_hz)
     frequency = f"{facts.peak_frequency_hz:.6g}" if known else "-"
     amplitude = f"{facts.peak_amplitude_m * factor:.4g}" if known else "-"
@@ -98,7 +109,7 @@ def _numbers(curve: CurveResult, factor: float, sampled: bool) -> list[str]:
         *worst_cells(facts, factor),
         frequency,
         amplitude,
-        *static_cells(facts),
+        *(static_cells(facts) if loaded else ()),
         str(facts.harmonics),
         truncation_cell(facts.truncation_error, facts.truncation_branch),
         *([_sampling(curve)] * sampled),

@@ -14,12 +14,13 @@ from pipeline.scene.disk_checks import unfit_beside_disk, unfit_disk_keys
 from pipeline.scene.geometry_parameters import disk_parameters, geometry_parameters
 from pipeline.scene.loads_section import files_of
 from pipeline.scene.map_checks import unfit_map_keys
+from pipeline.scene.material_section import USUAL_MATERIAL
 from pipeline.scene.matrix_scene import unfit_beside_matrices, unfit_matrix_keys
 from pipeline.scene.mesh_file import check_mesh_file
 from pipeline.scene.mistuning_checks import unfit_mistuning_keys
 from pipeline.scene.nodal_table import force_table, temperature_table
 from pipeline.scene.optimum_checks import unfit_optimum_keys
-from pipeline.scene.plausibility import USUAL_MATERIAL, far_beyond, hints_first
+from pipeline.scene.plausibility import far_beyond, hints_first
 from pipeline.scene.reading import Member, SceneFile, key_in_file
 from pipeline.scene.schema import SECTIONS, Scene
 from pipeline.scene.size_limits import check_balance, check_modes, check_size, check_sweep

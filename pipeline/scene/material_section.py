@@ -2,10 +2,43 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
 from pipeline.scene.fields import POSITIVE, Number, Positive, Section, key
 
 POISSON = "a number above -1 and below 0.4999"
 EXPANSION = "a number, 0 to 0.01"
+
+FORCED = "--force (in Python: force=True) takes it"
+
+
+class Usual(NamedTuple):
+    """Usual values of a key, what may be wrong beyond them, and the values beyond which it is wrong."""
+
+    low: float
+    high: float
+    hint: str
+    least: float = -math.inf
+    most: float = math.inf
+
+    def is_usual(self, value: float) -> bool:
+        """Whether a value needs no warning; 0 never does."""
+        return value == 0.0 or self.low <= value <= self.high
+
+    def is_nonsense(self, value: float) -> bool:
+        """Whether a value is far beyond all experience."""
+        return value != 0.0 and not self.least <= value <= self.most
+
+
+USUAL_MATERIAL = {
+    "young_modulus": Usual(1e8, 2e12, "the key is in Pa: steel has 2.1e11", 1e6, 1e13),
+    "poisson_ratio": Usual(0.0, 0.5, "metals have 0.25 to 0.35"),
+    "density": Usual(100.0, 30_000.0, "the key is in kg/m^3: steel has 7850", 1.0, 2e5),
+}
+# sqrt(E / rho), m/s
+WAVE_SPEED = Usual(1500.0, 15_000.0, "metals have 4000 to 6500 m/s", 200.0, 1e5)
 
 
 class Material(Section):
@@ -30,3 +63,9 @@ class NamedMaterial(Section):
         """The numbers that are given, by key."""
         found: dict[str, float] = self.model_dump(exclude_none=True)
         return found
+
+
+def wave_speed(numbers: Mapping[str, float]) -> float:
+    """The speed sqrt(E / rho) of waves in a bar, m/s; 0 where one of the two is not known."""
+    modulus, density = numbers.get("young_modulus", 0.0), numbers.get("density", 0.0)
+    return math.sqrt(modulus / density) if modulus > 0.0 and density > 0.0 else 0.0

@@ -65,8 +65,8 @@ class Mesh(Section):
         "blades of the ring, for a mesh from a file", BLADES, None, validate_default=True
     )
     unit: LengthUnit = key(
-        "units of the file: m goes with kilograms, newtons and seconds, mm with tonnes, newtons and seconds, in with "
-        "pounds of force and seconds; or a system by its names, such as mm-kg-s",
+        "system of units of the file, by its length where it goes with newtons or pounds of force, or by length, mass "
+        "and time",
         UNIT,
         "m",
     )

@@ -13,6 +13,7 @@ RANGES = f"a table of 1 to {MOST_KEYS} dotted keys, each with a list of two numb
 Objective = Literal["displacement", "harmonic_1"]
 Range = tuple[Number, Number]
 Ranges = Annotated[dict[str, Range], Field(min_length=1, max_length=MOST_KEYS)]
+OBJECTIVES = {"displacement": "largest displacement", "harmonic_1": "first harmonic"}  # what amplitudes are
 
 
 class Optimum(Section):

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
-from typing import Any, NamedTuple
+from typing import Any
 
 from pipeline.errors import InputError, input_error, shown
 from pipeline.scene.centrifugal_strain import speed_warning
 from pipeline.scene.contact_stiffness import many_nodes_warning, stiff_contact_warning
+from pipeline.scene.material_section import FORCED, USUAL_MATERIAL, WAVE_SPEED, Usual, wave_speed
 from pipeline.scene.reading import Member, SceneFile, key_in_file
 from pipeline.scene.validation_errors import shown_key
 
@@ -18,35 +19,9 @@ SPEED = "load.speed_rpm"
 RANGE = "response.frequency"
 FIRST_BENDING = 0.1615  # 1.8751^2 / (2 pi sqrt(12)), of a clamped beam of rectangular section
 LOW_RANGE = 5.0  # Hz; no blade has its first mode below
-FORCED = "--force (in Python: force=True) takes it"
-
-
-class Usual(NamedTuple):
-    """Usual values of a key, what may be wrong beyond them, and the values beyond which it is wrong."""
-
-    low: float
-    high: float
-    hint: str
-    least: float = -math.inf
-    most: float = math.inf
-
-    def is_usual(self, value: float) -> bool:
-        """Whether a value needs no warning; 0 never does."""
-        return value == 0.0 or self.low <= value <= self.high
-
-    def is_nonsense(self, value: float) -> bool:
-        """Whether a value is far beyond all experience."""
-        return value != 0.0 and not self.least <= value <= self.most
 
 
 METRES = "the key is in metres"
-USUAL_MATERIAL = {
-    "young_modulus": Usual(1e8, 2e12, "the key is in Pa: steel has 2.1e11", 1e6, 1e13),
-    "poisson_ratio": Usual(0.0, 0.5, "metals have 0.25 to 0.35"),
-    "density": Usual(100.0, 30_000.0, "the key is in kg/m^3: steel has 7850", 1.0, 2e5),
-}
-# sqrt(E / rho), m/s
-WAVE_SPEED = Usual(1500.0, 15_000.0, "metals have 4000 to 6500 m/s", 200.0, 1e5)
 USUAL: dict[str, Usual] = {
     "blade.hub_radius": Usual(0.01, 10.0, METRES, most=100.0),
     "blade.length": Usual(0.005, 3.0, METRES, most=30.0),
@@ -174,12 +149,6 @@ def _unusual_values(member: Member) -> Iterator[tuple[str, str]]:
         yield SPEED, f"{key_in_file(member, SPEED)}: {strained}"
 
 
-def wave_speed(numbers: Mapping[str, float]) -> float:
-    """The speed sqrt(E / rho) of waves in a bar, m/s; 0 where one of the two is not known."""
-    modulus, density = numbers.get("young_modulus", 0.0), numbers.get("density", 0.0)
-    return math.sqrt(modulus / density) if modulus > 0.0 and density > 0.0 else 0.0
-
-
 def unusual_wave_speed(numbers: Mapping[str, float]) -> str:
     """What is unusual about Young's modulus and density together; empty where nothing is."""
     speed = wave_speed(numbers)
@@ -214,8 +183,8 @@ def _unit_hints(file: SceneFile) -> dict[str, InputError]:
         for key, value, usual in _checked(member):
             if not usual.is_usual(value) and key not in found:
                 place = key_in_file(member, key)
-                hint = found[key] = InputError(f"{file.path}: {place}: {shown(value)} is unusual; {usual.hint}")
-                hint.source, hint.key = str(file.path), place
+                allowed = f"usually {usual.low:g} to {usual.high:g}; {usual.hint}"
+                found[key] = input_error(file.path, place, f"{shown(value)} is unusual", allowed)
     return found
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from geometry import BLADE_RADII, UNIT_SYSTEMS
-from pipeline.scene.plausibility import USUAL_MATERIAL, WAVE_SPEED, wave_speed
+from pipeline.scene.material_section import USUAL_MATERIAL, WAVE_SPEED, wave_speed
 
 # what most blades have; of several systems that fit, the one nearest to it is proposed
 TYPICAL_RADIUS = (0.05, 3.0)  # m

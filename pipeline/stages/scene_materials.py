@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipeline.scene.plausibility import FORCED, USUAL_MATERIAL, WAVE_SPEED, Usual, wave_speed
+from pipeline.scene.material_section import FORCED, USUAL_MATERIAL, WAVE_SPEED, Usual, wave_speed
 from pipeline.scene.validation_errors import allowed_values, shown_key
 from pipeline.stages.mesh_findings import own_findings
 from pipeline.stages.mesh_units import propose_unit

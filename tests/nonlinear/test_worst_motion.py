@@ -294,7 +294,7 @@ def test_the_end_of_the_range_is_a_lower_bound_and_no_peak():
 @pytest.mark.parametrize("error", [3.65, 0.03, math.nan])
 @pytest.mark.parametrize("stays", [True, False])
 def test_a_detached_branch_that_more_harmonics_do_not_confirm_is_named_beside(error, stays):
-    """Case n02 of issue 39: 122.8 um from a branch with an estimate of 365 %; a ring started there fell to 11 um."""
+    """122.8 um from a branch with an estimate of 365 %; a ring started there fell to 11 um."""
     high = replace(curve_of([4.0, 5.0], [50.0, 60.0], [True, True]), truncation_error=error)
     curve = curve_of(SEVEN, HILL, [True] * 7, high)
     fallen = {"amplitude_m": 1.0, "lowest_m": 1.0, "periodic": True, "envelope_m": np.ones((300, 4))}

@@ -122,7 +122,11 @@ def test_unusual_values_are_reported_and_used(tmp_path: Path, changes: dict[str,
 @pytest.mark.parametrize(
     ("changes", "first", "others"),
     [
-        ({"blade__length": 15.0}, "blade.length: 15.0 is unusual; the key is in metres", ["mesh.size: 1e-05"]),
+        (
+            {"blade__length": 15.0},
+            "blade.length: 15.0 is unusual, allowed: usually 0.005 to 3; the key is in metres",
+            ["mesh.size: 1e-05"],
+        ),
         ({"blade__chord": 3.6}, "blade.chord: 3.6, allowed: the section, turned", ["mesh.size: 1e-05"]),
         ({"shroud__axial_width": 4.0}, "shroud.axial_width: 4.0", ["mesh.size: 1e-05"]),
     ],
@@ -251,7 +255,7 @@ BLADE = resonances(  # one that the force excites, one that it does not, a third
 def test_resonances_that_the_range_leaves_out(
     interference: Any, limits: list[float], outside: list[float], tmp_path: Path
 ) -> None:
-    """The designer's range of issue 39 ended at 600 Hz, below the stuck resonance at 821 Hz."""
+    """The designer's range ended at 600 Hz, below the stuck resonance at 821 Hz."""
     scene = small_scene(contact__interference=interference, response__frequency=limits)
     member = read_scene(write_scene(tmp_path / "s.toml", scene)).members[0]
     assert sorted(each.frequency_hz for each in missing(member.scene, BLADE)) == sorted(outside)

@@ -6,8 +6,9 @@ import math
 
 from pipeline.results.worst import END_MARK, truncation_mark
 from pipeline.scene.labels import prefixed, quantity
+from pipeline.scene.optimum_section import OBJECTIVES
 from pipeline.scene.units import key_unit
-from pipeline.studies.optimum.optimum_result import OBJECTIVES, OptimumResult, Trial
+from pipeline.studies.optimum.optimum_result import OptimumResult, Trial
 
 KINDS = {
     "smooth": "smooth minimum",

@@ -8,8 +8,6 @@ from dataclasses import dataclass, field
 
 from nonlinear import JointOptimum, Optimum
 
-OBJECTIVES = {"displacement": "largest displacement", "harmonic_1": "first harmonic"}  # what amplitudes are
-
 
 @dataclass(frozen=True)
 class Trial:
