@@ -65,8 +65,8 @@ class Mesh(Section):
         "blades of the ring, for a mesh from a file", BLADES, None, validate_default=True
     )
     unit: LengthUnit = key(
-        "system of units of the file, by its length where it goes with newtons or pounds of force, or by length, mass "
-        "and time",
+        "system of units of the file, by its length where that goes with newtons or pounds of force, or by length, "
+        "mass and time",
         UNIT,
         "m",
     )
