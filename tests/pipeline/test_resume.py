@@ -11,7 +11,7 @@ from pipeline_support import shroud, small_scene, statuses, summary_of, write_sc
 
 from pipeline.store.content_store import Store
 
-FRICTIONS = [0.1 + 0.01 * i for i in range(30)]
+FRICTIONS = [0.1 + 0.01 * i for i in range(14)]
 
 
 def entries(out: Path, kind: str) -> list[Path]:

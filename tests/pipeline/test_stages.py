@@ -4,7 +4,7 @@ import io
 import json
 import shutil
 import tomllib
-from itertools import pairwise
+from itertools import cycle, pairwise
 from pathlib import Path
 from typing import Any
 
@@ -173,8 +173,7 @@ def plain_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("plain_pictures")
-@pytest.mark.parametrize("order", ORDERS, ids=lambda order: order[0])
-@pytest.mark.parametrize("name", SHIPPED)
+@pytest.mark.parametrize(("name", "order"), zip(SHIPPED, cycle(ORDERS), strict=False))
 def test_every_stage_of_every_shipped_scene_works_by_its_name_alone(
     tmp_path: Path, name: str, order: tuple[str, ...]
 ) -> None:
