@@ -173,7 +173,7 @@ def plain_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("plain_pictures")
-@pytest.mark.parametrize(("name", "order"), zip(SHIPPED, cycle(ORDERS), strict=False))
+@pytest.mark.parametrize(("name", "order"), tuple(zip(SHIPPED, cycle(ORDERS), strict=False)))
 def test_every_stage_of_every_shipped_scene_works_by_its_name_alone(
     tmp_path: Path, name: str, order: tuple[str, ...]
 ) -> None:
