@@ -18,19 +18,7 @@ def airfoil_surfaces(
 
     The suction side is the one on the side of +y, to which a positive camber bulges; the leading edge is the end of
     the section at -x.
-
-    Parameters
-    ----------
-    plan : Planform
-        The planform as meshed.
-    flat : PlanformMesh
-        Its mesh.
-    blocks : tuple of ElementBlock
-        The hexahedra swept from it.
-    levels : (l,) array
-        First point of each level of the airfoil below the shroud.
-    mirrored : bool
-        Whether the swept mesh was mirrored, x -> -x.
+    Shapes: `levels` (l,).
     """
     foot = np.unique(flat.quads[flat.airfoil])
     along, across = plan.unplace(flat.points[foot]).T

@@ -16,13 +16,7 @@ _NOBODY = 65534
 
 
 def start_gmsh(gmsh: Any) -> None:
-    """Initialise gmsh.
-
-    Parameters
-    ----------
-    gmsh : module
-        The module; not initialised.
-    """
+    """Initialise gmsh."""
     with _no_home(), _no_system_files():
         # interruptible=False: gmsh would install a signal handler, which Python allows in the main thread only
         gmsh.initialize(argv=list(ARGUMENTS), readConfigFiles=False, interruptible=False)

@@ -13,17 +13,10 @@ class MeshingError(RuntimeError):
 
 @dataclass(frozen=True)
 class Curve:
-    """A straight line between two named points, or a spline, with its node positions.
+    """A straight line between two named points, or a spline, with its node positions."""
 
-    Attributes
-    ----------
-    fractions : (n,) array
-        Node positions from 0 to 1 along the length, ends included; equal steps on a spline.
-    through : (k, 2) array
-        Inner points of a spline; none for a line.
-    """
-
-    fractions: FloatArray
+    fractions: FloatArray  # (n,), node positions from 0 to 1 along the length, ends included; equal steps on a spline
+    # (k, 2), inner points of a spline; none for a line
     through: FloatArray = field(default_factory=lambda: np.empty((0, 2)))
 
 
@@ -38,30 +31,14 @@ class Patch:
 
 @dataclass(frozen=True)
 class Layout:
-    """Points, curves and patches of half a planform. The contact segment is the curve from "CB" to "CT".
+    """Points, curves and patches of half a planform. The contact segment is the curve from "CB" to "CT"."""
 
-    Attributes
-    ----------
-    name : str
-        Name of the layout.
-    points : dict of str to (2,) array
-        Points by name.
-    curves : dict of (str, str) to Curve
-        Curves by the names of their ends.
-    patches : tuple of Patch
-        Patches, which share curves.
-    cut : tuple of str
-        Path through the origin, along which the other half is joined.
-    flank : tuple of str
-        Path along the upper side of the airfoil, from leading to trailing edge.
-    """
-
-    name: str
-    points: dict[str, FloatArray]
-    curves: dict[tuple[str, str], Curve]
-    patches: tuple[Patch, ...]
-    cut: tuple[str, ...]
-    flank: tuple[str, ...]
+    name: str  # name of the layout
+    points: dict[str, FloatArray]  # (2,), points by name
+    curves: dict[tuple[str, str], Curve]  # curves by the names of their ends
+    patches: tuple[Patch, ...]  # patches, which share curves
+    cut: tuple[str, ...]  # path through the origin, along which the other half is joined
+    flank: tuple[str, ...]  # path along the upper side of the airfoil, from leading to trailing edge
 
     @property
     def free(self) -> bool:

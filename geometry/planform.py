@@ -20,33 +20,16 @@ LEAST_CAMBER = 1e-3  # degrees: less bulges by less than 3e-6 chords, and is no 
 
 @dataclass(frozen=True)
 class Planform:
-    """Platform and section of the airfoil in the plane (x, s), lengths in m.
+    """Platform and section of the airfoil in the plane (x, s), lengths in m."""
 
-    Attributes
-    ----------
-    angle : float
-        Shroud angle, degrees, 0 <= angle <= 90.
-    width, pitch : float
-        Extent of the platform along x and along s.
-    contact_length : float
-        Length of the contact segments.
-    edge_angle : float
-        Angle from x to the side edges, degrees.
-    section : Section
-        Section of the airfoil at the shroud.
-    stagger : float
-        Angle from x to the chord at the shroud, degrees.
-    stretch : float
-        Mid radius of the shroud over its inner radius, where the airfoil ends: the scale of arcs in the plane.
-    """
-
-    angle: float
-    width: float
-    pitch: float
-    contact_length: float
-    edge_angle: float
-    section: Section
-    stagger: float
+    angle: float  # shroud angle, degrees, 0 <= angle <= 90
+    width: float  # extent of the platform along x and along s
+    pitch: float  # extent of the platform along x and along s
+    contact_length: float  # length of the contact segments
+    edge_angle: float  # angle from x to the side edges, degrees
+    section: Section  # section of the airfoil at the shroud
+    stagger: float  # angle from x to the chord at the shroud, degrees
+    # mid radius of the shroud over its inner radius, where the airfoil ends: the scale of arcs in the plane
     stretch: float
 
     @property

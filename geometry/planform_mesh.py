@@ -31,34 +31,17 @@ TRIES = (
 
 @dataclass(frozen=True)
 class PlanformMesh:
-    """A mesh that without camber is its own image, bit for bit, under (x, s) -> (-x, -s).
+    """A mesh that without camber is its own image, bit for bit, under (x, s) -> (-x, -s)."""
 
-    Attributes
-    ----------
-    points : (n, 2) array
-        Nodes, m.
-    quads : (q, 4) array
-        Quadrilaterals, counterclockwise.
-    airfoil : (q,) bool array
-        Which quadrilaterals belong to the section of the airfoil.
-    right, left : (n_t1,) array
-        Contact nodes of the two sides along +x, opposite each other.
-    right_face, left_face : (k,) array
-        All nodes on the contact segments.
-    origin : int
-        The node at (0, 0), with camber the nearest to it.
-    flanks : ((k,), (k,)) arrays
-        Places of the nodes on the upper and on the lower flank of the airfoil along the section, ascending, m.
-    """
-
-    points: FloatArray
-    quads: IntArray
-    airfoil: NDArray[np.bool_]
-    right: IntArray
-    left: IntArray
-    right_face: IntArray
-    left_face: IntArray
-    origin: int
+    points: FloatArray  # (n, 2), nodes, m
+    quads: IntArray  # (q, 4), quadrilaterals, counterclockwise
+    airfoil: NDArray[np.bool_]  # (q,), which quadrilaterals belong to the section of the airfoil
+    right: IntArray  # (n_t1,), contact nodes of the two sides along +x, opposite each other
+    left: IntArray  # (n_t1,), contact nodes of the two sides along +x, opposite each other
+    right_face: IntArray  # (k,), all nodes on the contact segments
+    left_face: IntArray  # (k,), all nodes on the contact segments
+    origin: int  # the node at (0, 0), with camber the nearest to it
+    # (k,), places of the nodes on the upper and on the lower flank of the airfoil along the section, ascending, m
     flanks: tuple[FloatArray, FloatArray]
 
 

@@ -28,21 +28,11 @@ _CORNERS = ((0, 1, 3), (1, 2, 0), (2, 3, 1), (3, 0, 2))  # a corner of a quadril
 
 @dataclass(frozen=True)
 class Movable:
-    """Which coordinates of n points may move, and which points follow others.
+    """Which coordinates of n points may move, and which points follow others."""
 
-    Attributes
-    ----------
-    free : (n, 2) bool array
-        Coordinates that may move; of followers those of their leaders count.
-    leader : (n,) array
-        The point that each point follows, itself for most.
-    offset : (n, 2) array
-        What a follower is ahead of its leader, m.
-    """
-
-    free: NDArray[np.bool_]
-    leader: IntArray
-    offset: FloatArray
+    free: NDArray[np.bool_]  # (n, 2), coordinates that may move; of followers those of their leaders count
+    leader: IntArray  # (n,), the point that each point follows, itself for most
+    offset: FloatArray  # (n, 2), what a follower is ahead of its leader, m
 
     def numbers(self) -> IntArray:
         """Number of the unknown of each coordinate, -1 for none, (n, 2)."""

@@ -26,25 +26,14 @@ Accepts = Callable[[BladeParameters, ShroudParameters], bool]
 
 @dataclass(frozen=True)
 class Search:
-    """Search for values of one parameter at a time.
+    """Search for values of one parameter at a time."""
 
-    Attributes
-    ----------
-    blade, shroud : BladeParameters, ShroudParameters
-        The parameters that do not fit together.
-    accepts : callable
-        Whether a blade and a shroud pass all checks.
-    meshes : callable
-        Whether a mesh can be made of a blade and a shroud that pass; much slower, asked of suggestions only.
-    least : float
-        Smallest length suggested, relative to the given one.
-    """
-
-    blade: BladeParameters
-    shroud: ShroudParameters
-    accepts: Accepts
+    blade: BladeParameters  # the parameters that do not fit together
+    shroud: ShroudParameters  # the parameters that do not fit together
+    accepts: Accepts  # whether a blade and a shroud pass all checks
+    # whether a mesh can be made of a blade and a shroud that pass; much slower, asked of suggestions only
     meshes: Accepts
-    least: float = SENSIBLE
+    least: float = SENSIBLE  # smallest length suggested, relative to the given one
 
     def works(self, table: str, parameter: str, value: float) -> bool:
         """Whether the parameters pass with this value."""

@@ -18,24 +18,13 @@ class Section:
     "rectangle": constant thickness. "lens": parabolic on both sides, from ``thickness`` in the middle to a quarter of
     it at the two edges (a sharp edge would leave no room for a hexahedron). The thickness is normal to the camber
     line, so the area is that of the straight section of the same length: length * thickness, and 3/4 of it.
-
-    Attributes
-    ----------
-    shape : {"rectangle", "lens"}
-        Shape of the section.
-    chord, thickness : float
-        Chord (between the ends of the camber line) and largest thickness, m.
-    camber : float
-        Angle by which the camber line turns, degrees; above 0 it bulges towards the upper flank.
-    offset : float
-        How far a fillet moves the outline outward, m; corners stay corners.
     """
 
-    shape: str
-    chord: float
-    thickness: float
-    camber: float = 0.0
-    offset: float = 0.0
+    shape: str  # shape of the section
+    chord: float  # chord (between the ends of the camber line) and largest thickness, m
+    thickness: float  # chord (between the ends of the camber line) and largest thickness, m
+    camber: float = 0.0  # angle by which the camber line turns, degrees; above 0 it bulges towards the upper flank
+    offset: float = 0.0  # how far a fillet moves the outline outward, m; corners stay corners
 
     @property
     def radius(self) -> float:

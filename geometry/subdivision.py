@@ -94,24 +94,12 @@ def subdivided(sector: SectorMesh, parts: int = 2) -> SectorMesh:
 
 @dataclass(frozen=True)
 class _Cut:
-    """How one element is cut.
+    """How one element is cut."""
 
-    Attributes
-    ----------
-    weights : (p, c) int array
-        Weights of the points on the corners, in parts of `_PARTS`.
-    shapes : (p, b) array
-        Shape functions at the points.
-    children : (8 or 27, b) int array
-        Points of each new element.
-    nodes : (b,) int array
-        The points that are the nodes of the element.
-    """
-
-    weights: IntArray
-    shapes: FloatArray
-    children: IntArray
-    nodes: IntArray
+    weights: IntArray  # (p, c), weights of the points on the corners, in parts of `_PARTS`
+    shapes: FloatArray  # (p, b), shape functions at the points
+    children: IntArray  # (8 or 27, b), points of each new element
+    nodes: IntArray  # (b,), the points that are the nodes of the element
 
 
 @cache

@@ -17,21 +17,7 @@ def with_peak_errors(
     estimator: TruncationErrorEstimator,
     truncation: TruncationEstimate | None = None,
 ) -> ResponseCurve:
-    """A curve with the errors of its highest amplitude.
-
-    Parameters
-    ----------
-    curve : ResponseCurve
-        The main branch or a detached one.
-    branch : Branch
-        Its points.
-    contact : ContactParameters
-        Parameters of the contact nodes.
-    estimator : TruncationErrorEstimator
-        Estimates the truncation error of a detached branch.
-    truncation : TruncationEstimate, optional
-        The truncation error, where it is known already, as it is for the main branch.
-    """
+    """A curve with the errors of its highest amplitude."""
     if truncation is None:
         wanted = estimator.continuation.options.truncation or estimator.continuation.options.harmonics == "auto"
         truncation = TruncationEstimate()

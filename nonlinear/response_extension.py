@@ -31,18 +31,10 @@ Problem = tuple[RingModes, ContactParameters, Excitation, SolverOptions]
 
 
 class LostStart(NamedTuple):
-    """A start whose branch does not exist at the problem it was carried to.
+    """A start whose branch does not exist at the problem it was carried to."""
 
-    Attributes
-    ----------
-    start : BranchStart
-        The start.
-    at : float
-        Part of the way from the problem of the start, 0, to this one, 1, at which it was lost.
-    """
-
-    start: BranchStart
-    at: float
+    start: BranchStart  # the start
+    at: float  # part of the way from the problem of the start, 0, to this one, 1, at which it was lost
 
 
 @dataclass(frozen=True)

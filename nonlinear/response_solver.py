@@ -99,13 +99,7 @@ def forced_response(
 def build_continuation(
     modal: RingModes, contact: ContactParameters, excitation: Excitation, options: SolverOptions
 ) -> tuple[Continuation, TruncatedBalances, Array]:
-    """The continuation of a problem, its balances by number of harmonics, and its static displacement (n_c, 3).
-
-    Raises
-    ------
-    ArithmeticError
-        No static equilibrium was found.
-    """
+    """The continuation of a problem, its balances by number of harmonics, and its static displacement (n_c, 3)."""
     fixed = _with_fixed_harmonics(modal, excitation, options)
     receptance, element = _parts(modal, contact, excitation, fixed)
     static = static_displacement(receptance, contact, options)

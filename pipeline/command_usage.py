@@ -75,13 +75,7 @@ def wrong_usage(error: TyperException) -> str:
 
 
 def refuse_without(option: str, given: Mapping[str, object]) -> None:
-    """Refuse options that mean nothing without another one.
-
-    Raises
-    ------
-    InputError
-        Names the first of them that is given.
-    """
+    """Refuse options that mean nothing without another one."""
     from pipeline.errors import input_error, shown
 
     for name, value in given.items():
@@ -90,13 +84,7 @@ def refuse_without(option: str, given: Mapping[str, object]) -> None:
 
 
 def refuse_twice(arguments: list[str]) -> None:
-    """Refuse an option that is given two values, of which the last would be taken in silence.
-
-    Raises
-    ------
-    InputError
-        Names the option.
-    """
+    """Refuse an option that is given two values, of which the last would be taken in silence."""
     from pipeline.errors import input_error
 
     options = arguments[: arguments.index("--")] if "--" in arguments else arguments

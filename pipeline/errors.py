@@ -45,16 +45,10 @@ class ExecutorLost(Exception):
 
 
 class StageError(Exception):
-    """A stage that could not compute its result.
-
-    Attributes
-    ----------
-    cause : Exception
-        The exception behind it.
-    """
+    """A stage that could not compute its result."""
 
     def __init__(self, stage: str, cause: Exception) -> None:
-        self.cause = cause
+        self.cause = cause  # the exception behind it
         missing = isinstance(cause, OSError) and "shared object file" in str(cause)
         super().__init__(f"{stage}: {reason_of(cause)}" + (f"; {_SYSTEM_LIBRARIES}" if missing else ""))
 

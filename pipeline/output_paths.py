@@ -13,22 +13,7 @@ _FOLDER = "a folder of its own, such as out/blade"
 
 
 def check_output_path(path: Path, option: str, room: int = 0) -> None:
-    """Refuse a path that nobody means to write to: the root, the home folder, the program's own folders.
-
-    Parameters
-    ----------
-    path : Path
-        A file or folder to be written.
-    option : str
-        What gave it, for the message.
-    room : int
-        Length of the longest path below it, characters.
-
-    Raises
-    ------
-    InputError
-        One line with the option, the path and what is allowed.
-    """
+    """Refuse a path that nobody means to write to: the root, the home folder, the program's own folders."""
     if path.parts and path.parts[0].startswith("~"):
         allowed = "a path without ~, which only a shell replaces by the home folder"
         raise input_error(option, str(path), f'begins with "{path.parts[0]}"', allowed)
@@ -47,13 +32,7 @@ def check_output_path(path: Path, option: str, room: int = 0) -> None:
 
 
 def output_path(text: str | os.PathLike[str], option: str) -> Path:
-    """The path that a user gave as an output, which is not to be empty: `Path("")` is the current folder.
-
-    Raises
-    ------
-    InputError
-        There is nothing but spaces.
-    """
+    """The path that a user gave as an output, which is not to be empty: `Path("")` is the current folder."""
     given = os.fspath(text)
     if not given.strip():
         raise input_error(option, "", f'"{given}" is no path', "a path; . is the current folder")

@@ -59,27 +59,7 @@ UNFINISHED = f"the run has not come to its end; {GOES_ON}"
 
 
 def execute(request: Request, reporter: Reporter) -> RunOutcome:
-    """Run what is asked for and write it into the output folder.
-
-    Parameters
-    ----------
-    request : Request
-        Scene, output folder and the stages asked for.
-    reporter : Reporter
-        Says what is going on.
-
-    Returns
-    -------
-    RunOutcome
-        Curves, models and pictures, and the problems met.
-
-    Raises
-    ------
-    InputError
-        The scene, the reduced model or the output folder is not usable; nothing was written.
-    StorageError
-        There is no room for the results; results computed so far stay in the store.
-    """
+    """Run what is asked for and write it into the output folder."""
     start = time.perf_counter()
     remember_code()
     given = _check(request)
@@ -98,18 +78,6 @@ def solved_curves(request: Request, reporter: Reporter) -> Iterator[tuple[Run, R
     """The curves of a scene, found in the store or solved; nothing but the store is written.
 
     The output folder stays locked within the block.
-
-    Parameters
-    ----------
-    request : Request
-        Scene and output folder, up to the stage "respond".
-    reporter : Reporter
-        Says what is going on.
-
-    Raises
-    ------
-    InputError, StorageError
-        As `execute`.
     """
     with solved_members(request, reporter) as (run, _, outcome):
         yield run, outcome
@@ -117,20 +85,7 @@ def solved_curves(request: Request, reporter: Reporter) -> Iterator[tuple[Run, R
 
 @contextmanager
 def solved_members(request: Request, reporter: Reporter) -> Iterator[tuple[Run, Models, RunOutcome]]:
-    """The reduced models and the curves of a scene, as `solved_curves`.
-
-    Parameters
-    ----------
-    request : Request
-        Scene and output folder, up to the stage "respond".
-    reporter : Reporter
-        Says what is going on.
-
-    Raises
-    ------
-    InputError, StorageError
-        As `execute`.
-    """
+    """The reduced models and the curves of a scene, as `solved_curves`."""
     remember_code()
     given = _check(request)
     with _running(request, reporter, given) as run:

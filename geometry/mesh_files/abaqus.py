@@ -59,18 +59,7 @@ _KNOWN = (
 
 
 def read_abaqus(path: str | Path) -> FileMesh:
-    """Nodes, elements, sets, surfaces and materials of an input file.
-
-    Parameters
-    ----------
-    path : str or path
-        The file.
-
-    Raises
-    ------
-    MeshFileError
-        The file cannot be used.
-    """
+    """Nodes, elements, sets, surfaces and materials of an input file."""
     blocks = keyword_blocks(path)
     sets = sum(block.keyword in ("NSET", "ELSET", "SURFACE") for block in blocks)
     if sets > MOST_SETS:

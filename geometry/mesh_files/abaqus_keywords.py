@@ -36,64 +36,27 @@ _LEAST = 3  # letters of an abbreviated parameter
 
 @dataclass(frozen=True)
 class KeywordBlock:
-    """A keyword line with the data lines that follow it.
+    """A keyword line with the data lines that follow it."""
 
-    Attributes
-    ----------
-    keyword : str
-        In upper case, single spaces.
-    parameters : dict of str to str
-        Names in upper case; "" for one without a value.
-    data : list of str
-        Data lines without comments and empty lines.
-    line : int
-        Line of the keyword, from 1.
-    file : str
-        File that holds it.
-    """
-
-    keyword: str
-    parameters: dict[str, str]
-    data: list[str]
-    line: int
-    file: str = field(default="")
+    keyword: str  # in upper case, single spaces
+    parameters: dict[str, str]  # names in upper case; "" for one without a value
+    data: list[str]  # data lines without comments and empty lines
+    line: int  # line of the keyword, from 1
+    file: str = field(default="")  # file that holds it
 
     def refuse(self, found: str) -> MeshFileError:
-        """An error that names file, line and keyword.
-
-        Parameters
-        ----------
-        found : str
-            What is wrong and what is allowed.
-        """
+        """An error that names file, line and keyword."""
         return MeshFileError(self.file, f"line {self.line}, *{self.keyword}: {found}")
 
     def needs(self, name: str) -> str:
-        """Value of a parameter that must be given.
-
-        Parameters
-        ----------
-        name : str
-            In upper case.
-        """
+        """Value of a parameter that must be given."""
         if not self.parameters.get(name):
             raise self.refuse(f"{name}= is missing: must be given")
         return self.parameters[name]
 
 
 def keyword_blocks(path: str | Path) -> list[KeywordBlock]:
-    """All blocks of a file and of the files that it includes, in their order.
-
-    Parameters
-    ----------
-    path : str or path
-        The input file.
-
-    Raises
-    ------
-    MeshFileError
-        A file cannot be read or must not be included.
-    """
+    """All blocks of a file and of the files that it includes, in their order."""
     blocks: list[KeywordBlock] = []
     opened = [0]
     _collect(str(path), str(path), (os.path.realpath(path),), blocks, opened)
@@ -144,13 +107,7 @@ def _parameter(keyword: str, word: str) -> str | None:
 
 
 def included_names(lines: list[str]) -> list[str]:
-    """Files that an input file includes or takes data lines from, as written.
-
-    Parameters
-    ----------
-    lines : list of str
-        Lines of the file.
-    """
+    """Files that an input file includes or takes data lines from, as written."""
     starts = _keyword_lines(lines)
     heads = [
         _head(_whole_line(lines, start, end)[0])

@@ -21,20 +21,7 @@ SCALED = "changes the masses of the model: remove it and give the densities that
 
 
 def add_materials(mesh: FileMesh, blocks: list[KeywordBlock]) -> None:
-    """Properties by material, and what is left out of them.
-
-    Parameters
-    ----------
-    mesh : FileMesh
-        Gets the materials.
-    blocks : list of KeywordBlock
-        The whole file.
-
-    Raises
-    ------
-    MeshFileError
-        A property has no numbers, or masses are scaled.
-    """
+    """Properties by material, and what is left out of them."""
     current = ""
     for block in blocks:
         if block.keyword in SCALING:

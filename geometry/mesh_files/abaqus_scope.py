@@ -23,45 +23,24 @@ _SetKey = tuple[str, bool, str]  # scope, whether it is a set of nodes, name in 
 
 @dataclass
 class Scope:
-    """Nodes, elements and sets of a scope; all labels carry its offset.
+    """Nodes, elements and sets of a scope; all labels carry its offset."""
 
-    Attributes
-    ----------
-    name : str
-        Name of the instance; "" for the model and its assembly.
-    offset : int
-        What is added to the labels of the file.
-    rotation, translation : (3, 3) array, (3,) array
-        Where the instance stands: x' = rotation @ x + translation.
-    node_labels, points : list of arrays
-        Nodes.
-    elements : list of FileElements
-        Solid elements.
-    node_sets, element_sets : dict of str to list of arrays
-        Labels, by name in upper case.
-    sides : dict of str to list of (k, 2) arrays
-        Surfaces, by name in upper case.
-    sections : list of ((k,) array, str)
-        Elements and their material.
-    left_out : dict of str to int
-        Types of elements that are not read, and how many there are.
-    notes : list of str
-        What was left out.
-    """
-
-    name: str
-    offset: int = 0
+    name: str  # name of the instance; "" for the model and its assembly
+    offset: int = 0  # what is added to the labels of the file
+    # (3, 3), where the instance stands: x' = rotation @ x + translation
     rotation: FloatArray = field(default_factory=lambda: np.eye(3))
+    # (3, 3), where the instance stands: x' = rotation @ x + translation
     translation: FloatArray = field(default_factory=lambda: np.zeros(3))
-    node_labels: list[IntArray] = field(default_factory=list)
-    points: list[FloatArray] = field(default_factory=list)
-    elements: list[FileElements] = field(default_factory=list)
-    node_sets: dict[str, list[IntArray]] = field(default_factory=dict)
-    element_sets: dict[str, list[IntArray]] = field(default_factory=dict)
-    sides: dict[str, list[IntArray]] = field(default_factory=dict)
-    sections: list[tuple[IntArray, str]] = field(default_factory=list)
+    node_labels: list[IntArray] = field(default_factory=list)  # nodes
+    points: list[FloatArray] = field(default_factory=list)  # nodes
+    elements: list[FileElements] = field(default_factory=list)  # solid elements
+    node_sets: dict[str, list[IntArray]] = field(default_factory=dict)  # labels, by name in upper case
+    element_sets: dict[str, list[IntArray]] = field(default_factory=dict)  # labels, by name in upper case
+    sides: dict[str, list[IntArray]] = field(default_factory=dict)  # (k, 2), surfaces, by name in upper case
+    sections: list[tuple[IntArray, str]] = field(default_factory=list)  # (k,), elements and their material
+    # types of elements that are not read, and how many there are
     left_out: dict[str, int] = field(default_factory=dict)
-    notes: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)  # what was left out
 
     @property
     def highest(self) -> int:
@@ -71,15 +50,7 @@ class Scope:
 
 
 def add_nodes(scope: Scope, block: KeywordBlock) -> None:
-    """Take the nodes of a *NODE block.
-
-    Parameters
-    ----------
-    scope : Scope
-        Where they belong.
-    block : KeywordBlock
-        The block.
-    """
+    """Take the nodes of a *NODE block."""
     if not block.data:
         return
     table = _node_table(block)
@@ -127,15 +98,7 @@ def _node_table(block: KeywordBlock) -> FloatArray:
 
 
 def add_elements(scope: Scope, block: KeywordBlock) -> None:
-    """Take the elements of an *ELEMENT block, if they are solid.
-
-    Parameters
-    ----------
-    scope : Scope
-        Where they belong.
-    block : KeywordBlock
-        The block.
-    """
+    """Take the elements of an *ELEMENT block, if they are solid."""
     name = block.needs("TYPE").upper()
     solid = _SOLID.match(name)
     if not block.data:
@@ -202,12 +165,7 @@ def _join_set(sets: dict[str, list[IntArray]], name: str | None, labels: IntArra
 class SetReader:
     """Reads *NSET, *ELSET, *SURFACE and *SOLID SECTION of scopes, which may name sets of others and of later lines.
 
-    Parameters
-    ----------
-    scopes : mapping of str to Scope
-        All scopes by name in upper case.
-    contents : list of (Scope, list of KeywordBlock)
-        Their blocks.
+    Shapes: `contents` (Scope, list of KeywordBlock).
     """
 
     def __init__(self, scopes: Mapping[str, Scope], contents: list[tuple[Scope, list[KeywordBlock]]]) -> None:

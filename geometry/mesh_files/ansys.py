@@ -54,18 +54,7 @@ COMMANDS = {
 
 
 def read_ansys(path: str | Path) -> FileMesh:
-    """Nodes, elements, components and materials of an archive.
-
-    Parameters
-    ----------
-    path : str or path
-        The file.
-
-    Raises
-    ------
-    MeshFileError
-        The file cannot be used.
-    """
+    """Nodes, elements, components and materials of an archive."""
     lines = text_lines(path)
     tables = read_tables(path, lines)
     mesh = FileMesh(str(path), np.concatenate(tables.node_labels), np.concatenate(tables.points))

@@ -49,48 +49,21 @@ _HOW = "as CDWRITE,DB writes"
 
 @dataclass
 class AnsysTables:
-    """What the tables of an archive hold.
+    """What the tables of an archive hold."""
 
-    Attributes
-    ----------
-    types : dict of int to int
-        Number of the element (186 of SOLID186) by that of its type.
-    node_labels, points : list of (n,) and (n, 3) arrays
-        Nodes, table by table.
-    elements : list of list of int
-        Fields of each element: 11 of its head, then its nodes.
-    surfaces : dict of int to int
-        How many elements are in tables without the key SOLID, by the number of their type; 0: not said.
-    components : dict of str to (str, (k,) array)
-        Kind ("NODE" or "ELEM") and integers of each component; a negative one ends a range.
-    commands : dict of str to int
-        How often the counted commands stand in the archive.
-    """
-
-    types: dict[int, int] = field(default_factory=dict)
-    node_labels: list[IntArray] = field(default_factory=list)
-    points: list[FloatArray] = field(default_factory=list)
-    elements: list[list[int]] = field(default_factory=list)
+    types: dict[int, int] = field(default_factory=dict)  # number of the element (186 of SOLID186) by that of its type
+    node_labels: list[IntArray] = field(default_factory=list)  # (n,), nodes, table by table
+    points: list[FloatArray] = field(default_factory=list)  # (n,), nodes, table by table
+    elements: list[list[int]] = field(default_factory=list)  # fields of each element: 11 of its head, then its nodes
+    # how many elements are in tables without the key SOLID, by the number of their type; 0: not said
     surfaces: dict[int, int] = field(default_factory=dict)
+    # (k,), kind ("NODE" or "ELEM") and integers of each component; a negative one ends a range
     components: dict[str, tuple[str, IntArray]] = field(default_factory=dict)
-    commands: dict[str, int] = field(default_factory=dict)
+    commands: dict[str, int] = field(default_factory=dict)  # how often the counted commands stand in the archive
 
 
 def read_tables(path: object, lines: list[str]) -> AnsysTables:
-    """The tables of an archive.
-
-    Parameters
-    ----------
-    path : path
-        The archive.
-    lines : list of str
-        Its lines.
-
-    Raises
-    ------
-    MeshFileError
-        A table is missing or damaged, or a command makes or changes nodes or elements.
-    """
+    """The tables of an archive."""
     found, current_type, place = AnsysTables(), 0, 0
     tables: dict[str, Callable[[object, list[str], int, AnsysTables], int]] = {
         "NBLOCK": _nodes,

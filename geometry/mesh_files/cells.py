@@ -26,39 +26,17 @@ FACE_CORNERS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8
 
 @dataclass(frozen=True)
 class CellBlock:
-    """Cells of one kind.
+    """Cells of one kind."""
 
-    Attributes
-    ----------
-    type : str
-        Name of the cell, as meshio has it.
-    data : (k, n) array
-        Points of each cell, from 0, in the order of VTK.
-    labels : (k,) array
-        Numbers of the cells in the file.
-    """
-
-    type: str
-    data: IntArray
-    labels: IntArray
+    type: str  # name of the cell, as meshio has it
+    data: IntArray  # (k, n), points of each cell, from 0, in the order of VTK
+    labels: IntArray  # (k,), numbers of the cells in the file
 
 
 def mesh_of_cells(path: object, points: FloatArray, cells: list[CellBlock]) -> FileMesh:
     """A mesh of points and blocks of cells; labels are places in the file, from 1.
 
-    Parameters
-    ----------
-    path : path
-        The file.
-    points : (N, 3) array
-        Points.
-    cells : list of CellBlock
-        The cells.
-
-    Raises
-    ------
-    MeshFileError
-        A cell is a pyramid or names a point that is not there.
+    Shapes: `points` (N, 3).
     """
     mesh = FileMesh(str(path))
     mesh.points = np.ascontiguousarray(points, dtype=np.float64)
@@ -83,16 +61,7 @@ def mesh_of_cells(path: object, points: FloatArray, cells: list[CellBlock]) -> F
 def add_cells_to_set(mesh: FileMesh, name: str, block: CellBlock, inside: IntArray) -> None:
     """Put cells of a block into a set: solids into an element set, faces into a surface, all others into a node set.
 
-    Parameters
-    ----------
-    mesh : FileMesh
-        The mesh.
-    name : str
-        Name of the set.
-    block : CellBlock
-        The cells.
-    inside : (k,) array
-        Places of the cells in the block.
+    Shapes: `inside` (k,).
     """
     rows = np.asarray(inside, dtype=np.int64)
     if not len(rows):

@@ -21,47 +21,17 @@ GONE = -1
 
 @dataclass(frozen=True)
 class WholeElements:
-    """Elements of one kind whose nodes are all distinct.
+    """Elements of one kind whose nodes are all distinct."""
 
-    Attributes
-    ----------
-    kind : str
-        Name in `ELEMENT_KINDS`.
-    labels, nodes : (E,) array, (E, b) array
-        Labels of elements and nodes.
-    side_map : (s,) array
-        For each side of the element of the file the side it is here; -1 where it has vanished.
-    collapsed : bool
-        Whether the file has another kind of element here.
-    """
-
-    kind: str
-    labels: IntArray
-    nodes: IntArray
-    side_map: IntArray
-    collapsed: bool = False
+    kind: str  # name in `ELEMENT_KINDS`
+    labels: IntArray  # (E,), labels of elements and nodes
+    nodes: IntArray  # (E,), labels of elements and nodes
+    side_map: IntArray  # (s,), for each side of the element of the file the side it is here; -1 where it has vanished
+    collapsed: bool = False  # whether the file has another kind of element here
 
 
 def whole_elements(mesh: FileMesh, elements: FileElements) -> list[WholeElements]:
-    """Elements of a file as elements without repeated nodes.
-
-    Parameters
-    ----------
-    mesh : FileMesh
-        The file, for its notes and errors.
-    elements : FileElements
-        Some elements of the file.
-
-    Returns
-    -------
-    list of WholeElements
-        By kind and pattern of repeated nodes.
-
-    Raises
-    ------
-    MeshFileError
-        Mid-side nodes are missing, or an element is collapsed to no wedge or tetrahedron.
-    """
+    """Elements of a file as elements without repeated nodes."""
     kind = ELEMENT_KINDS[elements.kind]
     found: list[WholeElements] = []
     for part, topology in _linear_where_no_midside(mesh, elements, kind):

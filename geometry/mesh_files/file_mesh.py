@@ -31,72 +31,36 @@ NO_EFFECT = ("supports", "cyclic", "contacts", "surfaces", "unknown")
 
 @dataclass(frozen=True)
 class FileElements:
-    """Elements of one kind as a file lists them.
+    """Elements of one kind as a file lists them."""
 
-    Attributes
-    ----------
-    kind : str
-        Name in `ELEMENT_KINDS`; the elements may still be collapsed.
-    labels : (E,) array
-        Labels of the elements.
-    nodes : (E, b) array
-        Labels of the nodes in the node order of VTK; 0 for a node that is not given.
-    """
-
-    kind: str
-    labels: IntArray
-    nodes: IntArray
+    kind: str  # name in `ELEMENT_KINDS`; the elements may still be collapsed
+    labels: IntArray  # (E,), labels of the elements
+    nodes: IntArray  # (E, b), labels of the nodes in the node order of VTK; 0 for a node that is not given
 
 
 @dataclass
 class FileMesh:
-    """Nodes, elements, sets and materials by label.
+    """Nodes, elements, sets and materials by label."""
 
-    Attributes
-    ----------
-    path : str
-        The file.
-    node_labels, points : (N,) array, (N, 3) array
-        Nodes.
-    elements : list of FileElements
-        Solid elements.
-    node_sets, element_sets : dict of str to (k,) array
-        Labels.
-    sides : dict of str to (k, 2) array
-        Surfaces: label of the element and local side.
-    faces : dict of str to list of (k, c) array
-        Surfaces: labels of the corners of each face.
-    materials : dict of str to dict of str to float
-        Properties.
-    element_material : list of ((k,) array, str)
-        Labels of elements and the name of their material; the last one counts.
-    notes : list of str
-        What was left out.
-    warnings : list of str
-        What was left out and changes results.
-    material_notes : dict of str to list of str
-        What the numbers of a material leave out, defaults that were taken.
-    unread_materials : dict of str to str
-        Materials that are not isotropic and elastic, and what they are.
-    units : tuple of str
-        Systems of `UNIT_SYSTEMS` that the file says it is in.
-    """
-
-    path: str
-    node_labels: IntArray = field(default_factory=lambda: NO_LABELS)
-    points: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
-    elements: list[FileElements] = field(default_factory=list)
-    node_sets: dict[str, IntArray] = field(default_factory=dict)
-    element_sets: dict[str, IntArray] = field(default_factory=dict)
-    sides: dict[str, IntArray] = field(default_factory=dict)
+    path: str  # the file
+    node_labels: IntArray = field(default_factory=lambda: NO_LABELS)  # (N,), nodes
+    points: FloatArray = field(default_factory=lambda: np.empty((0, 3)))  # (N,), nodes
+    elements: list[FileElements] = field(default_factory=list)  # solid elements
+    node_sets: dict[str, IntArray] = field(default_factory=dict)  # (k,), labels
+    element_sets: dict[str, IntArray] = field(default_factory=dict)  # (k,), labels
+    sides: dict[str, IntArray] = field(default_factory=dict)  # (k, 2), surfaces: label of the element and local side
+    # (k, c), surfaces: labels of the corners of each face
     faces: dict[str, list[IntArray]] = field(default_factory=dict)
-    materials: dict[str, dict[str, float]] = field(default_factory=dict)
+    materials: dict[str, dict[str, float]] = field(default_factory=dict)  # properties
+    # (k,), labels of elements and the name of their material; the last one counts
     element_material: list[tuple[IntArray, str]] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
-    warnings: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)  # what was left out
+    warnings: list[str] = field(default_factory=list)  # what was left out and changes results
+    # what the numbers of a material leave out, defaults that were taken
     material_notes: dict[str, list[str]] = field(default_factory=dict)
+    # materials that are not isotropic and elastic, and what they are
     unread_materials: dict[str, str] = field(default_factory=dict)
-    units: tuple[str, ...] = ()
+    units: tuple[str, ...] = ()  # systems of `UNIT_SYSTEMS` that the file says it is in
 
     def remark(self, material: str, line: str) -> None:
         """Note something about a material once."""
@@ -105,25 +69,11 @@ class FileMesh:
             lines.append(line)
 
     def refuse(self, found: str) -> MeshFileError:
-        """An error that names the file.
-
-        Parameters
-        ----------
-        found : str
-            What is wrong and what is allowed.
-        """
+        """An error that names the file."""
         return MeshFileError(self.path, found)
 
     def leave_out(self, effect: str, counts: Mapping[str, int]) -> None:
-        """Say which definitions of the file are left out, how many, and what that does.
-
-        Parameters
-        ----------
-        effect : str
-            Key of `EFFECTS`.
-        counts : mapping of str to int
-            How many of each name.
-        """
+        """Say which definitions of the file are left out, how many, and what that does."""
         if counts:
             names = listed([f"{count} {name}" for name, count in counts.items()], 8)
             lines = self.notes if effect in NO_EFFECT else self.warnings
@@ -131,27 +81,11 @@ class FileMesh:
 
 
 def listed(names: Sequence[object], most: int = 5) -> str:
-    """Names or labels in a message: the first few, and how many more.
-
-    Parameters
-    ----------
-    names : sequence
-        The names.
-    most : int, optional
-        How many are written.
-    """
+    """Names or labels in a message: the first few, and how many more."""
     shown = ", ".join(str(name) for name in names[:most])
     return shown if len(names) <= most else f"{shown} and {len(names) - most} more"
 
 
 def counted(number: int, noun: str) -> str:
-    """A number with its noun: "1 node", "2 nodes".
-
-    Parameters
-    ----------
-    number : int
-        How many.
-    noun : str
-        In the singular.
-    """
+    """A number with its noun: "1 node", "2 nodes"."""
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"

@@ -39,18 +39,7 @@ DIMENSIONS = ("point", "curve", "surface", "volume")
 
 
 def read_gmsh(path: str | Path) -> FileMesh:
-    """Nodes, elements and physical groups of a file of gmsh.
-
-    Parameters
-    ----------
-    path : str or path
-        The file.
-
-    Raises
-    ------
-    MeshFileError
-        The file cannot be used.
-    """
+    """Nodes, elements and physical groups of a file of gmsh."""
     import gmsh
 
     running = bool(gmsh.isInitialized())
@@ -87,13 +76,7 @@ def _check_head(path: str | Path, copy: str) -> None:
 
 
 def columns_from_gmsh(kind: str) -> list[int]:
-    """Place in an element of gmsh of each node of an element here.
-
-    Parameters
-    ----------
-    kind : str
-        Name in `ELEMENT_KINDS`.
-    """
+    """Place in an element of gmsh of each node of an element here."""
     element = ELEMENT_KINDS[kind]
     columns = list(range(element.corners))
     if element.quadratic:

@@ -10,20 +10,7 @@ from geometry.errors import MeshFileError
 
 
 def optional_library(name: str, path: object) -> Any:
-    """A module of the extra "meshes".
-
-    Parameters
-    ----------
-    name : str
-        Name of the module.
-    path : path
-        The file that needs it.
-
-    Raises
-    ------
-    MeshFileError
-        It is not installed.
-    """
+    """A module of the extra "meshes"."""
     if find_spec(name) is None:
         package = name.replace("_", "-")
         raise MeshFileError(path, f"needs the package {package}: pip install 'shroud[meshes]', or another format")

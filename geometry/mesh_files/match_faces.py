@@ -11,17 +11,7 @@ from geometry.sector import IntArray
 def sides_with_corners(blocks: tuple[ElementBlock, ...], faces: list[IntArray]) -> ElementSides:
     """The sides of elements that have given corners; between two elements that of the first.
 
-    Parameters
-    ----------
-    blocks : tuple of ElementBlock
-        The elements.
-    faces : list of (k, 3) or (k, 4) arrays
-        Corners of the faces, rows of the points, in any order.
-
-    Returns
-    -------
-    ElementSides
-        One side for each face that is one.
+    Shapes: `faces` (k, 3).
     """
     corners = np.unique(np.concatenate([np.empty(0, dtype=np.int64), *(face.ravel() for face in faces)]))
     wanted = {
@@ -52,15 +42,7 @@ def sides_with_corners(blocks: tuple[ElementBlock, ...], faces: list[IntArray]) 
 def free_sides(blocks: list[tuple[IntArray, tuple[tuple[int, ...], ...]]]) -> list[IntArray]:
     """Sides that only one element has.
 
-    Parameters
-    ----------
-    blocks : list of ((E, b) array, tuple of tuple of int)
-        Nodes of elements and the local corners of their sides.
-
-    Returns
-    -------
-    list of (k, 2) arrays
-        Element and local side, block by block.
+    Shapes: `blocks` (E, b), returns (k, 2).
     """
     keys, owners = [], []
     for index, (nodes, sides) in enumerate(blocks):

@@ -15,18 +15,7 @@ from geometry.mesh_files.libraries import optional_library
 
 
 def read_med(path: str | Path) -> FileMesh:
-    """Nodes, elements and groups of a MED file.
-
-    Parameters
-    ----------
-    path : str or path
-        The file.
-
-    Raises
-    ------
-    MeshFileError
-        The file cannot be used.
-    """
+    """Nodes, elements and groups of a MED file."""
     meshlane = optional_library("meshlane", path)
     try:
         _check_content(path)

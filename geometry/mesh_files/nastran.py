@@ -51,18 +51,7 @@ _KNOWN = re.compile(
 
 
 def read_nastran(path: str | Path) -> FileMesh:
-    """Nodes, elements, sets and materials of a deck.
-
-    Parameters
-    ----------
-    path : str or path
-        The file.
-
-    Raises
-    ------
-    MeshFileError
-        The file cannot be used.
-    """
+    """Nodes, elements, sets and materials of a deck."""
     deck = nastran_deck(path)
     mesh = FileMesh(str(path))
     by_name: dict[str, list[Card]] = {}

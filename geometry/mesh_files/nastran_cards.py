@@ -27,89 +27,37 @@ MOST_REPEATED = 10_000_000
 
 @dataclass
 class NastranDeck:
-    """What a deck holds, split into its sections.
+    """What a deck holds, split into its sections."""
 
-    Attributes
-    ----------
-    path : str
-        The file.
-    case_control : list of str
-        Lines before BEGIN BULK, without comments.
-    bulk : list of (str, int, str)
-        File, line number and text of the bulk data, without comments.
-    comments : list of str
-        Comment lines of programs that name sets there.
-    """
-
-    path: str
-    case_control: list[str] = field(default_factory=list)
-    bulk: list[Line] = field(default_factory=list)
-    comments: list[str] = field(default_factory=list)
+    path: str  # the file
+    case_control: list[str] = field(default_factory=list)  # lines before BEGIN BULK, without comments
+    bulk: list[Line] = field(default_factory=list)  # file, line number and text of the bulk data, without comments
+    comments: list[str] = field(default_factory=list)  # comment lines of programs that name sets there
 
 
 @dataclass(frozen=True)
 class Card:
-    """A card with all its fields, blank ones as "".
+    """A card with all its fields, blank ones as ""."""
 
-    Attributes
-    ----------
-    path : str
-        The file.
-    line : int
-        Line of its start, from 1.
-    name : str
-        In upper case, without the star of large fields.
-    fields : list of str
-        Data fields; a line of small fields has 8, one of large fields 4.
-    """
-
-    path: str
-    line: int
-    name: str
-    fields: list[str]
+    path: str  # the file
+    line: int  # line of its start, from 1
+    name: str  # in upper case, without the star of large fields
+    fields: list[str]  # data fields; a line of small fields has 8, one of large fields 4
 
     def refuse(self, found: str) -> MeshFileError:
-        """An error that names file, line and card.
-
-        Parameters
-        ----------
-        found : str
-            What is wrong and what is allowed.
-        """
+        """An error that names file, line and card."""
         return MeshFileError(self.path, f"line {self.line}, {self.name}: {found}")
 
     def text(self, place: int) -> str:
-        """A field, "" where there is none.
-
-        Parameters
-        ----------
-        place : int
-            From 0.
-        """
+        """A field, "" where there is none."""
         return self.fields[place] if place < len(self.fields) else ""
 
     def label(self, place: int, default: int | None = None) -> int:
-        """A field as an integer that is not negative.
-
-        Parameters
-        ----------
-        place : int
-            From 0.
-        default : int, optional
-            For a blank field.
-        """
+        """A field as an integer that is not negative."""
         return self._as(place, default, int, "a positive integer", lambda value: 0 <= value <= LARGEST_LABEL)
 
     def number(self, place: int, default: float | None = None) -> float:
-        """A field as a real number.
-
-        Parameters
-        ----------
-        place : int
-            From 0.
-        default : float, optional
-            For a blank field.
-        """
+        """A field as a real number."""
         return self._as(place, default, real, "a number", lambda value: True)
 
     def _as(
@@ -128,13 +76,7 @@ class Card:
 
 
 def real(text: str) -> float:
-    """A real number of Nastran, where the E of the exponent may be missing: 7.5-3.
-
-    Parameters
-    ----------
-    text : str
-        The field.
-    """
+    """A real number of Nastran, where the E of the exponent may be missing: 7.5-3."""
     try:
         return float(text)
     except ValueError:
@@ -142,18 +84,7 @@ def real(text: str) -> float:
 
 
 def nastran_deck(path: str | Path) -> NastranDeck:
-    """The sections of a deck and of the files that it includes.
-
-    Parameters
-    ----------
-    path : str or path
-        The file.
-
-    Raises
-    ------
-    MeshFileError
-        A file cannot be read or must not be included.
-    """
+    """The sections of a deck and of the files that it includes."""
     deck = NastranDeck(str(path))
     lines = list(_lines(str(path), str(path), (os.path.realpath(path),), [0]))
     heads = [k for k, (_, _, line) in enumerate(lines) if line.lstrip()[:5].upper() == "BEGIN"]
@@ -219,31 +150,12 @@ def _statements(lines: list[str]) -> Iterator[tuple[int, str, str | None]]:
 
 
 def included_names(lines: list[str]) -> list[str]:
-    """Files that the `INCLUDE`s of a deck name, as written.
-
-    Parameters
-    ----------
-    lines : list of str
-        Lines of the file.
-    """
+    """Files that the `INCLUDE`s of a deck name, as written."""
     return [name for _, _, name in _statements(lines) if name is not None]
 
 
 def cards(deck: NastranDeck, read: frozenset[str]) -> Iterator[Card]:
-    """The cards of the bulk data, replicated ones written out.
-
-    Parameters
-    ----------
-    deck : NastranDeck
-        The deck.
-    read : frozenset of str
-        Names of the cards that are read: what is not understood in one of them is refused.
-
-    Raises
-    ------
-    MeshFileError
-        A line of a card that is read has too many fields, or does not belong to the card above it.
-    """
+    """The cards of the bulk data, replicated ones written out."""
     current: Card | None = None
     before: Card | None = None  # the card written out last, from which replicated ones are made
     pattern: Card | None = None  # the last replicated card as it is written

@@ -20,16 +20,7 @@ class _System:
 class NastranCoordinates:
     """Places of nodes in the basic system.
 
-    Parameters
-    ----------
-    cards : list of Card
-        The cards of coordinate systems.
-    labels : (N,) array
-        Nodes.
-    systems : (N,) array
-        System of each node.
-    numbers : (N, 3) array
-        Its coordinates in that system.
+    Shapes: `labels` (N,), `systems` (N,), `numbers` (N, 3).
     """
 
     def __init__(self, cards: list[Card], labels: IntArray, systems: IntArray, numbers: FloatArray) -> None:
@@ -43,13 +34,7 @@ class NastranCoordinates:
         self._labels, self._systems, self._numbers = labels, systems, numbers
 
     def basic(self) -> FloatArray:
-        """Positions of all nodes (N, 3).
-
-        Raises
-        ------
-        MeshFileError
-            A system is not defined, or defined by itself, or by three points on a line.
-        """
+        """Positions of all nodes (N, 3)."""
         points = np.empty_like(self._numbers)
         for system in np.unique(self._systems):
             rows = self._systems == system
@@ -57,13 +42,7 @@ class NastranCoordinates:
         return points
 
     def defined(self, number: int) -> bool:
-        """Whether there is a system of this number.
-
-        Parameters
-        ----------
-        number : int
-            Its label.
-        """
+        """Whether there is a system of this number."""
         return number == 0 or number in self._cards
 
     def _moved(self, system: _System, values: FloatArray) -> FloatArray:

@@ -27,22 +27,7 @@ _FORCES = {"N": 1.0, "NEWTON": 1.0, "KN": 1e3, "LBF": 4.4482216152605, "DYNE": 1
 
 
 def add_materials(mesh: FileMesh, deck: NastranDeck, by_name: dict[str, list[Card]]) -> None:
-    """Properties by the number of the material, masses and stiffness as the parameters of the deck scale them.
-
-    Parameters
-    ----------
-    mesh : FileMesh
-        Gets the materials.
-    deck : NastranDeck
-        The deck.
-    by_name : dict of str to list of Card
-        Its cards.
-
-    Raises
-    ------
-    MeshFileError
-        A number cannot be read.
-    """
+    """Properties by the number of the material, masses and stiffness as the parameters of the deck scale them."""
     for card in by_name.get("MAT1", []):
         mesh.materials[card.text(0)] = _isotropic(mesh, card)
     for name in OTHERS:

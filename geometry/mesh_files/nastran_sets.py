@@ -25,17 +25,7 @@ _SET = re.compile(r"\s*SET\s+(\d+)\s*=\s*(.*)$", re.IGNORECASE)
 
 
 def add_sets(mesh: FileMesh, deck: NastranDeck, set_cards: list[Card]) -> None:
-    """Put the sets of a deck into its mesh.
-
-    Parameters
-    ----------
-    mesh : FileMesh
-        The mesh, with its nodes and elements.
-    deck : NastranDeck
-        The deck.
-    set_cards : list of Card
-        SET1, SET3 and SPC1.
-    """
+    """Put the sets of a deck into its mesh."""
     named = {int(found[1]): (found[3], found[2]) for line in deck.comments if (found := _NAMED.match(line))}
     nodes = np.unique(mesh.node_labels)
     elements = np.unique(np.concatenate([np.empty(0, np.int64), *(group.labels for group in mesh.elements)]))

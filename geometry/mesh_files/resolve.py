@@ -16,23 +16,7 @@ _FLAT = 1e-14  # of the cube of its size: a volume that is round-off
 
 
 def imported_mesh(mesh: FileMesh) -> ImportedMesh:
-    """The mesh with its labels looked up.
-
-    Parameters
-    ----------
-    mesh : FileMesh
-        What the file says.
-
-    Returns
-    -------
-    ImportedMesh
-        Its solid elements and their nodes, sets, surfaces and materials.
-
-    Raises
-    ------
-    MeshFileError
-        Nodes or elements are missing, defined twice or not finite, or an element is inside out.
-    """
+    """The mesh with its labels looked up."""
     _check_counts(mesh)
     labels, points = _distinct_nodes(mesh)
     wholes = [whole for elements in mesh.elements for whole in whole_elements(mesh, elements)]
@@ -189,12 +173,7 @@ def _part(
 def corner_determinants(kind: ElementKind, corners: FloatArray) -> FloatArray:
     """Jacobian determinants at the corners (E, c), as if the edges were straight; their mean tells the volume.
 
-    Parameters
-    ----------
-    kind : ElementKind
-        The elements.
-    corners : (E, c, 3) array
-        Positions of their corners.
+    Shapes: `corners` (E, c, 3).
     """
     found = np.empty((len(corners), kind.corners))
     for corner in range(kind.corners):
@@ -215,13 +194,7 @@ def _right_handed_neighbours(kind: ElementKind, corner: int) -> list[int]:
 
 
 def mirrored(kind: ElementKind) -> tuple[list[int], IntArray]:
-    """Columns of the nodes of an element that is inside out which turn it round, and its sides by those of the file.
-
-    Parameters
-    ----------
-    kind : ElementKind
-        The element.
-    """
+    """Columns of the nodes that turn an inside-out element round, and its sides by those of the file."""
     half = kind.corners // 2
     corners = [1, 0, 2, 3] if kind.corners == 4 else [*range(half, 2 * half), *range(half)]
     place = {frozenset(edge): kind.corners + k for k, edge in enumerate(kind.edges)}

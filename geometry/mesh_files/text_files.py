@@ -15,18 +15,7 @@ LARGEST_LABEL = 2**31 - 1
 
 
 def check_file(path: str | Path) -> None:
-    """Refuse what is no file with something in it.
-
-    Parameters
-    ----------
-    path : str or path
-        The file.
-
-    Raises
-    ------
-    MeshFileError
-        There is none, or it is a folder or a device, or empty.
-    """
+    """Refuse what is no file with something in it."""
     try:
         if not os.path.exists(path):
             raise MeshFileError(path, "no such file")
@@ -39,18 +28,7 @@ def check_file(path: str | Path) -> None:
 
 
 def text_lines(path: str | Path) -> list[str]:
-    """Lines of a text file.
-
-    Parameters
-    ----------
-    path : str or path
-        The file.
-
-    Raises
-    ------
-    MeshFileError
-        It cannot be read, or is no text.
-    """
+    """Lines of a text file."""
     check_file(path)
     try:
         data = Path(path).read_bytes()
@@ -62,22 +40,7 @@ def text_lines(path: str | Path) -> list[str]:
 
 
 def included_file(main: str | Path, parent: str | Path, name: str, chain: tuple[str, ...]) -> str:
-    """The file that an include statement names, if it stands in the folder of the main file.
-
-    Parameters
-    ----------
-    main, parent : str or path
-        The file that is read, and the one that holds the statement.
-    name : str
-        As written.
-    chain : tuple of str
-        Resolved paths of the files that are open.
-
-    Raises
-    ------
-    MeshFileError
-        It stands elsewhere, also by a symbolic link, or includes itself.
-    """
+    """The file that an include statement names, if it stands in the folder of the main file."""
     folder = os.path.realpath(os.path.dirname(os.path.abspath(main)))
     target = os.path.realpath(included_place(main, parent, plain_name(name)))
     on_a_drive = plain_name(name)[1:2] == ":"  # of Windows
@@ -101,40 +64,18 @@ def included_file(main: str | Path, parent: str | Path, name: str, chain: tuple[
 
 
 def included_place(main: str | Path, parent: str | Path, name: str) -> str:
-    """Where a file that is included stands: beside the file that includes it, or else beside the main file.
-
-    Parameters
-    ----------
-    main, parent : str or path
-        The file that is read, and the one that holds the statement.
-    name : str
-        With slashes.
-    """
+    """Where a file that is included stands: beside the file that includes it, or else beside the main file."""
     places = [os.path.join(os.path.dirname(os.path.abspath(file)), name) for file in (parent, main)]
     return next((place for place in places if os.path.isfile(place)), places[0])
 
 
 def plain_name(name: str) -> str:
-    """The name of an included file, with slashes where it was written on Windows.
-
-    Parameters
-    ----------
-    name : str
-        As written.
-    """
+    """The name of an included file, with slashes where it was written on Windows."""
     return name.strip().replace("\\", "/")
 
 
 def numbers(fields: list[str], refusal: object) -> FloatArray:
-    """Fields as numbers; Fortran exponents (1.0D+3) are allowed.
-
-    Parameters
-    ----------
-    fields : list of str
-        The fields.
-    refusal : callable
-        Makes an exception from the first field that is no number.
-    """
+    """Fields as numbers; Fortran exponents (1.0D+3) are allowed."""
     try:
         return np.array(list(map(float, fields)), dtype=np.float64)
     except ValueError:
@@ -150,15 +91,7 @@ def _number(field: str, refusal: object) -> float:
 
 
 def labels_of(values: FloatArray | list[str], refusal: object) -> IntArray:
-    """Numbers or fields as labels: integers that are not negative.
-
-    Parameters
-    ----------
-    values : array or list of str
-        The numbers.
-    refusal : callable
-        Makes an exception from the first that is no label.
-    """
+    """Numbers or fields as labels: integers that are not negative."""
     assert callable(refusal)
     if isinstance(values, np.ndarray):
         wrong = ~((values >= 0) & (values <= LARGEST_LABEL) & (values == np.floor(values)))

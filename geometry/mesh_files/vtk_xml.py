@@ -36,45 +36,20 @@ LARGEST = 2**40  # bytes that a header may claim of an array
 
 @dataclass
 class Grid:
-    """An unstructured grid as its file has it.
+    """An unstructured grid as its file has it."""
 
-    Attributes
-    ----------
-    version : (int, int)
-        Version of the file.
-    pieces : int
-        How many pieces it had.
-    points : (N, 3) array
-        Points.
-    codes, ends, connected : (E,), (E,) and (k,) arrays
-        Type of each cell, where its points end in `connected`, and the points.
-    at_points, in_cells : dict of str to array
-        Fields of numbers.
-    """
-
-    version: tuple[int, int]
-    pieces: int
-    points: np.ndarray
-    codes: np.ndarray
-    ends: np.ndarray
-    connected: np.ndarray
-    at_points: dict[str, np.ndarray] = field(default_factory=dict)
-    in_cells: dict[str, np.ndarray] = field(default_factory=dict)
+    version: tuple[int, int]  # version of the file
+    pieces: int  # how many pieces it had
+    points: np.ndarray  # (N, 3), points
+    codes: np.ndarray  # (E,), type of each cell, where its points end in `connected`, and the points
+    ends: np.ndarray  # (E,), type of each cell, where its points end in `connected`, and the points
+    connected: np.ndarray  # (E,), type of each cell, where its points end in `connected`, and the points
+    at_points: dict[str, np.ndarray] = field(default_factory=dict)  # fields of numbers
+    in_cells: dict[str, np.ndarray] = field(default_factory=dict)  # fields of numbers
 
 
 def read_grid(path: str | Path) -> Grid:
-    """The unstructured grid in a file; pieces one after the other.
-
-    Parameters
-    ----------
-    path : str or path
-        The file.
-
-    Raises
-    ------
-    MeshFileError
-        The file is damaged, or of another kind.
-    """
+    """The unstructured grid in a file; pieces one after the other."""
     try:
         return _grid(path, Path(path).read_bytes())
     except MeshFileError:

@@ -44,18 +44,7 @@ LAGRANGE_HEXAHEDRON, SWAPPED_BEFORE = 72, (2, 1)  # files of earlier versions ex
 
 
 def read_vtu(path: str | Path) -> FileMesh:
-    """Points, cells and sets of an unstructured grid.
-
-    Parameters
-    ----------
-    path : str or path
-        The file.
-
-    Raises
-    ------
-    MeshFileError
-        The file cannot be used.
-    """
+    """Points, cells and sets of an unstructured grid."""
     grid = read_grid(path)
     blocks = _blocks(path, grid)
     mesh = mesh_of_cells(path, grid.points, blocks)

@@ -14,13 +14,7 @@ PER_LINE = 11
 
 
 def abaqus_lines(mesh: WrittenMesh) -> Iterator[str]:
-    """Lines of the file.
-
-    Parameters
-    ----------
-    mesh : WrittenMesh
-        The mesh.
-    """
+    """Lines of the file."""
     yield "*NODE"
     for label, point in zip(mesh.node_labels.tolist(), mesh.points.tolist(), strict=True):
         yield f"{label}, " + ", ".join(map(abaqus_number, point))
@@ -44,13 +38,7 @@ def abaqus_lines(mesh: WrittenMesh) -> Iterator[str]:
 
 
 def abaqus_number(value: float) -> str:
-    """The number with as many digits as 20 characters hold: a relative error of 1e-14 at most.
-
-    Parameters
-    ----------
-    value : float
-        The number.
-    """
+    """The number with as many digits as 20 characters hold: a relative error of 1e-14 at most."""
     text = repr(value)
     digits = 17
     while len(text) > WIDTH:

@@ -20,13 +20,7 @@ LABELS = {"young_modulus": "EX", "poisson_ratio": "NUXY", "density": "DENS", "ex
 
 
 def ansys_lines(mesh: WrittenMesh) -> Iterator[str]:
-    """Lines of the file.
-
-    Parameters
-    ----------
-    mesh : WrittenMesh
-        The mesh.
-    """
+    """Lines of the file."""
     yield "/PREP7"
     types = {code: number for number, code in enumerate(sorted({TYPES[block.kind] for block in mesh.blocks}), 1)}
     for code, number in types.items():

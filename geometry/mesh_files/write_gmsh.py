@@ -18,13 +18,7 @@ POINT = 15
 
 
 def gmsh_lines(mesh: WrittenMesh) -> Iterator[str]:
-    """Lines of the file.
-
-    Parameters
-    ----------
-    mesh : WrittenMesh
-        The mesh.
-    """
+    """Lines of the file."""
     volumes = {name: tag for tag, name in enumerate(dict.fromkeys(map(mesh.material_of, range(len(mesh.blocks)))), 1)}
     surfaces = {name: tag for tag, name in enumerate(mesh.surfaces, len(volumes) + 1)}
     points = {name: tag for tag, name in enumerate(mesh.node_sets, len(volumes) + len(surfaces) + 1)}

@@ -16,13 +16,7 @@ NODES, ELEMENTS = 1, 2  # what a set holds, in $HMSET
 
 
 def nastran_lines(mesh: WrittenMesh) -> Iterator[str]:
-    """Lines of the file.
-
-    Parameters
-    ----------
-    mesh : WrittenMesh
-        The mesh.
-    """
+    """Lines of the file."""
     sets = [(NODES, name, mesh.node_labels[nodes]) for name, nodes in mesh.node_sets.items()]
     sets += [(ELEMENTS, name, mesh.labels_of(places)) for name, places in mesh.element_sets.items()]
     yield "CEND"
@@ -59,13 +53,7 @@ def _mat1(number: int, values: dict[str, float]) -> str:
 
 
 def nastran_number(value: float) -> str:
-    """The number in at most 16 characters: a relative error of 1e-10 at most, of 1e-12 from 0.01 to 1000.
-
-    Parameters
-    ----------
-    value : float
-        The number.
-    """
+    """The number in at most 16 characters: a relative error of 1e-10 at most, of 1e-12 from 0.01 to 1000."""
     text = repr(value)
     if len(text) <= WIDTH and "e" not in text:
         return text

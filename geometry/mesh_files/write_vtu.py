@@ -18,15 +18,7 @@ FACES = {("tri", 3): "triangle", ("tri", 6): "triangle6", ("quad", 4): "quad", (
 
 
 def write_vtu(path: str | Path, mesh: WrittenMesh) -> None:
-    """Write the file.
-
-    Parameters
-    ----------
-    path : str or path
-        The file.
-    mesh : WrittenMesh
-        The mesh.
-    """
+    """Write the file."""
     library = vtk_library()
 
     fields = {}

@@ -17,60 +17,29 @@ FACES = ("face_right", "face_left")
 
 @dataclass(frozen=True)
 class WrittenMesh:
-    """What is written.
+    """What is written."""
 
-    Attributes
-    ----------
-    points, node_labels : (N, 3) array, (N,) array
-        Nodes.
-    blocks, element_labels : tuples of ElementBlock and of (E,) arrays
-        Elements.
-    node_sets : dict of str to (k,) array
-        Rows of the points.
-    element_sets : dict of str to (k, 2) array
-        Block and element.
-    surfaces : dict of str to ElementSides
-        Surfaces.
-    materials : dict of str to dict of str to float
-        Properties by the name of the material of a block.
-    """
-
-    points: FloatArray
-    node_labels: IntArray
-    blocks: tuple[ElementBlock, ...]
-    element_labels: tuple[IntArray, ...]
-    node_sets: dict[str, IntArray]
-    element_sets: dict[str, IntArray]
-    surfaces: dict[str, ElementSides]
-    materials: dict[str, dict[str, float]]
+    points: FloatArray  # (N, 3), nodes
+    node_labels: IntArray  # (N, 3), nodes
+    blocks: tuple[ElementBlock, ...]  # (E,), elements
+    element_labels: tuple[IntArray, ...]  # (E,), elements
+    node_sets: dict[str, IntArray]  # (k,), rows of the points
+    element_sets: dict[str, IntArray]  # (k, 2), block and element
+    surfaces: dict[str, ElementSides]  # surfaces
+    materials: dict[str, dict[str, float]]  # properties by the name of the material of a block
 
     def nodes_of(self, block: int) -> IntArray:
-        """Labels of the nodes of each element of a block (E, b).
-
-        Parameters
-        ----------
-        block : int
-            The block.
-        """
+        """Labels of the nodes of each element of a block (E, b)."""
         return self.node_labels[self.blocks[block].nodes]
 
     def material_of(self, block: int) -> str:
-        """Name of the material of a block in the file.
-
-        Parameters
-        ----------
-        block : int
-            The block.
-        """
+        """Name of the material of a block in the file."""
         return self.blocks[block].material or MATERIAL
 
     def labels_of(self, places: IntArray) -> IntArray:
         """Labels of elements (k,).
 
-        Parameters
-        ----------
-        places : (k, 2) array
-            Block and element.
+        Shapes: `places` (k, 2).
         """
         labels = np.empty(len(places), dtype=np.int64)
         for index, own in enumerate(self.element_labels):
@@ -79,13 +48,7 @@ class WrittenMesh:
         return labels
 
     def faces_of(self, surface: ElementSides) -> Iterator[tuple[str, IntArray]]:
-        """Kind ("tri" or "quad") and rows of the nodes (k, c) of the faces of a surface, corners first.
-
-        Parameters
-        ----------
-        surface : ElementSides
-            The surface.
-        """
+        """Kind ("tri" or "quad") and rows of the nodes (k, c) of the faces of a surface, corners first."""
         for index, block in enumerate(self.blocks):
             for side, corners in enumerate(block.topology.sides):
                 elements = surface.element[(surface.block == index) & (surface.side == side)]
@@ -95,15 +58,7 @@ class WrittenMesh:
 
 
 def written_mesh(mesh: SectorMesh | ImportedMesh, materials: Mapping[str, Mapping[str, float]] | None) -> WrittenMesh:
-    """The mesh by labels; a sector gets labels from 1.
-
-    Parameters
-    ----------
-    mesh : SectorMesh or ImportedMesh
-        The mesh.
-    materials : mapping or None
-        Properties by the name of the material of a block; None: those of the mesh.
-    """
+    """The mesh by labels; a sector gets labels from 1."""
     surfaces = dict(mesh.surfaces)
     if isinstance(mesh, ImportedMesh):
         node_labels, element_labels = mesh.node_labels, mesh.element_labels
@@ -137,12 +92,7 @@ def _numbered(blocks: tuple[ElementBlock, ...]) -> tuple[IntArray, ...]:
 def lines_of(values: IntArray, count: int) -> Iterator[list[str]]:
     """Numbers as text, some to a line.
 
-    Parameters
-    ----------
-    values : (k,) array
-        The numbers.
-    count : int
-        How many to a line.
+    Shapes: `values` (k,).
     """
     text = list(map(str, values.tolist()))
     for start in range(0, len(text), count):

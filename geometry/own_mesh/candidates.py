@@ -22,26 +22,14 @@ _NEAR = 0.02  # a node and its image under the pitch, over the length of an edge
 
 @dataclass(frozen=True)
 class Pair:
-    """Sides that one pitch turns into each other.
+    """Sides that one pitch turns into each other."""
 
-    Attributes
-    ----------
-    right, left : (k,) array
-        Rows of the boundary.
-    nodes : int
-        Corner nodes of the right sides.
-    area : float
-        Their area, m^2.
-    radius, axial : (float, float)
-        Range of the radius and of the axial coordinate, m.
-    """
-
-    right: IntArray
-    left: IntArray
-    nodes: int
-    area: float
-    radius: tuple[float, float]
-    axial: tuple[float, float]
+    right: IntArray  # (k,), rows of the boundary
+    left: IntArray  # (k,), rows of the boundary
+    nodes: int  # corner nodes of the right sides
+    area: float  # their area, m^2
+    radius: tuple[float, float]  # range of the radius and of the axial coordinate, m
+    axial: tuple[float, float]  # range of the radius and of the axial coordinate, m
 
     def __str__(self) -> str:
         radius, axial = (

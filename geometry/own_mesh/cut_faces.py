@@ -36,19 +36,11 @@ _MATCH = 1e-5  # of the size of a face: largest distance of two nodes that are o
 
 @dataclass(frozen=True)
 class CutFaces:
-    """Cut faces by their sides and by their names in the file.
+    """Cut faces by their sides and by their names in the file."""
 
-    Attributes
-    ----------
-    right, left : ElementSides
-        Their sides; the right one is on the +y side once `ordered`.
-    names : (str, str)
-        Sets of the file.
-    """
-
-    right: ElementSides
-    left: ElementSides
-    names: tuple[str, str]
+    right: ElementSides  # their sides; the right one is on the +y side once `ordered`
+    left: ElementSides  # their sides; the right one is on the +y side once `ordered`
+    names: tuple[str, str]  # sets of the file
 
 
 def named_cuts(names: Iterable[str]) -> list[tuple[str, str]]:

@@ -21,21 +21,11 @@ _EDGE = 1e-2  # a point this far outside a triangle, in its coordinates, is on i
 
 @dataclass(frozen=True)
 class Surface:
-    """A face of the sector: points of the mesh, its nodes and sides.
+    """A face of the sector: points of the mesh, its nodes and sides."""
 
-    Attributes
-    ----------
-    points : (N, 3) array
-        Nodes of the mesh, m.
-    nodes : (k,) array
-        Nodes of the face.
-    tables : list of (s, m) array
-        Nodes of its sides, see `side_tables`.
-    """
-
-    points: FloatArray
-    nodes: IntArray
-    tables: list[IntArray]
+    points: FloatArray  # (N, 3), nodes of the mesh, m
+    nodes: IntArray  # (k,), nodes of the face
+    tables: list[IntArray]  # (s, m), nodes of its sides, see `side_tables`
 
     @property
     def n_sides(self) -> int:

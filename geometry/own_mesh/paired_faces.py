@@ -25,36 +25,20 @@ _SCATTER, _NO_GAP = 3.0, 1e-7
 
 @dataclass(frozen=True)
 class FacePair:
-    """Right and left surface of a sector in our axes, and the numbers that tell how they fit.
+    """Right and left surface of a sector in our axes, and the numbers that tell how they fit."""
 
-    Attributes
-    ----------
-    right, left : Surface
-        The surfaces.
-    pitch : float
-        Angle of a sector, rad.
-    partner : (k,) array or None
-        For each node of the right surface its partner, a row of the mesh; None where the nodes are no pairs.
-    mismatch, overlap, normal_angle : float
-        See `SectorFindings`.
-    gap : (float, float)
-        Smallest and largest gap, m.
-    mean_gap : float
-        Mean of the gap, m; 0 where it is no more than the scatter that sides of elements on a curved face cause.
-    areas : (float, float)
-        Areas, m^2.
-    """
-
-    right: Surface
-    left: Surface
-    pitch: float
+    right: Surface  # the surfaces
+    left: Surface  # the surfaces
+    pitch: float  # angle of a sector, rad
+    # (k,), for each node of the right surface its partner, a row of the mesh; None where the nodes are no pairs
     partner: IntArray | None
-    mismatch: float
-    gap: tuple[float, float]
+    mismatch: float  # see `SectorFindings`
+    gap: tuple[float, float]  # smallest and largest gap, m
+    # mean of the gap, m; 0 where it is no more than the scatter that sides of elements on a curved face cause
     mean_gap: float
-    overlap: float
-    areas: tuple[float, float]
-    normal_angle: float
+    overlap: float  # see `SectorFindings`
+    areas: tuple[float, float]  # areas, m^2
+    normal_angle: float  # see `SectorFindings`
 
 
 def pair_faces(right: Surface, left: Surface, choice: SectorChoice) -> FacePair:

@@ -25,19 +25,11 @@ _PARTS = {3: 1, 4: 2, 6: 4, 8: 4}  # of the edge of a side in the triangulation,
 
 @dataclass(frozen=True)
 class SidePoints:
-    """Quadrature points of a surface.
+    """Quadrature points of a surface."""
 
-    Attributes
-    ----------
-    position, normal : (q, 3) array
-        Points, m, and unit normals out of the body.
-    area : (q,) array
-        Shares of the area, m^2.
-    """
-
-    position: FloatArray
-    normal: FloatArray
-    area: FloatArray
+    position: FloatArray  # (q, 3), points, m, and unit normals out of the body
+    normal: FloatArray  # (q, 3), points, m, and unit normals out of the body
+    area: FloatArray  # (q,), shares of the area, m^2
 
     @property
     def centroid(self) -> FloatArray:
@@ -80,24 +72,12 @@ def quadrature(points: FloatArray, tables: list[IntArray], count: int = _GAUSS) 
 
 @dataclass(frozen=True)
 class Triangulation:
-    """Triangles of a surface; curved sides are cut into small ones.
+    """Triangles of a surface; curved sides are cut into small ones."""
 
-    Attributes
-    ----------
-    corners : (t, 3, 3) array
-        Corners of the triangles, on the surface, m.
-    reference : (t, 3, 2) array
-        Corners of the triangles on the reference side.
-    nodes : list of (s, m, 3) array
-        Nodes of the sides, m, one table for each number of nodes.
-    owner : (t, 2) array
-        Table, and side in it, of each triangle.
-    """
-
-    corners: FloatArray
-    reference: FloatArray
-    nodes: list[FloatArray]
-    owner: IntArray
+    corners: FloatArray  # (t, 3, 3), corners of the triangles, on the surface, m
+    reference: FloatArray  # (t, 3, 2), corners of the triangles on the reference side
+    nodes: list[FloatArray]  # (s, m, 3), nodes of the sides, m, one table for each number of nodes
+    owner: IntArray  # (t, 2), table, and side in it, of each triangle
 
     def on_surface(self, triangle: IntArray, weight: FloatArray) -> FloatArray:
         """Points (k, 3) of the curved surface at barycentric coordinates (k, 3) of some triangles (k,)."""

@@ -22,24 +22,12 @@ class BranchBifurcation(NamedTuple):
 
 
 class Branch(NamedTuple):
-    """Points of a branch.
+    """Points of a branch."""
 
-    Attributes
-    ----------
-    points : list of SolutionPoint
-        In the order of growing arc length.
-    peak_indices : list of int
-        Indices of the peaks among the points.
-    bifurcations : list of BranchBifurcation
-        Bifurcations, in the order of the points.
-    termination : TerminationReason
-        Why the continuation ended.
-    """
-
-    points: list[SolutionPoint]
-    peak_indices: list[int]
-    bifurcations: list[BranchBifurcation]
-    termination: TerminationReason
+    points: list[SolutionPoint]  # in the order of growing arc length
+    peak_indices: list[int]  # indices of the peaks among the points
+    bifurcations: list[BranchBifurcation]  # bifurcations, in the order of the points
+    termination: TerminationReason  # why the continuation ended
 
     def reversed(self) -> "Branch":
         """The same branch in the opposite direction."""

@@ -20,78 +20,34 @@ COMMON_POINTS = 2  # of these; one may be a branch point, at which two branches 
 
 @dataclass(frozen=True)
 class FoundBranch:
-    """A detached branch.
+    """A detached branch."""
 
-    Attributes
-    ----------
-    branch : Branch
-        Its points.
-    origin : str
-        How it was found, in a short sentence.
-    height : float
-        Its highest amplitude, m.
-    """
-
-    branch: Branch
-    origin: str
-    height: float
+    branch: Branch  # its points
+    origin: str  # how it was found, in a short sentence
+    height: float  # its highest amplitude, m
 
 
 @dataclass
 class BranchCollection:
-    """Branches with one number of harmonics, each listed once.
+    """Branches with one number of harmonics, each listed once."""
 
-    Attributes
-    ----------
-    continuation : Continuation
-        Its balance has the number of harmonics of the new branches.
-    known : list of KnownBranch
-        Branches that are not listed again: the main branch, and detached branches known before.
-    found : list of FoundBranch
-        The new ones.
-    progress : callable or None
-        Called with the frequency (Hz) and the number of points at each new point.
-    final : bool
-        Whether peaks, folds and stability of new branches are asked for; not where they only lead to others.
-    left_out : int
-        Number of solutions on no known branch that were not followed, as there were too many branches.
-    """
-
-    continuation: Continuation
+    continuation: Continuation  # its balance has the number of harmonics of the new branches
+    # branches that are not listed again: the main branch, and detached branches known before
     known: list[KnownBranch]
-    found: list[FoundBranch] = field(default_factory=list)
-    progress: Progress | None = None
+    found: list[FoundBranch] = field(default_factory=list)  # the new ones
+    progress: Progress | None = None  # called with the frequency (Hz) and the number of points at each new point
+    # whether peaks, folds and stability of new branches are asked for; not where they only lead to others
     final: bool = True
+    # number of solutions on no known branch that were not followed, as there were too many branches
     left_out: int = 0
 
     def is_known(self, point: SolutionPoint, tolerance: float = 0.0) -> bool:
-        """Whether a solution lies on one of the branches.
-
-        Parameters
-        ----------
-        point : SolutionPoint
-            The solution.
-        tolerance : float
-            See `lies_on`.
-        """
+        """Whether a solution lies on one of the branches."""
         current = self.continuation.with_balance(point.balance)
         return any(lies_on(current, branch, point, tolerance) for branch in self.known)
 
     def offer(self, point: SolutionPoint, origin: str) -> bool:
-        """Continue the branch through a solution with the harmonics of this collection, if it is new.
-
-        Parameters
-        ----------
-        point : SolutionPoint
-            The solution.
-        origin : str
-            How it was found.
-
-        Returns
-        -------
-        bool
-            Whether a branch was added.
-        """
+        """Continue the branch through a solution with the harmonics of this collection, if it is new."""
         if self.is_known(point):
             return False
         if len(self.found) >= MOST_BRANCHES:

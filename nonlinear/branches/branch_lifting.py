@@ -23,32 +23,15 @@ MAX_ITERATIONS = 15
 
 @dataclass(frozen=True)
 class Lifting:
-    """How solutions with few harmonics get more.
+    """How solutions with few harmonics get more."""
 
-    Attributes
-    ----------
-    balances : TruncatedBalances
-        The balances by number of harmonics.
-    numbers : tuple of int
-        Numbers of harmonics, ascending, up to the first one that changes the amplitude by no more than `tolerance`.
-    tolerance : float
-        Relative change of the amplitude; 0: always up to the last number.
-    """
-
-    balances: TruncatedBalances
+    balances: TruncatedBalances  # the balances by number of harmonics
+    # numbers of harmonics, ascending, up to the first one that changes the amplitude by no more than `tolerance`
     numbers: tuple[int, ...]
-    tolerance: float = 0.0
+    tolerance: float = 0.0  # relative change of the amplitude; 0: always up to the last number
 
     def lift(self, continuation: Continuation, point: SolutionPoint) -> SolutionPoint | None:
-        """The solution with as many harmonics as it needs; None where Newton's method finds none.
-
-        Parameters
-        ----------
-        continuation : Continuation
-            A continuation of the problem.
-        point : SolutionPoint
-            A solution with few harmonics.
-        """
+        """The solution with as many harmonics as it needs; None where Newton's method finds none."""
         output = continuation.options.output
         amplitude = output_amplitude(point, output)
         lifted: SolutionPoint | None = None
@@ -66,17 +49,7 @@ class Lifting:
 
 
 def with_balance(continuation: Continuation, point: SolutionPoint, balance: HarmonicBalance) -> SolutionPoint | None:
-    """The solution of a balance nearest to a point: in the plane normal to its tangent, else at its frequency.
-
-    Parameters
-    ----------
-    continuation : Continuation
-        A continuation of the problem.
-    point : SolutionPoint
-        The point.
-    balance : HarmonicBalance
-        The balance, whose number of harmonics may differ.
-    """
+    """The solution of a balance nearest to a point: in the plane normal to its tangent, else at its frequency."""
     solver = continuation.with_balance(balance).solver
     found = solver.refit(point)
     if found is not None:
@@ -90,19 +63,7 @@ def with_balance(continuation: Continuation, point: SolutionPoint, balance: Harm
 
 
 def lift_branch(collection: BranchCollection, lifting: Lifting, points: list[SolutionPoint], origin: str) -> None:
-    """Add to a collection what the points of a branch with few harmonics lead to.
-
-    Parameters
-    ----------
-    collection : BranchCollection
-        The branches with more harmonics.
-    lifting : Lifting
-        The numbers of harmonics.
-    points : list of SolutionPoint
-        The branch with few harmonics.
-    origin : str
-        How new branches will be said to be found.
-    """
+    """Add to a collection what the points of a branch with few harmonics lead to."""
     for point in representative_points(points, collection.continuation.options.output):
         if collection.is_known(point, CLOSE):
             continue
@@ -112,15 +73,7 @@ def lift_branch(collection: BranchCollection, lifting: Lifting, points: list[Sol
 
 
 def representative_points(points: list[SolutionPoint], output: str) -> Iterator[SolutionPoint]:
-    """Points that stand for a branch: its top first, its ends, its folds, and some evenly along it.
-
-    Parameters
-    ----------
-    points : list of SolutionPoint
-        The branch.
-    output : str
-        Name of the output whose amplitude counts.
-    """
+    """Points that stand for a branch: its top first, its ends, its folds, and some evenly along it."""
     evenly = EVENLY if points[0].balance.n_harmonics > 1 else EVENLY_FROM_ONE
     amplitude = np.array([output_amplitude(point, output) for point in points])
     omega, arc = np.array([point.omega for point in points]), np.array([point.arc for point in points])
@@ -135,12 +88,7 @@ def representative_indices(
 ) -> list[int]:
     """Indices of points that stand for a branch, see `representative_points`.
 
-    Parameters
-    ----------
-    amplitude, omega, arc : (P,) float
-        Amplitude, frequency and arc length of its points.
-    evenly : int
-        Number of points evenly along it.
+    Shapes: `amplitude` (P,), `omega` (P,), `arc` (P,).
     """
     heights, arcs = np.asarray(amplitude), np.asarray(arc)
     last = len(heights) - 1

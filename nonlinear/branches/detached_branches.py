@@ -31,18 +31,10 @@ MAX_STEP, TARGET_DEVIATION = 0.5, 0.2
 
 
 class BranchSearch(NamedTuple):
-    """What a search found.
+    """What a search found."""
 
-    Attributes
-    ----------
-    branches : list of FoundBranch
-        Detached branches by falling highest amplitude.
-    left_out : int
-        Solutions on further branches that were not followed, as there were too many branches.
-    """
-
-    branches: list[FoundBranch]
-    left_out: int
+    branches: list[FoundBranch]  # detached branches by falling highest amplitude
+    left_out: int  # solutions on further branches that were not followed, as there were too many branches
 
 
 def detached_branches(
@@ -63,19 +55,7 @@ def detached_branches(
     * solutions met a second time on the curve over the interference at fixed frequency, see
       `solutions_over_interference`.
     The search is no proof: a branch that none of these starting points leads to is not found.
-
-    Parameters
-    ----------
-    continuation : Continuation
-        The continuation of the main branch.
-    lifting : Lifting
-        The numbers of harmonics of the branches searched for.
-    known : list of Branch
-        Branches found so far.
-    static : (n_c, 3) float
-        Static displacement from which the main branch with fewer harmonics starts, m.
-    progress : callable, optional
-        Called with the frequency (Hz) and the number of points at each new point.
+    Shapes: `static` (n_c, 3).
     """
     traced = [branch for branch in known if branch.points]
     if not traced:

@@ -21,35 +21,16 @@ class Homotopy:
     The contact parameters and the force are interpolated linearly. What else differs between the two problems (modes,
     friction law, harmonics) is that of the last one from the start: the first solution then leaves a residual, the
     defect, which is taken away in proportion (Newton homotopy).
-
-    Attributes
-    ----------
-    last : HarmonicBalance
-        The problem at s = 1.
-    contacts : tuple of ContactParameters
-        Parameters of the contact nodes at s = 0 and at s = 1.
-    forces : tuple of float
-        Amplitudes of the excitation at s = 0 and at s = 1, N.
-    options : SolverOptions
-        How the contact force is integrated.
-    defect : (n,) float or None
-        Residual of the first solution at s = 0, m.
     """
 
-    last: HarmonicBalance
-    contacts: tuple[ContactParameters, ContactParameters]
-    forces: tuple[float, float]
-    options: SolverOptions
-    defect: Array | None = None
+    last: HarmonicBalance  # the problem at s = 1
+    contacts: tuple[ContactParameters, ContactParameters]  # parameters of the contact nodes at s = 0 and at s = 1
+    forces: tuple[float, float]  # amplitudes of the excitation at s = 0 and at s = 1, N
+    options: SolverOptions  # how the contact force is integrated
+    defect: Array | None = None  # (n,), residual of the first solution at s = 0, m
 
     def balance(self, s: float) -> HarmonicBalance:
-        """The balance at the homotopy parameter s.
-
-        Parameters
-        ----------
-        s : float
-            Homotopy parameter.
-        """
+        """The balance at the homotopy parameter s."""
         force = (1.0 - s) * self.forces[0] + s * self.forces[1]
         receptance = self.last.receptance
         if force != receptance.force:
@@ -70,12 +51,7 @@ class Homotopy:
     def from_solution(self, unknown: Array, omega: float) -> "Homotopy":
         """The homotopy of which a given (x, omega) is the solution at s = 0.
 
-        Parameters
-        ----------
-        unknown : (n,) float
-            x, m.
-        omega : float
-            Frequency, rad/s.
+        Shapes: `unknown` (n,).
         """
         first = replace(self, defect=None).balance(0.0)
         residual = first.evaluate(unknown, omega).residual
@@ -85,15 +61,7 @@ class Homotopy:
 
 
 def interpolated(first: ContactParameters, last: ContactParameters, s: float) -> ContactParameters:
-    """Contact parameters between two sets, linear in s; the friction law is that of the last one.
-
-    Parameters
-    ----------
-    first, last : ContactParameters
-        Parameters at s = 0 and at s = 1, of the same number of nodes.
-    s : float
-        Homotopy parameter.
-    """
+    """Contact parameters between two sets, linear in s; the friction law is that of the last one."""
     values = {}
     for item in fields(last):
         ends = getattr(first, item.name), getattr(last, item.name)
@@ -107,29 +75,14 @@ class FixedFrequencyBalance(HarmonicBalance):
     """The balance at one frequency with the homotopy parameter in the place of the frequency.
 
     The continuation in the frequency becomes one in the parameter. Its `omega` is 1 + s.
-
-    Attributes
-    ----------
-    homotopy : Homotopy
-        The problems.
-    frequency : float
-        Excitation frequency, rad/s.
     """
 
-    homotopy: Homotopy
-    frequency: float
+    homotopy: Homotopy  # the problems
+    frequency: float  # excitation frequency, rad/s
 
     @classmethod
     def of(cls, homotopy: Homotopy, frequency: float) -> "FixedFrequencyBalance":
-        """The balances of a homotopy at one frequency.
-
-        Parameters
-        ----------
-        homotopy : Homotopy
-            The problems.
-        frequency : float
-            Excitation frequency, rad/s.
-        """
+        """The balances of a homotopy at one frequency."""
         last = homotopy.last
         return cls(
             receptance=last.receptance,
@@ -150,12 +103,7 @@ class FixedFrequencyBalance(HarmonicBalance):
     def evaluate(self, unknown: Array, omega: float) -> LinearisedResidual:
         """Residual and derivatives; `dR_domega` is the derivative with respect to the homotopy parameter.
 
-        Parameters
-        ----------
-        unknown : (n,) float
-            x, m.
-        omega : float
-            1 + s with the homotopy parameter s.
+        Shapes: `unknown` (n,).
         """
         s = omega - 1.0
         linearised = self.homotopy.balance(s).evaluate(unknown, self.frequency)

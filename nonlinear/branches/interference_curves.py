@@ -42,31 +42,14 @@ class InterferenceBalance(HarmonicBalance):
 
     The same interference is added at every node. The contact force depends on d_n + v0 only, so that it is added to
     harmonic 0 of the normal displacement.
-
-    Attributes
-    ----------
-    frequency : float
-        Excitation frequency, rad/s.
-    unit : float
-        Interference per unit of the parameter, m.
     """
 
-    frequency: float
-    unit: float
+    frequency: float  # excitation frequency, rad/s
+    unit: float  # interference per unit of the parameter, m
 
     @classmethod
     def of(cls, balance: HarmonicBalance, frequency: float, unit: float) -> "InterferenceBalance":
-        """The balances of all interferences at one frequency.
-
-        Parameters
-        ----------
-        balance : HarmonicBalance
-            The balance with the interference asked for.
-        frequency : float
-            Excitation frequency, rad/s.
-        unit : float
-            Interference per unit of the parameter, m.
-        """
+        """The balances of all interferences at one frequency."""
         return cls(
             receptance=balance.receptance,
             element=balance.element,
@@ -86,12 +69,7 @@ class InterferenceBalance(HarmonicBalance):
     def closing(self, unknown: Array, parameter: float) -> Array:
         """The displacement (2H+1, n_c, 3) that the contacts with the interference asked for see, m.
 
-        Parameters
-        ----------
-        unknown : (n,) float
-            x, m.
-        parameter : float
-            The parameter: 2 at the interference asked for.
+        Shapes: `unknown` (n,).
         """
         displacement = self.displacement(unknown).copy()
         displacement[0, :, 2] += (parameter - MIDDLE) * self.unit
@@ -100,12 +78,7 @@ class InterferenceBalance(HarmonicBalance):
     def evaluate(self, unknown: Array, omega: float) -> LinearisedResidual:
         """Residual and derivatives; `dR_domega` is the derivative with respect to the parameter.
 
-        Parameters
-        ----------
-        unknown : (n,) float
-            x, m.
-        omega : float
-            The parameter: 2 at the interference asked for.
+        Shapes: `unknown` (n,).
         """
         contact = self.element.evaluate(self.closing(unknown, omega))
         derivative = self.unit * contact.jacobian[:, :, 2, :, 0].transpose(2, 0, 1)
@@ -131,18 +104,7 @@ class InterferenceBalance(HarmonicBalance):
 def solutions_over_interference(
     continuation: Continuation, main: list[SolutionPoint], folds: Sequence[float] = ()
 ) -> Iterator[tuple[SolutionPoint, str]]:
-    """Solutions on curves over the interference through points of the main branch, and how they were found.
-
-    Parameters
-    ----------
-    continuation : Continuation
-        The continuation, with the harmonics of the main branch.
-    main : list of SolutionPoint
-        The main branch.
-    folds : sequence of float
-        Frequencies of the folds of the branches with fewer harmonics, rad/s: between them there are more solutions
-        than one, or were with fewer harmonics.
-    """
+    """Solutions on curves over the interference through points of the main branch, and how they were found."""
     contact = continuation.contact
     if contact is None or contact.odd:
         return

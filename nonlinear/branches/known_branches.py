@@ -19,28 +19,14 @@ MOST_CROSSINGS = 3  # chords, the nearest first, from which a known solution is 
 
 @dataclass(frozen=True)
 class KnownBranch:
-    """The P solutions of a branch, in their order.
+    """The P solutions of a branch, in their order."""
 
-    Attributes
-    ----------
-    omega : (P,) float
-        Frequency, rad/s.
-    unknown : (P, n) float
-        x, m; zero in harmonics that a point does not have.
-    """
-
-    omega: Array
-    unknown: Array
+    omega: Array  # (P,), frequency, rad/s
+    unknown: Array  # (P, n), x, m; zero in harmonics that a point does not have
 
     @classmethod
     def of(cls, points: list[SolutionPoint]) -> "KnownBranch":
-        """The solutions of solved points.
-
-        Parameters
-        ----------
-        points : list of SolutionPoint
-            The points, one or more.
-        """
+        """The solutions of solved points."""
         unknown = np.zeros((len(points), max(point.unknown.size for point in points)))
         for row, point in zip(unknown, points, strict=True):
             row[: point.unknown.size] = point.unknown
@@ -51,13 +37,7 @@ class KnownBranch:
         return {}
 
     def unknowns(self, size: int) -> Array:
-        """The solutions with n = `size` unknowns: zeros added, or the highest harmonics cut off, (P, n).
-
-        Parameters
-        ----------
-        size : int
-            Number of unknowns.
-        """
+        """The solutions with n = `size` unknowns: zeros added, or the highest harmonics cut off, (P, n)."""
         if size not in self._resized:
             missing = max(size - self.unknown.shape[1], 0)
             self._resized[size] = np.pad(self.unknown[:, :size], ((0, 0), (0, missing)))
@@ -69,17 +49,6 @@ def lies_on(continuation: Continuation, branch: KnownBranch, point: SolutionPoin
 
     Where the branch crosses the plane through the solution, normal to its tangent, the branch is solved for in that
     plane. So folds make no difference.
-
-    Parameters
-    ----------
-    continuation : Continuation
-        With the harmonics of the solution.
-    branch : KnownBranch
-        The branch.
-    point : SolutionPoint
-        The solution.
-    tolerance : float
-        Distance from the chords of the branch, relative to the vibration, that counts as on it without a solution.
     """
     metric = continuation.solver.metric(point.unknown)
     normal = metric.unit(point.tangent)

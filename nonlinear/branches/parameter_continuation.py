@@ -27,18 +27,11 @@ MAX_ITERATIONS = 15
 
 @dataclass(frozen=True)
 class Carried:
-    """Where a solution was carried to.
+    """Where a solution was carried to."""
 
-    Attributes
-    ----------
-    points : tuple of SolutionPoint
-        Solutions of the last problem; empty if none was reached.
-    lost_at : float
-        Largest homotopy parameter reached, 1 where the last problem was reached. Below 1, the branch of the solution
-        ends there: it is the value at which the branch is born, on the way back.
-    """
-
-    points: tuple[SolutionPoint, ...]
+    points: tuple[SolutionPoint, ...]  # solutions of the last problem; empty if none was reached
+    # largest homotopy parameter reached, 1 where the last problem was reached. Below 1, the branch of the solution
+    # ends there: it is the value at which the branch is born, on the way back
     lost_at: float
 
 
@@ -51,19 +44,7 @@ def carry_solution(
     nearest one in the plane normal to the curve over the frequency. Where this fails, the top of the branch is
     followed instead, as it is the last part of a shrinking isolated branch to go, or the curve over s at fixed
     frequency, which may turn back in folds.
-
-    Parameters
-    ----------
-    homotopy : Homotopy
-        The problems, of which (x, omega) is a solution at s = 0.
-    unknown : (n,) float
-        x, m.
-    omega : float
-        Frequency, rad/s.
-    thorough : bool
-        Whether the top is followed.
-    fixed_frequency : bool
-        Whether the curve over s at fixed frequency is followed, which costs most.
+    Shapes: `unknown` (n,).
     """
     continuation = _continuation(homotopy, 0.0)
     start = continuation.solver.point(unknown, omega, (0.0 * unknown, 1.0), 0, 0.0, homotopy.options.step)
@@ -121,17 +102,7 @@ def _rate(homotopy: Homotopy, here: Continuation, s: float, point: SolutionPoint
 
 
 def rate_of_change(first: HarmonicBalance, second: HarmonicBalance, step: float, point: SolutionPoint) -> Tangent:
-    """dx/ds and domega/ds of a solution of `first` in the plane normal to its tangent; `second` holds at s + `step`.
-
-    Parameters
-    ----------
-    first, second : HarmonicBalance
-        The balances at s and at s + `step`.
-    step : float
-        Difference of s.
-    point : SolutionPoint
-        The solution at s.
-    """
+    """dx/ds and domega/ds of a solution of `first` normal to its tangent; `second` holds at s + `step`."""
     linearised = first.evaluate(point.unknown, point.omega)
     shifted = second.evaluate(point.unknown, point.omega)
     system = BorderedSystem.factorise(linearised, point.metric.unit(point.tangent), point.metric)
@@ -171,21 +142,7 @@ def continue_in_parameter(
     """Points (x, 1 + s) of the curve through a solution at the homotopy parameter `s`, at one frequency.
 
     It ends beyond 0 or 1, after `max_points`, and where no next point is found. Folds in s are followed.
-
-    Parameters
-    ----------
-    homotopy : Homotopy
-        The problems.
-    omega : float
-        Frequency, rad/s.
-    unknown : (n,) float
-        The solution at `s`, m.
-    s : float
-        Homotopy parameter of the solution.
-    direction : float
-        +1: s grows at first. -1: it falls.
-    max_points : int
-        Number of points after which the curve is given up.
+    Shapes: `unknown` (n,).
     """
     unit_range = 1.0 / (2.0 * math.pi), 2.0 / (2.0 * math.pi)  # Hz: omega from 1 to 2
     options = replace(homotopy.options, frequency_hz=unit_range)
@@ -209,19 +166,7 @@ def continue_in_parameter(
 def solution_between(
     homotopy: Homotopy, omega: float, before: SolutionPoint, after: SolutionPoint, s: float
 ) -> SolutionPoint | None:
-    """The solution at the parameter `s` between two points of a curve over s; None if it does not lie between.
-
-    Parameters
-    ----------
-    homotopy : Homotopy
-        The problems.
-    omega : float
-        Frequency of the curve, rad/s.
-    before, after : SolutionPoint
-        Neighbouring points of `continue_in_parameter`.
-    s : float
-        Homotopy parameter asked for.
-    """
+    """The solution at the parameter `s` between two points of a curve over s; None if it does not lie between."""
     first, last = before.omega - 1.0 - s, after.omega - 1.0 - s
     if not first * last < 0.0:
         return None

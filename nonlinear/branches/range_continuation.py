@@ -29,21 +29,7 @@ def continue_over_range(continuation: Continuation, static: Array, progress: Pro
     """Continue the main branch from one end of the frequency range to the other.
 
     It starts at the low end. If the high end is not reached, it starts there, then with finer steps at either end.
-
-    Parameters
-    ----------
-    continuation : Continuation
-        The continuation, with the number of harmonics to start with.
-    static : (n_c, 3) float
-        Static displacement to start from, m.
-    progress : callable, optional
-        Called with the frequency (Hz) and the number of points at each new point.
-
-    Returns
-    -------
-    list of Branch
-        The main branch. If no attempt is complete: the longest branch, then the longest one that started at the other
-        end.
+    Shapes: `static` (n_c, 3).
     """
     failed: list[tuple[Attempt, Branch]] = []
     for attempt in _attempts(continuation.options):

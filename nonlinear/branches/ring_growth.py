@@ -34,17 +34,7 @@ MAX_LOCATIONS = 4  # nodal diameters that may take over from each other where th
 def with_patterns(
     stability: PointStability, points: list[SolutionPoint], exact: Sequence[int] = ()
 ) -> list[SolutionPoint]:
-    """The points of a branch with their least stable exponent over all nodal diameters but that of the wave.
-
-    Parameters
-    ----------
-    stability : PointStability
-        Computes it.
-    points : list of SolutionPoint
-        In the order of the branch.
-    exact : sequence of int
-        Indices of points at which all nodal diameters are looked at.
-    """
+    """The points of a branch with their least stable exponent over all nodal diameters but that of the wave."""
     found: dict[int, PatternExponent | None] = {}
     for run, linear in runs_of_points(stability, points):
         chosen = {*run} if linear else _looked_at_first(points, run)
@@ -192,11 +182,6 @@ def locate_pattern_change(
     """Where, between two neighbours, perturbations of a nodal diameter begin or cease to grow.
 
     Nothing where the wave itself is unstable at one of the two: then its own bifurcation is there.
-
-    Returns
-    -------
-    kind, nodal_diameter, point
-        Kind of the bifurcation, nodal diameter of the perturbation, the point there; None: there is no change.
     """
     stability = continuation.stability
     if stability is None or not (before.stable_wave and after.stable_wave) or before.stable == after.stable:

@@ -27,16 +27,10 @@ SAME_FREQUENCY = 1e-9  # relative difference of two frequencies that count as on
 
 @dataclass(frozen=True)
 class SamplingError:
-    """Estimated errors of a peak by time sampling; NaN: no peak, inf: the peak is lost without samples.
+    """Estimated errors of a peak by time sampling; NaN: no peak, inf: the peak is lost without samples."""
 
-    Attributes
-    ----------
-    amplitude, frequency : float
-        Relative errors of the amplitude and of the frequency.
-    """
-
-    amplitude: float = float("nan")
-    frequency: float = float("nan")
+    amplitude: float = float("nan")  # relative errors of the amplitude and of the frequency
+    frequency: float = float("nan")  # relative errors of the amplitude and of the frequency
 
 
 def sampling_error(
@@ -47,17 +41,6 @@ def sampling_error(
     A point with the event-driven element is solved for in the plane normal to the curve at the peak; from there the
     curve is followed in both directions until it is well below its highest point, and that is located. At an end of
     the range, where the frequency is given, only the amplitude changes.
-
-    Parameters
-    ----------
-    continuation : Continuation
-        The continuation of the curve. With integration "exact" there are no samples, and the error is 0.
-    contact : ContactParameters
-        Parameters of the contact nodes.
-    points : list of SolutionPoint
-        The curve.
-    peak : Peak or None
-        Its peak.
     """
     if peak is None:
         return SamplingError()

@@ -28,17 +28,6 @@ def locate_zero(
     The arc length beyond `before` is interpolated between points on both sides of the zero, with a corrector solve in
     each iteration, until the frequency is known to the peak tolerance. Where the sign changes with the number of
     harmonics, it is the first point, solved with those of the second.
-
-    Parameters
-    ----------
-    continuation : Continuation
-        The continuation of the curve.
-    before, after : SolutionPoint
-        Neighbouring points.
-    test_function : callable
-        Of a point.
-    integral : callable or None
-        What the test function is the derivative of, by the arc length: for the first interpolation.
     """
     if not test_function(before) * test_function(after) < 0.0:
         return None

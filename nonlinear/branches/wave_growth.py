@@ -32,15 +32,6 @@ def with_wave_exponents(
     Where all of them decay, that of the least stable one is interpolated; `exponents` has no others there. Where the
     leading one grows and is followed or interpolated, `exponents` has it, and the others that grow as at a point next
     to it.
-
-    Parameters
-    ----------
-    recorder : PointRecorder
-        Computes them. Without stability the points stay as they are.
-    points : list of SolutionPoint
-        In the order of the branch.
-    exact : sequence of int
-        Indices of points whose exponents are not interpolated.
     """
     if recorder.stability is None:
         return points
@@ -56,15 +47,7 @@ def with_wave_exponents(
 
 
 def runs_of_points(stability: PointStability, points: list[SolutionPoint]) -> Iterator[tuple[list[int], bool]]:
-    """Points in a row at which contacts change their state in the cycle, or do not: their indices, and whether not.
-
-    Parameters
-    ----------
-    stability : PointStability
-        Tells the state.
-    points : list of SolutionPoint
-        In the order of the branch.
-    """
+    """Points in a row whose contacts change their state, or do not: their indices, and whether not."""
     for linear, run in groupby(range(len(points)), lambda index: stability.linear_state(points[index]) is not None):
         yield list(run), linear
 
@@ -73,28 +56,13 @@ def beside_state_changes(points: list[SolutionPoint], run: list[int]) -> set[int
     """The points, of some in a row, next to which a node begins or ceases to slip or to open.
 
     Exponents jump there, and a motion may be unstable for a point or two.
-
-    Parameters
-    ----------
-    points : list of SolutionPoint
-        In the order of the branch.
-    run : list of int
-        Their indices.
     """
     changes = [pair for pair in pairwise(run) if points[pair[1]].state_differs(points[pair[0]])]
     return {index for pair in changes for index in pair}
 
 
 def middle_of(points: list[SolutionPoint], first: int, last: int) -> int:
-    """Index of the point between two others that is nearest to the middle of the arc between them.
-
-    Parameters
-    ----------
-    points : list of SolutionPoint
-        In the order of the branch.
-    first, last : int
-        Indices of the two, with others between them.
-    """
+    """Index of the point between two others that is nearest to the middle of the arc between them."""
     arc = 0.5 * (points[first].arc + points[last].arc)
     return min(range(first + 1, last), key=lambda index: abs(points[index].arc - arc))
 

@@ -11,11 +11,7 @@ class CompileLock(threading.local):
     """The lock of the kernel that this thread compiles, the operating system's: it ends with its process.
 
     A kernel compiles those that it calls, under the lock of the outermost one, which is given back at its end.
-
-    Attributes
-    ----------
-    depth : int
-        Number of compilations under way in this thread, one within another.
+    `depth`: number of compilations under way in this thread, one within another.
     """
 
     depth = 0

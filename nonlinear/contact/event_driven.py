@@ -26,26 +26,20 @@ WHOLE_PERIOD = PERIOD - 1e-12  # intervals longer than this are the whole cycle
 
 
 class NodeLaws(NamedTuple):
-    """The parameters of all nodes as the kernels take them.
+    """The parameters of all nodes as the kernels take them."""
 
-    Attributes
-    ----------
-    scale, offset : (n_c, 3) float
-        u1 and u2 measured from where the sliders start and the unclipped load: offset + scale times (u1, u2, d_n).
-    normal_stiffness, tangential_stiffness, friction, mu_kt, preload : (n_c,) float
-        kn, kt, mu, mu / kt (0 where there is no tangential force) and N0.
-    table : (2H+1, 3 cells) float
-        See `cell_table`.
-    """
-
+    # (n_c, 3), u1 and u2 measured from where the sliders start and the unclipped load: offset + scale times (u1, u2,
+    # d_n)
     scale: Array
+    # (n_c, 3), u1 and u2 measured from where the sliders start and the unclipped load: offset + scale times (u1, u2,
+    # d_n)
     offset: Array
-    normal_stiffness: Array
-    tangential_stiffness: Array
-    friction: Array
-    mu_kt: Array
-    preload: Array
-    table: Array
+    normal_stiffness: Array  # (n_c,), kn, kt, mu, mu / kt (0 where there is no tangential force) and N0
+    tangential_stiffness: Array  # (n_c,), kn, kt, mu, mu / kt (0 where there is no tangential force) and N0
+    friction: Array  # (n_c,), kn, kt, mu, mu / kt (0 where there is no tangential force) and N0
+    mu_kt: Array  # (n_c,), kn, kt, mu, mu / kt (0 where there is no tangential force) and N0
+    preload: Array  # (n_c,), kn, kt, mu, mu / kt (0 where there is no tangential force) and N0
+    table: Array  # (2H+1, 3 cells), see `cell_table`
 
 
 class Scratch(NamedTuple):

@@ -16,19 +16,7 @@ from pathlib import Path
 
 @cache
 def kernel_folder(chosen: str = "") -> Path | None:
-    """Folder of the kernels of this very source, made where it is missing.
-
-    Parameters
-    ----------
-    chosen : str
-        The user's choice of the folder around it. Without one, or where that is not safe: beside the source, in the
-        user's cache, or in a folder of the user's own among the temporary files.
-
-    Returns
-    -------
-    Path or None
-        None where no such folder belongs to the user alone: the kernels are then compiled in memory.
-    """
+    """Folder of the kernels of this very source, made where it is missing."""
     package = Path(__file__).parent.parent
     name = f"compiled-{source_digest(package)}"
     home = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser())

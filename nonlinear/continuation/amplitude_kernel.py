@@ -57,12 +57,7 @@ def _derivatives(harmonics: ComplexArray, angle: float) -> tuple[float, float, f
 def moving_forces(force: Array, jacobian: Array, motion: Array) -> ComplexArray:
     """Complex coefficients of the contact forces, and of their change by a motion, df/dx dx: (H+1, 3 n_c, 2).
 
-    Parameters
-    ----------
-    force, jacobian : (2H+1, n_c, 3) float, (n_c, 3, 3, 2H+1, 2H+1) float
-        As in `ContactForces`.
-    motion : (2H+1, n_c, 3) or (2H, n_c, 3) float
-        Real coefficients of the motion; those of harmonic 0 may be left out.
+    Shapes: `force` (2H+1, n_c, 3), `jacobian` (2H+1, n_c, 3), `motion` (2H+1, n_c, 3).
     """
     size, nodes = force.shape[0], force.shape[1]
     first = size - motion.shape[0]

@@ -28,21 +28,11 @@ Progress = Callable[[float, int], None]  # frequency in Hz, number of points
 
 
 class ContinuationState(NamedTuple):
-    """What a step starts from.
+    """What a step starts from."""
 
-    Attributes
-    ----------
-    point : SolutionPoint
-        Last point.
-    previous : SolutionPoint or None
-        The point before, if it has the same harmonics.
-    branch_points : tuple of SolutionPoint
-        Branch points crossed so far.
-    """
-
-    point: SolutionPoint
-    previous: SolutionPoint | None = None
-    branch_points: tuple[SolutionPoint, ...] = ()
+    point: SolutionPoint  # last point
+    previous: SolutionPoint | None = None  # the point before, if it has the same harmonics
+    branch_points: tuple[SolutionPoint, ...] = ()  # branch points crossed so far
 
 
 class AcceptedStep(NamedTuple):
@@ -54,32 +44,18 @@ class AcceptedStep(NamedTuple):
 
 @dataclass(frozen=True)
 class Continuation:
-    """Continuation of the solutions of a balance in the frequency.
+    """Continuation of the solutions of a balance in the frequency."""
 
-    Attributes
-    ----------
-    balance : HarmonicBalance
-        The equations.
-    options : SolverOptions
-        Frequency range, step lengths and tolerances.
-    resonances : Resonances
-        Frequencies that no step may pass without a point there: a resonance may be narrower than a step.
-    contact : ContactParameters or None
-        With it, linear segments, on which no contact changes its state, are followed without iterations.
-    adapt : callable or None
-        Gives each new point the number of harmonics that it needs; see `HarmonicSelection`.
-    stability : PointStability or None
-        Computes the Floquet exponents of each point.
-    parameters : ContinuationParameters
-        Thresholds of step control and acceptance.
-    """
-
-    balance: HarmonicBalance
-    options: SolverOptions
+    balance: HarmonicBalance  # the equations
+    options: SolverOptions  # frequency range, step lengths and tolerances
+    # frequencies that no step may pass without a point there: a resonance may be narrower than a step
     resonances: Resonances = field(default_factory=Resonances)
+    # with it, linear segments, on which no contact changes its state, are followed without iterations
     contact: ContactParameters | None = None
+    # gives each new point the number of harmonics that it needs; see `HarmonicSelection`
     adapt: Callable[["Continuation", SolutionPoint], SolutionPoint | None] | None = None
-    stability: PointStability | None = None
+    stability: PointStability | None = None  # computes the Floquet exponents of each point
+    # thresholds of step control and acceptance
     parameters: ContinuationParameters = field(default_factory=ContinuationParameters)
 
     @cached_property

@@ -15,157 +15,89 @@ _DOUBLE = ord("d")
 
 
 class Path(NamedTuple):
-    """How the balance changes with a parameter in the place of the frequency (see `InterferencePath`).
+    """How the balance changes with a parameter in the place of the frequency (see `InterferencePath`)."""
 
-    Attributes
-    ----------
-    frequency : float
-        Excitation frequency, rad/s; 0: it is the parameter itself.
-    origin : float
-        The parameter at which the loads at rest are those given.
-    load : (n_c,) float
-        Unclipped loads at rest, N.
-    shift, defect_rate : (n_c,) float, (n,) float
-        See `InterferenceChange`.
-    """
-
-    frequency: float
-    origin: float
-    load: Array
-    shift: Array
-    defect_rate: Array
+    frequency: float  # excitation frequency, rad/s; 0: it is the parameter itself
+    origin: float  # the parameter at which the loads at rest are those given
+    load: Array  # (n_c,), unclipped loads at rest, N
+    shift: Array  # (n_c,), see `InterferenceChange`
+    defect_rate: Array  # (n_c,), see `InterferenceChange`
 
 
 class Structure(NamedTuple):
-    """The structure as the kernels take it.
+    """The structure as the kernels take it."""
 
-    Attributes
-    ----------
-    relative, adjoint : (H+1, 3 n_c, m) complex, (H+1, m, 3 n_c) complex
-        Relative contact motion of the modes, and its adjoint.
-    modal_force : (H+1, m) complex
-        External modal force.
-    stiffness, damping : (H+1, m) float
-        w_m^2 and 2 zeta_m w_m of the modes of each harmonic.
-    odd : bool
-        No even harmonics (see `HarmonicBalance`).
-    floor : float
-        Added to the norm of the displacement in the relative error, m.
-    defect : (n,) float
-        Residual that counts as zero, m.
-    path : Path
-        What takes the place of the frequency.
-    """
-
-    relative: ComplexArray
-    adjoint: ComplexArray
-    modal_force: ComplexArray
-    stiffness: Array
-    damping: Array
-    odd: bool
-    floor: float
-    defect: Array
-    path: Path
+    relative: ComplexArray  # (H+1, 3 n_c, m), relative contact motion of the modes, and its adjoint
+    adjoint: ComplexArray  # (H+1, 3 n_c, m), relative contact motion of the modes, and its adjoint
+    modal_force: ComplexArray  # (H+1, m), external modal force
+    stiffness: Array  # (H+1, m), w_m^2 and 2 zeta_m w_m of the modes of each harmonic
+    damping: Array  # (H+1, m), w_m^2 and 2 zeta_m w_m of the modes of each harmonic
+    odd: bool  # no even harmonics (see `HarmonicBalance`)
+    floor: float  # added to the norm of the displacement in the relative error, m
+    defect: Array  # (n,), residual that counts as zero, m
+    path: Path  # what takes the place of the frequency
 
 
 class Plane(NamedTuple):
-    """The arc-length constraint (see `corrector.NormalPlane`) and the tolerances of the iteration.
+    """The arc-length constraint (see `corrector.NormalPlane`) and the tolerances of the iteration."""
 
-    Attributes
-    ----------
-    unknown, direction : (n,) float
-        Predicted point and normal of the plane, x part.
-    omega, direction_omega : float
-        The same, frequency part.
-    length, omega_scale : float
-        Scales of the metric.
-    max_distance : float
-        From the predicted point.
-    tolerance, round_off : float
-        See `ConvergenceMonitor`.
-    """
-
-    unknown: Array
-    direction: Array
-    omega: float
-    direction_omega: float
-    length: float
-    omega_scale: float
-    max_distance: float
-    tolerance: float
-    round_off: float
+    unknown: Array  # (n,), predicted point and normal of the plane, x part
+    direction: Array  # (n,), predicted point and normal of the plane, x part
+    omega: float  # the same, frequency part
+    direction_omega: float  # the same, frequency part
+    length: float  # scales of the metric
+    omega_scale: float  # scales of the metric
+    max_distance: float  # from the predicted point
+    tolerance: float  # see `ConvergenceMonitor`
+    round_off: float  # see `ConvergenceMonitor`
 
 
 class Iterate(NamedTuple):
-    """State (x, omega) and all that belongs to it; all arrays are written.
+    """State (x, omega) and all that belongs to it; all arrays are written."""
 
-    Attributes
-    ----------
-    unknown, residual : (n,) float
-        x and R.
-    motion : (2H+1, n_c, 3) float
-        Another view of `unknown`.
-    omega : (2,) float
-        Frequency, or what takes its place; its change in the last solution of the bordered system, scaled.
-    force, jacobian, state : arrays
-        See `ContactForces`.
-    tangent : (n,) float
-        x part of the last solution of the bordered system, scaled.
-    """
-
-    unknown: Array
-    residual: Array
-    motion: Array
+    unknown: Array  # (n,), x and R
+    residual: Array  # (n,), x and R
+    motion: Array  # (2H+1, n_c, 3), another view of `unknown`
+    # (2,), frequency, or what takes its place; its change in the last solution of the bordered system, scaled
     omega: Array
-    force: Array
-    jacobian: Array
-    state: Integers
-    tangent: Array
+    force: Array  # see `ContactForces`
+    jacobian: Array  # see `ContactForces`
+    state: Integers  # see `ContactForces`
+    tangent: Array  # (n,), x part of the last solution of the bordered system, scaled
 
 
 class Workspace(NamedTuple):
-    """Scratch of the kernels.
+    """Scratch of the kernels."""
 
-    Attributes
-    ----------
-    denominators, rates, coordinates, weighted_force : (H+1, m) complex
-        Denominators of the modal sum, their derivatives in w, modal coordinates, forces.
-    contact_force, response : (H+1, 3 n_c) complex
-        f and d.
-    receptance, weighted : (H+1, 3 n_c, 3 n_c) complex, (3 n_c, m) complex
-        G, and the modes divided by their denominators. G^(0), which does not depend on the frequency, is given.
-    by_row : (2H+1, n_c, 3, 3 (2H+1)) float
-        df/dx in rows: force coefficient, node, force component; columns: displacement component, coefficient.
-    coupling : (n, n) float
-        G df/dx; columns in the order node, component, coefficient.
-    dR_domega, tangent : (n,) float
-        Scaled.
-    columns, active, passive : (n,) int
-        Columns of `coupling` and unknowns that are active, and unknowns that are passive.
-    matrix, pivots, right : ((n+1)^2,) float, (n+1,) int32, (n+1,) float
-        Bordered system, rows of the active unknowns and the constraint; used as far as their number needs.
-    sizes : (3,) int
-        Number of active unknowns, sign of the determinant, 1 where G is that of a fixed frequency.
-    """
-
+    # (H+1, m), denominators of the modal sum, their derivatives in w, modal coordinates, forces
     denominators: ComplexArray
-    rates: ComplexArray
+    rates: ComplexArray  # (H+1, m), denominators of the modal sum, their derivatives in w, modal coordinates, forces
+    # (H+1, m), denominators of the modal sum, their derivatives in w, modal coordinates, forces
     coordinates: ComplexArray
+    # (H+1, m), denominators of the modal sum, their derivatives in w, modal coordinates, forces
     weighted_force: ComplexArray
-    contact_force: ComplexArray
-    response: ComplexArray
+    contact_force: ComplexArray  # (H+1, 3 n_c), f and d
+    response: ComplexArray  # (H+1, 3 n_c), f and d
+    # (H+1, 3 n_c, 3 n_c), G, and the modes divided by their denominators. G^(0), which does not depend on the
+    # frequency, is given
     receptance: ComplexArray
+    # (H+1, 3 n_c, 3 n_c), G, and the modes divided by their denominators. G^(0), which does not depend on the
+    # frequency, is given
     weighted: ComplexArray
+    # df/dx in rows: force coefficient, node, force component; columns: displacement component, coefficient
     by_row: Array
-    coupling: Array
-    dR_domega: Array
-    tangent: Array
-    columns: Integers
-    active: Integers
-    passive: Integers
+    coupling: Array  # (n, n), G df/dx; columns in the order node, component, coefficient
+    dR_domega: Array  # (n,), scaled
+    tangent: Array  # (n,), scaled
+    columns: Integers  # (n,), columns of `coupling` and unknowns that are active, and unknowns that are passive
+    active: Integers  # (n,), columns of `coupling` and unknowns that are active, and unknowns that are passive
+    passive: Integers  # (n,), columns of `coupling` and unknowns that are active, and unknowns that are passive
+    # bordered system, rows of the active unknowns and the constraint; used as far as their number needs
     matrix: Array
+    # bordered system, rows of the active unknowns and the constraint; used as far as their number needs
     pivots: NDArray[np.int32]
-    right: Array
+    right: Array  # bordered system, rows of the active unknowns and the constraint; used as far as their number needs
+    # (3,), number of active unknowns, sign of the determinant, 1 where G is that of a fixed frequency
     sizes: Integers
 
 

@@ -19,20 +19,11 @@ class BorderedSystem:
         [ t_x     t_omega   ] [ domega ] = [ last  ]
 
     The unknowns are scaled by the metric.
-
-    Attributes
-    ----------
-    metric : Metric
-        Scales of displacement and frequency.
-    size : int
-        Number of unknowns n.
-    factors : BorderedFactors
-        Solves the scaled system.
     """
 
-    metric: Metric
-    size: int
-    factors: BorderedFactors
+    metric: Metric  # scales of displacement and frequency
+    size: int  # number of unknowns n
+    factors: BorderedFactors  # solves the scaled system
 
     @classmethod
     def factorise(cls, linearised: LinearisedResidual, border: Tangent, metric: Metric) -> "BorderedSystem":

@@ -26,17 +26,6 @@ def find_crossed_branch_point(
     The sign of the bordered determinant changes at a branch point. Its place is bisected, down to a gap, which an
     inexact symmetry may leave. If the sign changed because the step jumped to a neighbouring segment of opposite
     direction, the bisection finds the segment of `point` again: then the gap does not close.
-
-    Parameters
-    ----------
-    solver : PredictorCorrector
-        Solves for the points between.
-    point, found : SolutionPoint
-        Both ends of the step.
-    step : float
-        Arc length of the step.
-    crossed : tuple of SolutionPoint
-        Branch points crossed before. No curve crosses a branch point twice in the same direction: it would be a loop.
     """
     parameters = solver.parameters
     if found.bordered_sign == point.bordered_sign or not is_smooth_step(point, found, parameters):

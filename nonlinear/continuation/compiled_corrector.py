@@ -39,21 +39,12 @@ def compiled_corrector(balance: HarmonicBalance, options: SolverOptions) -> Comp
 
 @dataclass(frozen=True)
 class CompiledCorrector:
-    """`corrector.correct` compiled whole for one balance. Not for several threads at once: they share its scratch.
+    """`corrector.correct` compiled whole for one balance. Not for several threads at once: they share its scratch."""
 
-    Attributes
-    ----------
-    balance : HarmonicBalance
-        The equations, without a frozen static displacement; over the frequency, or over the interference.
-    element : EventDrivenJenkins
-        The contact element of the balance.
-    options : SolverOptions
-        Tolerances.
-    """
-
+    # the equations, without a frozen static displacement; over the frequency, or over the interference
     balance: HarmonicBalance
-    element: EventDrivenJenkins
-    options: SolverOptions
+    element: EventDrivenJenkins  # the contact element of the balance
+    options: SolverOptions  # tolerances
 
     def correct(self, plane: NormalPlane, offset: Tangent | None, refactorise: bool) -> Corrected | None:
         """The solution in the plane, see `corrector.correct`."""

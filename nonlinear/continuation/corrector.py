@@ -19,52 +19,24 @@ SAME_SYSTEM = 1e-3  # contraction of the error by a step, below which its Jacobi
 
 @dataclass(frozen=True)
 class Corrected:
-    """A solution of the corrector.
+    """A solution of the corrector."""
 
-    Attributes
-    ----------
-    unknown : (n,) float
-        x, m.
-    omega : float
-        Frequency, rad/s.
-    contact : ContactForces
-        Contact forces at the solution.
-    tangent : tuple of Tangent, int and int
-        See `BorderedSystem.tangent`.
-    iterations : int
-        Newton iterations.
-    """
-
-    unknown: Array
-    omega: float
-    contact: ContactForces
-    tangent: tuple[Tangent, int, int]
-    iterations: int
+    unknown: Array  # (n,), x, m
+    omega: float  # frequency, rad/s
+    contact: ContactForces  # contact forces at the solution
+    tangent: tuple[Tangent, int, int]  # see `BorderedSystem.tangent`
+    iterations: int  # Newton iterations
 
 
 @dataclass(frozen=True)
 class NormalPlane:
-    """The arc-length constraint: the plane through the predicted point (x, omega), normal to a unit direction.
+    """The arc-length constraint: the plane through the predicted point (x, omega), normal to a unit direction."""
 
-    Attributes
-    ----------
-    unknown : (n,) float
-        x, m.
-    omega : float
-        Frequency, rad/s.
-    direction : Tangent
-        Normal of the plane.
-    metric : Metric
-        Scales of displacement and frequency.
-    max_distance : float
-        Distance from the predicted point beyond which a solution is refused.
-    """
-
-    unknown: Array
-    omega: float
-    direction: Tangent
-    metric: Metric
-    max_distance: float
+    unknown: Array  # (n,), x, m
+    omega: float  # frequency, rad/s
+    direction: Tangent  # normal of the plane
+    metric: Metric  # scales of displacement and frequency
+    max_distance: float  # distance from the predicted point beyond which a solution is refused
 
     def distance(self, unknown: Array, omega: float) -> float:
         """Distance of (x, omega) from the predicted point."""

@@ -14,29 +14,15 @@ _COMPLEX = ord("z")
 
 
 class SprungHarmonic(NamedTuple):
-    """The structure in one harmonic h as the kernel takes it.
+    """The structure in one harmonic h as the kernel takes it."""
 
-    Attributes
-    ----------
-    relative, adjoint : (3 n_c, m) complex, (m, 3 n_c) complex
-        Relative contact motion of the modes, B_h phi, and its adjoint.
-    springs : (3 n_c,) float
-        Contact springs k, N/m.
-    force : (m,) complex
-        Modal force of the excitation.
-    stiffness, damping : (m,) float
-        w_m^2 and 2 zeta_m w_m.
-    harmonic : float
-        h.
-    """
-
-    relative: ComplexArray
-    adjoint: ComplexArray
-    springs: Array
-    force: ComplexArray
-    stiffness: Array
-    damping: Array
-    harmonic: float
+    relative: ComplexArray  # (3 n_c, m), relative contact motion of the modes, B_h phi, and its adjoint
+    adjoint: ComplexArray  # (3 n_c, m), relative contact motion of the modes, B_h phi, and its adjoint
+    springs: Array  # (3 n_c,), contact springs k, N/m
+    force: ComplexArray  # (m,), modal force of the excitation
+    stiffness: Array  # (m,), w_m^2 and 2 zeta_m w_m
+    damping: Array  # (m,), w_m^2 and 2 zeta_m w_m
+    harmonic: float  # h
 
 
 @compiled

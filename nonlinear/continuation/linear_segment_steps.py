@@ -20,21 +20,11 @@ END_TOLERANCE = 1e-14
 
 @dataclass(frozen=True)
 class LinearSegmentSteps:
-    """Follows linear solutions in the frequency.
+    """Follows linear solutions in the frequency."""
 
-    Attributes
-    ----------
-    segments : LinearSegments
-        The linear solutions.
-    metric : callable
-        Scales at an unknown (n,).
-    output : str
-        Name of the output whose amplitude is recorded.
-    """
-
-    segments: LinearSegments
-    metric: Callable[[Array], Metric]
-    output: str
+    segments: LinearSegments  # the linear solutions
+    metric: Callable[[Array], Metric]  # scales at an unknown (n,)
+    output: str  # name of the output whose amplitude is recorded
 
     def step(self, point: SolutionPoint, step: float) -> SolutionPoint | None:
         """The point about `step` beyond `point` on its linear segment, or the end of the segment if that is nearer.

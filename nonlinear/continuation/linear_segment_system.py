@@ -22,20 +22,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class LinearMotion:
-    """A vibration and its derivative in w.
+    """A vibration and its derivative in w."""
 
-    Attributes
-    ----------
-    displacement, derivative : (2H+1, n_c, 3) array
-        Relative displacement and its derivative.
-    coordinates, coordinates_derivative : (m,) complex array
-        Modal coordinates of the first excited harmonic and their derivative.
-    """
-
-    displacement: Array
-    derivative: Array
-    coordinates: ComplexArray
-    coordinates_derivative: ComplexArray
+    displacement: Array  # (2H+1, n_c, 3), relative displacement and its derivative
+    derivative: Array  # (2H+1, n_c, 3), relative displacement and its derivative
+    coordinates: ComplexArray  # (m,), modal coordinates of the first excited harmonic and their derivative
+    coordinates_derivative: ComplexArray  # (m,), modal coordinates of the first excited harmonic and their derivative
 
     def growth(self, output: Array | ComplexArray) -> float:
         """Derivative in w of the amplitude ``|x^(h)|`` of an output, (m,) in modal coordinates."""

@@ -19,17 +19,10 @@ class LinearSegments:
 
     A node without friction slides. A node with a friction cone counts as stuck where bounds of its tangential motion
     and of its load imply it; these fail a little before the node slips.
-
-    Attributes
-    ----------
-    balance : HarmonicBalance
-        The equations.
-    contact : ContactParameters
-        Parameters of the contact nodes.
     """
 
-    balance: HarmonicBalance
-    contact: ContactParameters
+    balance: HarmonicBalance  # the equations
+    contact: ContactParameters  # parameters of the contact nodes
     _systems: dict[bytes, LinearSegmentSystem] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def system(self, state: LinearState) -> LinearSegmentSystem:

@@ -14,18 +14,10 @@ Tangent = tuple[Array, float]  # dx/ds (n,), domega/ds
 
 @dataclass(frozen=True)
 class Metric:
-    """Norm and scalar product of steps (dx, domega): ds^2 = (dx . dx) / length^2 + domega^2 / omega^2.
+    """Norm and scalar product of steps (dx, domega): ds^2 = (dx . dx) / length^2 + domega^2 / omega^2."""
 
-    Attributes
-    ----------
-    length : float
-        Scale of the displacement, m.
-    omega : float
-        Scale of the frequency, rad/s.
-    """
-
-    length: float
-    omega: float
+    length: float  # scale of the displacement, m
+    omega: float  # scale of the frequency, rad/s
 
     def norm(self, displacement: Array, omega: float) -> float:
         """Length of the step (displacement (n,), omega)."""

@@ -9,57 +9,28 @@ class ContinuationParameters:
 
     Lengths are arc lengths, see `nonlinear.continuation.metric`. The deviation of a step is the distance of the
     corrected from the predicted point.
-
-    Attributes
-    ----------
-    target_deviation : float
-        Deviation relative to the step length that step control aims at.
-    max_deviation : float
-        Largest deviation relative to the step length.
-    smallest_factor, largest_factor : float
-        Limits of the ratio of two successive step lengths.
-    many_iterations : int
-        Newton iterations above which the next step is at most `slow_factor` times as long.
-    slow_factor : float
-        See `many_iterations`.
-    kink_step : float
-        Steps up to this length may cross a kink of the curve, where the deviation does not shrink with the step.
-    max_kink_deviation : float
-        Largest deviation of these steps, relative to the step length.
-    min_cosine : float
-        Smallest cosine of the angle between the tangents at both ends of a longer step.
-    max_mean_tangent_deviation : float
-        Distance from the mean of the two tangents, relative to the step length, that a smooth segment may have.
-    branch_point_gap : float
-        Length of the gap that a curve may have at a branch point through which it goes straight on.
-    same_branch_point : float
-        Distance of two branch points that count as one.
-    same_solution : float
-        Relative distance of two solutions that count as one.
-    max_restart_distance : float
-        Distance of a solution from its guess with another number of harmonics, within which it is the same one.
-    resonance_tolerance : float
-        Relative distance in frequency within which a resonance counts as reached.
-    frequency_scale : float
-        Part of the frequency range that counts as unit arc length.
     """
 
-    target_deviation: float = 0.08
-    max_deviation: float = 0.6
-    smallest_factor: float = 0.3
-    largest_factor: float = 2.0
-    many_iterations: int = 6
-    slow_factor: float = 0.7
+    target_deviation: float = 0.08  # deviation relative to the step length that step control aims at
+    max_deviation: float = 0.6  # largest deviation relative to the step length
+    smallest_factor: float = 0.3  # limits of the ratio of two successive step lengths
+    largest_factor: float = 2.0  # limits of the ratio of two successive step lengths
+    many_iterations: int = 6  # Newton iterations above which the next step is at most `slow_factor` times as long
+    slow_factor: float = 0.7  # see `many_iterations`
+    # steps up to this length may cross a kink of the curve, where the deviation does not shrink with the step
     kink_step: float = 0.01
-    max_kink_deviation: float = 4.0
-    min_cosine: float = 0.5
+    max_kink_deviation: float = 4.0  # largest deviation of these steps, relative to the step length
+    min_cosine: float = 0.5  # smallest cosine of the angle between the tangents at both ends of a longer step
+    # distance from the mean of the two tangents, relative to the step length, that a smooth segment may have
     max_mean_tangent_deviation: float = 0.02
+    # length of the gap that a curve may have at a branch point through which it goes straight on
     branch_point_gap: float = 1e-4
-    same_branch_point: float = 1e-3
-    same_solution: float = 1e-6
+    same_branch_point: float = 1e-3  # distance of two branch points that count as one
+    same_solution: float = 1e-6  # relative distance of two solutions that count as one
+    # distance of a solution from its guess with another number of harmonics, within which it is the same one
     max_restart_distance: float = 1.5
-    resonance_tolerance: float = 1e-9
-    frequency_scale: float = 0.1
+    resonance_tolerance: float = 1e-9  # relative distance in frequency within which a resonance counts as reached
+    frequency_scale: float = 0.1  # part of the frequency range that counts as unit arc length
 
     def __post_init__(self) -> None:
         """Check ranges."""

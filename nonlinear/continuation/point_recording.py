@@ -9,18 +9,10 @@ from nonlinear.continuation.solution_point import SolutionPoint
 
 @dataclass(frozen=True)
 class PointRecorder:
-    """Adds derived quantities to solved points.
+    """Adds derived quantities to solved points."""
 
-    Attributes
-    ----------
-    output : str
-        Name of the output whose amplitude is recorded.
-    stability : PointStability or None
-        Computes Floquet exponents; None: they are not asked for.
-    """
-
-    output: str
-    stability: PointStability | None = None
+    output: str  # name of the output whose amplitude is recorded
+    stability: PointStability | None = None  # computes Floquet exponents; None: they are not asked for
 
     def record(self, point: SolutionPoint, exponents: bool = False) -> SolutionPoint:
         """The point with dA/ds and, if asked for, its exponents. Its contact Jacobian is dropped, to save memory."""

@@ -36,21 +36,13 @@ class PointStability:
     On a linear segment these are the free vibrations of the ring with the springs of its contacts: with the symmetry
     of the wave at the phases h psi of the harmonics balanced, else at those of all nodal diameters. The exponent
     recorded is that of the least damped one, at whatever frequency: its real part is the same all along the segment.
-
-    Attributes
-    ----------
-    contact : ContactParameters
-        Parameters of the contact nodes.
-    balances : TruncatedBalances or None
-        The balances with other numbers of harmonics. With them the perturbation of a point gets more harmonics than
-        its motion where the frequency is so low that no natural frequency lies within omega / 2 of those balanced.
-    ring : bool
-        Whether nodal diameters other than that of the wave are looked at.
     """
 
-    contact: ContactParameters
+    contact: ContactParameters  # parameters of the contact nodes
+    # the balances with other numbers of harmonics. With them the perturbation of a point gets more harmonics than its
+    # motion where the frequency is so low that no natural frequency lies within omega / 2 of those balanced
     balances: TruncatedBalances | None = None
-    ring: bool = False
+    ring: bool = False  # whether nodal diameters other than that of the wave are looked at
     _analyses: dict[int, FloquetAnalysis] = field(default_factory=dict, init=False, repr=False, compare=False)
     _rings: dict[int, RingStability] = field(default_factory=dict, init=False, repr=False, compare=False)
     _segments: dict[int, LinearSegments] = field(default_factory=dict, init=False, repr=False, compare=False)

@@ -21,20 +21,11 @@ from nonlinear.options import SolverOptions
 
 @dataclass(frozen=True)
 class PredictorCorrector:
-    """Solves the balance for points in the (x, omega) space.
+    """Solves the balance for points in the (x, omega) space."""
 
-    Attributes
-    ----------
-    balance : HarmonicBalance
-        The equations.
-    options : SolverOptions
-        Tolerances, frequency range and step lengths.
-    parameters : ContinuationParameters
-        Largest deviations and scales.
-    """
-
-    balance: HarmonicBalance
-    options: SolverOptions
+    balance: HarmonicBalance  # the equations
+    options: SolverOptions  # tolerances, frequency range and step lengths
+    # largest deviations and scales
     parameters: ContinuationParameters = field(default_factory=ContinuationParameters)
 
     def metric(self, unknown: Array) -> Metric:
@@ -98,21 +89,7 @@ class PredictorCorrector:
         previous: SolutionPoint | None = None,
         refactorise: bool = False,
     ) -> SolutionPoint | None:
-        """The point at arc length `step` beyond `point`; None if the corrector fails.
-
-        Parameters
-        ----------
-        point : SolutionPoint
-            Point from which the step starts.
-        step : float
-            Arc length of the step.
-        direction : Tangent, optional
-            Unit direction of the step and normal of the plane; by default the tangent at `point`.
-        previous : SolutionPoint, optional
-            The point before. With it and without `direction`, the prediction is the cubic through both points.
-        refactorise : bool
-            Whether the new tangent comes from the Jacobian at the very solution, not at the last iterate but one.
-        """
+        """The point at arc length `step` beyond `point`; None if the corrector fails."""
         normal = direction or point.tangent
         metric = point.metric
         max_distance = step * self._largest_relative_deviation(step)

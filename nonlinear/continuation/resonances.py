@@ -13,18 +13,11 @@ HIGHEST_ORDER = 7  # highest order of superharmonic resonances; higher ones are 
 
 @dataclass(frozen=True)
 class Resonances:
-    """Resonance frequencies in the range, rad/s, ascending.
+    """Resonance frequencies in the range, rad/s, ascending."""
 
-    Attributes
-    ----------
-    natural : tuple of float
-        Natural frequencies with the contacts free, sliding and stuck, of harmonic h of the excitation divided by h.
-    all : tuple of float
-        These and their fractions 1/2 ... 1/H: superharmonic resonances.
-    """
-
+    # natural frequencies with the contacts free, sliding and stuck, of harmonic h of the excitation divided by h
     natural: tuple[float, ...] = ()
-    all: tuple[float, ...] = ()
+    all: tuple[float, ...] = ()  # these and their fractions 1/2 ... 1/H: superharmonic resonances
 
 
 def find_resonances(receptance: RelativeReceptance, contact: ContactParameters, options: SolverOptions) -> Resonances:

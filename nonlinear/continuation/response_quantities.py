@@ -16,21 +16,11 @@ from rom import RelativeReceptance
 
 @dataclass(frozen=True)
 class Amplitude:
-    """Largest abs(x(theta)) over a period.
+    """Largest abs(x(theta)) over a period."""
 
-    Attributes
-    ----------
-    value : float
-        max abs(x), m.
-    angle : float
-        theta where it is reached, rad.
-    sign : float
-        Sign of x there.
-    """
-
-    value: float
-    angle: float
-    sign: float
+    value: float  # max abs(x), m
+    angle: float  # theta where it is reached, rad
+    sign: float  # sign of x there
 
 
 def largest_amplitude(harmonics: ComplexArray) -> Amplitude:
@@ -103,30 +93,16 @@ class Responses:
 
     Work is per cycle and blade, in J. A force with coefficients F on a displacement with coefficients X in harmonic h
     does the work W = -pi h Im(conj(F) X).
-
-    Attributes
-    ----------
-    displacement, force : (P, H+1, n_c, 3) complex
-        Fourier coefficients of relative displacement and contact force, m and N.
-    output : (P, H+1) complex
-        Those of the output, m.
-    outputs : dict of str to (P, H+1, c) complex
-        Those of further outputs of c components.
-    excitation : (P,) float
-        Work of the excitation.
-    damping : (P,) float
-        Work dissipated by structural damping.
-    friction : (P,) float
-        Work dissipated by friction.
     """
 
+    # (P, H+1, n_c, 3), Fourier coefficients of relative displacement and contact force, m and N
     displacement: ComplexArray
-    force: ComplexArray
-    output: ComplexArray
-    outputs: dict[str, ComplexArray]
-    excitation: Array
-    damping: Array
-    friction: Array
+    force: ComplexArray  # (P, H+1, n_c, 3), Fourier coefficients of relative displacement and contact force, m and N
+    output: ComplexArray  # (P, H+1), those of the output, m
+    outputs: dict[str, ComplexArray]  # (P, H+1, c), those of further outputs of c components
+    excitation: Array  # (P,), work of the excitation
+    damping: Array  # (P,), work dissipated by structural damping
+    friction: Array  # (P,), work dissipated by friction
 
     @property
     def energy_error(self) -> Array:

@@ -26,58 +26,28 @@ class LinearState:
 
 @dataclass(frozen=True)
 class SolutionPoint:
-    """One solution (x, omega) of the balance, and how it was found.
+    """One solution (x, omega) of the balance, and how it was found."""
 
-    Attributes
-    ----------
-    balance : HarmonicBalance
-        The equations.
-    unknown : (n,) float
-        x, m.
-    omega : float
-        Frequency, rad/s.
-    tangent : Tangent
-        (dx/ds, domega/ds), of unit length in `metric`, towards growing `arc`.
-    metric : Metric
-        Scales of displacement and frequency at the point.
-    contact : ContactForces
-        Contact forces.
-    jacobian_sign : int
-        Sign of det dR/dx, a test function of folds and branch points. It is -1 where an odd number of real Floquet
-        exponents is positive.
-    bordered_sign : int
-        Sign of det [dR/dx, dR/domega; tangent], a test function of branch points. It is the same all along a curve,
-        folds and kinks included, and changes at a branch point.
-    iterations : int
-        Newton iterations.
-    arc : float
-        Arc length from the start of the curve.
-    step : float
-        Arc length proposed for the next step.
-    dA_ds : float
-        Derivative of the amplitude of the output with respect to the arc length, m.
-    linear : LinearState or None
-        State of the contacts, if the point was solved as a linear problem.
-    exponents : (k,) complex or None
-        Floquet exponents of perturbations with the symmetry of the wave, 1/s, the least stable first.
-    pattern : PatternExponent or None
-        The least stable exponent of the other nodal diameters; None: not known, or there are no others.
-    """
-
-    balance: HarmonicBalance
-    unknown: Array
-    omega: float
-    tangent: Tangent
-    metric: Metric
-    contact: ContactForces
+    balance: HarmonicBalance  # the equations
+    unknown: Array  # (n,), x, m
+    omega: float  # frequency, rad/s
+    tangent: Tangent  # (dx/ds, domega/ds), of unit length in `metric`, towards growing `arc`
+    metric: Metric  # scales of displacement and frequency at the point
+    contact: ContactForces  # contact forces
+    # sign of det dR/dx, a test function of folds and branch points. It is -1 where an odd number of real Floquet
+    # exponents is positive
     jacobian_sign: int
+    # sign of det [dR/dx, dR/domega; tangent], a test function of branch points. It is the same all along a curve,
+    # folds and kinks included, and changes at a branch point
     bordered_sign: int
-    iterations: int
-    arc: float
-    step: float
-    dA_ds: float = float("nan")
-    linear: LinearState | None = None
+    iterations: int  # Newton iterations
+    arc: float  # arc length from the start of the curve
+    step: float  # arc length proposed for the next step
+    dA_ds: float = float("nan")  # derivative of the amplitude of the output with respect to the arc length, m
+    linear: LinearState | None = None  # state of the contacts, if the point was solved as a linear problem
+    # (k,), Floquet exponents of perturbations with the symmetry of the wave, 1/s, the least stable first
     exponents: ComplexArray | None = None
+    # the least stable exponent of the other nodal diameters; None: not known, or there are no others
     pattern: PatternExponent | None = None
 
     def state_differs(self, other: "SolutionPoint") -> bool:

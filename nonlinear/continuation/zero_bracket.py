@@ -77,23 +77,7 @@ class ZeroBracket(NamedTuple):
 def closed_bracket(
     function: Callable[[float], float], first: tuple[float, float], last: tuple[float, float], width: float
 ) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Narrow a bracket around a zero to a given width.
-
-    Parameters
-    ----------
-    function : callable
-        Of a place.
-    first, last : (float, float)
-        Two places with the values there, which differ in sign.
-    width : float
-        Of the bracket in the end; above the spacing of floating-point numbers there.
-
-    Returns
-    -------
-    (float, float), (float, float)
-        Place and value on the side of `first` and on that of `last`. A zero met exactly ends the search; it is on the
-        side of `first`.
-    """
+    """Narrow a bracket around a zero to a given width."""
     bracket, sign, upward = ZeroBracket(first, last), math.copysign(1.0, first[1]), last[0] > first[0]
     for _ in range(MOST_EVALUATIONS):
         if bracket.width <= width or bracket.newest[1] == 0.0:

@@ -48,23 +48,13 @@ class InterfaceBasis:
     """The interface modes of a receptance at one frequency, as real matrices.
 
     A coefficient vector has the rows (0, Re 1, Im 1, ...). The rows of harmonics 1 .. H are taken in pairs.
-
-    Attributes
-    ----------
-    static : (3 n_c, r) float
-        Modes Q of harmonic 0.
-    dynamic : (H, 2, 3 n_c, 2, r) float
-        Q of harmonics 1 .. H: [h, part of the displacement, dof, part of the coordinate, mode].
-    static_motion : (3 n_c, r) float
-        Q G^ of harmonic 0.
-    dynamic_motion : (H, 2, 3 n_c, 2, r) float
-        Q G^ of harmonics 1 .. H.
     """
 
-    static: Array
+    static: Array  # (3 n_c, r), modes Q of harmonic 0
+    # (H, 2, 3 n_c, 2, r), Q of harmonics 1 .. H: [h, part of the displacement, dof, part of the coordinate, mode]
     dynamic: Array
-    static_motion: Array
-    dynamic_motion: Array
+    static_motion: Array  # (3 n_c, r), Q G^ of harmonic 0
+    dynamic_motion: Array  # (H, 2, 3 n_c, 2, r), Q G^ of harmonics 1 .. H
 
     @classmethod
     def of(cls, modes: ComplexArray, matrix: ComplexArray) -> "InterfaceBasis":
@@ -110,14 +100,9 @@ def _real_form(matrices: ComplexArray) -> Array:
 
 @dataclass(frozen=True)
 class ContactStiffness:
-    """The force Jacobian K = df/dx, one matrix for each node.
+    """The force Jacobian K = df/dx, one matrix for each node."""
 
-    Attributes
-    ----------
-    matrix : (n_c, 3 (2H+1), 3 (2H+1)) float
-        Rows and columns in the order component, coefficient; zero for the coefficients that are not unknown.
-    """
-
+    # rows and columns in the order component, coefficient; zero for the coefficients that are not unknown
     matrix: Array
 
     @classmethod
@@ -190,38 +175,18 @@ def _condensed_matrix(
 
 @dataclass(frozen=True)
 class CondensedFactors:
-    """Solver of the bordered system B, see the head of the file; by dense factors where the iteration fails.
+    """Solver of the bordered system B, see the head of the file; by dense factors where the iteration fails."""
 
-    Attributes
-    ----------
-    build_dense : callable
-        Dense factors of B.
-    matrix : (H+1, 3 n_c, 3 n_c) complex
-        G.
-    stiffness : ContactStiffness
-        K.
-    basis : InterfaceBasis
-        Q and Q G^.
-    column, row : (n,) float
-        c and t.
-    first : int
-        First unknown row of coefficients, 0 or 1.
-    factors, pivots : (R + 1, R + 1) float, (R + 1,) int
-        LU factors of the condensed matrix, transposed.
-    condensed_sign : int
-        Sign of det P.
-    """
-
-    build_dense: Callable[[], DenseFactors]
-    matrix: ComplexArray
-    stiffness: ContactStiffness
-    basis: InterfaceBasis
-    column: Array
-    row: Array
-    first: int
-    factors: Array
-    pivots: NDArray[np.int32]
-    condensed_sign: int
+    build_dense: Callable[[], DenseFactors]  # dense factors of B
+    matrix: ComplexArray  # (H+1, 3 n_c, 3 n_c), G
+    stiffness: ContactStiffness  # K
+    basis: InterfaceBasis  # Q and Q G^
+    column: Array  # (n,), c and t
+    row: Array  # (n,), c and t
+    first: int  # first unknown row of coefficients, 0 or 1
+    factors: Array  # (R + 1, R + 1), LU factors of the condensed matrix, transposed
+    pivots: NDArray[np.int32]  # (R + 1, R + 1), LU factors of the condensed matrix, transposed
+    condensed_sign: int  # sign of det P
 
     @classmethod
     def of(
@@ -237,22 +202,7 @@ class CondensedFactors:
     ) -> "CondensedFactors | None":
         """The factors for c, t and e; None where there are too few contact nodes.
 
-        Parameters
-        ----------
-        build_dense : callable
-            Dense factors of B, where the iteration fails.
-        receptance : RelativeReceptance
-            The structure.
-        omega : float
-            Excitation frequency, rad/s.
-        jacobian : (n_c, 3, 3, 2H+1, 2H+1) float
-            df/dd.
-        border : tuple of (n,) float, (n,) float and float
-            c, t and e.
-        first : int
-            First unknown row of coefficients, 0 or 1.
-        odd : bool
-            Whether the even harmonics are not unknown.
+        Shapes: `jacobian` (n_c, 3, 3, 2H+1, 2H+1), `border` (n,).
         """
         modes, values = receptance.interface_modes(omega)
         count = _mode_count(values.max(axis=0) * float(np.abs(jacobian).max()), modes.shape[1])

@@ -20,29 +20,16 @@ class DenseFactors:
 
     Passive unknowns, on which no contact force depends (an open contact, a direction without friction), have the
     column of the unit matrix in J: they follow from the active ones and are eliminated before the factorisation.
-
-    Attributes
-    ----------
-    coupling : (n, n_active) float
-        G df/dx in the columns of the active unknowns.
-    active, passive : (n_active,) int, (n - n_active,) int
-        Indices of the active and of the passive unknowns.
-    column, row : (n,) float
-        c and t.
-    factors, pivots : (n_active + 1, n_active + 1) float, (n_active + 1,) int
-        LU factors of the transpose.
-    sign : int
-        Sign of the determinant.
     """
 
-    coupling: Array
-    active: NDArray[np.intp]
-    passive: NDArray[np.intp]
-    column: Array
-    row: Array
-    factors: Array
-    pivots: NDArray[np.int32]
-    sign: int
+    coupling: Array  # (n, n_active), G df/dx in the columns of the active unknowns
+    active: NDArray[np.intp]  # (n_active,), indices of the active and of the passive unknowns
+    passive: NDArray[np.intp]  # (n_active,), indices of the active and of the passive unknowns
+    column: Array  # (n,), c and t
+    row: Array  # (n,), c and t
+    factors: Array  # (n_active + 1, n_active + 1), LU factors of the transpose
+    pivots: NDArray[np.int32]  # (n_active + 1, n_active + 1), LU factors of the transpose
+    sign: int  # sign of the determinant
 
     @classmethod
     def of(cls, coupling: tuple[Array, NDArray[np.intp]], column: Array, row: Array, corner: float) -> "DenseFactors":

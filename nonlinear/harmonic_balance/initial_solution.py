@@ -19,13 +19,7 @@ Homotopy = Callable[[float], HarmonicBalance]  # the balance asked for at parame
 
 
 def static_displacement(receptance: RelativeReceptance, contact: ContactParameters, options: SolverOptions) -> Array:
-    """Static relative displacement (n_c, 3) with contact and without excitation, from sliders at rest.
-
-    Raises
-    ------
-    ArithmeticError
-        No equilibrium was found.
-    """
+    """Static relative displacement (n_c, 3) with contact and without excitation, from sliders at rest."""
     static = replace(receptance, harmonics=(0,), force=0.0)
     balance = HarmonicBalance(static, contact_element(contact, 0, options))
     result = solve_at(balance, 0.0, np.zeros(balance.size), options)

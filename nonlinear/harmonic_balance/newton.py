@@ -27,24 +27,12 @@ class Linearised(Protocol):
 
 @dataclass(frozen=True)
 class NewtonResult:
-    """Result of an iteration.
+    """Result of an iteration."""
 
-    Attributes
-    ----------
-    solution : (n,) float
-        Last iterate.
-    converged : bool
-        Whether it solves the equations.
-    iterations : int
-        Iterations done.
-    residual : float
-        Relative residual of the last iterate.
-    """
-
-    solution: Array
-    converged: bool
-    iterations: int
-    residual: float
+    solution: Array  # (n,), last iterate
+    converged: bool  # whether it solves the equations
+    iterations: int  # iterations done
+    residual: float  # relative residual of the last iterate
 
 
 @dataclass
@@ -84,19 +72,7 @@ def newton(
 
     A step that does not reduce the norm of R is halved, down to 1/256. The shortest step is taken in any case: so
     the iteration can leave a kink of a piecewise smooth residual.
-
-    Parameters
-    ----------
-    linearise : callable
-        Returns R and its linearisation at x.
-    guess : (n,) float
-        First iterate.
-    error : callable
-        Relative error from R and x, as `ConvergenceMonitor` judges it.
-    tolerance, round_off : float
-        See `ConvergenceMonitor`.
-    max_iterations : int
-        Iterations after which the iteration is given up.
+    Shapes: `guess` (n,).
     """
     monitor = ConvergenceMonitor(tolerance, round_off)
     x = guess

@@ -331,21 +331,7 @@ def receptance_times_force_jacobian(receptance: ComplexArray, jacobian: Array, f
     """G df/dx in real coefficients, in the rows and columns of coefficients from `first` on.
 
     The force Jacobian is block diagonal in the nodes: a node needs one small product per harmonic.
-
-    Parameters
-    ----------
-    receptance : (H+1, 3 n_c, 3 n_c) complex
-        G^(h), m/N.
-    jacobian : (n_c, 3, 3, 2H+1, 2H+1) float
-        df/dd of each node: force component, displacement component, force coefficient, displacement coefficient.
-    first : int
-        First row of coefficients that is unknown, 0 or 1.
-
-    Returns
-    -------
-    (n, n) float
-        Rows in the order of the unknown: coefficient, node, component. Columns in the order node, coefficient,
-        component.
+    Shapes: `receptance` (H+1, 3 n_c, 3 n_c), `jacobian` (n_c, 3, 3, 2H+1, 2H+1), returns (n, n).
     """
     n_h, n_contacts, rows = receptance.shape[0], jacobian.shape[0], jacobian.shape[3]
     columns = 3 * (rows - first)

@@ -12,21 +12,11 @@ from nonlinear.options import SolverOptions
 
 @dataclass(frozen=True)
 class TruncatedBalances:
-    """The balances of one problem by number of harmonics, each built when it is first asked for.
+    """The balances of one problem by number of harmonics, each built when it is first asked for."""
 
-    Attributes
-    ----------
-    base : HarmonicBalance
-        The problem with one number of harmonics.
-    contact : ContactParameters
-        Parameters of its contact nodes.
-    options : SolverOptions
-        How the contact force is integrated.
-    """
-
-    base: HarmonicBalance
-    contact: ContactParameters
-    options: SolverOptions
+    base: HarmonicBalance  # the problem with one number of harmonics
+    contact: ContactParameters  # parameters of its contact nodes
+    options: SolverOptions  # how the contact force is integrated
     _built: dict[int, HarmonicBalance] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @property

@@ -35,36 +35,16 @@ def feasible_harmonic_numbers(n_contacts: int, least: int = 1) -> tuple[int, ...
 
 @dataclass
 class HarmonicSelection:
-    """Raises and lowers the number of harmonics along a branch, so that the truncation error stays below a tolerance.
+    """Raises and lowers the number of harmonics along a branch, to keep the truncation error below a tolerance."""
 
-    Attributes
-    ----------
-    balances : TruncatedBalances
-        The balances with other numbers of harmonics.
-    tolerance : float
-        Largest truncation error, relative to the highest amplitude so far.
-    min_harmonics : int
-        Smallest number of harmonics.
-    highest_amplitude : float
-        Highest amplitude so far, m. It is kept from one branch to the next.
-    negligible_points : int
-        Number of successive points, up to now, whose highest harmonics are negligible.
-    points_without_estimate : int
-        Number of points that the last estimate still holds for.
-    points_to_trial : int
-        Number of points until the next trial with fewer harmonics.
-    trial_interval : int
-        Number of points between two trials. It doubles with each one that fails.
-    """
-
-    balances: TruncatedBalances
-    tolerance: float
-    min_harmonics: int = 1
-    highest_amplitude: float = 0.0
-    negligible_points: int = 0
-    points_without_estimate: int = 0
-    points_to_trial: int = TRIAL_INTERVAL
-    trial_interval: int = TRIAL_INTERVAL
+    balances: TruncatedBalances  # the balances with other numbers of harmonics
+    tolerance: float  # largest truncation error, relative to the highest amplitude so far
+    min_harmonics: int = 1  # smallest number of harmonics
+    highest_amplitude: float = 0.0  # highest amplitude so far, m. It is kept from one branch to the next
+    negligible_points: int = 0  # number of successive points, up to now, whose highest harmonics are negligible
+    points_without_estimate: int = 0  # number of points that the last estimate still holds for
+    points_to_trial: int = TRIAL_INTERVAL  # number of points until the next trial with fewer harmonics
+    trial_interval: int = TRIAL_INTERVAL  # number of points between two trials. It doubles with each one that fails
 
     def __call__(self, continuation: Continuation, point: SolutionPoint) -> SolutionPoint | None:
         """The point with as many harmonics as it needs; None if it is not found with them."""
@@ -92,17 +72,7 @@ class HarmonicSelection:
         return self._with_fewer(continuation, self._lower_harmonics(continuation, point), error)
 
     def _with_fewer(self, continuation: Continuation, point: SolutionPoint, error: float) -> SolutionPoint:
-        """The point, with the next lower number of harmonics where a trial shows that these are enough.
-
-        Parameters
-        ----------
-        continuation : Continuation
-            The continuation of the branch.
-        point : SolutionPoint
-            The point with the present number of harmonics.
-        error : float
-            Its estimated truncation error.
-        """
+        """The point, with the next lower number of harmonics where a trial shows that these are enough."""
         lower = [n for n in HARMONIC_NUMBERS if self.min_harmonics <= n < point.balance.n_harmonics]
         self.points_to_trial -= 1
         if not lower or self.points_to_trial > 0:

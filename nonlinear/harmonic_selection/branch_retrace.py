@@ -22,24 +22,13 @@ Amplitude = Callable[[SolutionPoint], float]
 
 @dataclass(frozen=True)
 class WayToPeak:
-    """The shorter side of a peak, from a linear segment or an end of the curve to the peak.
+    """The shorter side of a peak, from a linear segment or an end of the curve to the peak."""
 
-    Attributes
-    ----------
-    points : sequence of SolutionPoint
-        From the first point to the peak, tangents towards the peak.
-    omega_range : tuple of float
-        Lowest and highest frequency of the peak and of the ends of both its sides, rad/s.
-    indices : range
-        Indices of the points on both sides.
-    has_folds : bool
-        Whether there are folds on either side.
-    """
-
-    points: Sequence[SolutionPoint]
+    points: Sequence[SolutionPoint]  # from the first point to the peak, tangents towards the peak
+    # lowest and highest frequency of the peak and of the ends of both its sides, rad/s
     omega_range: tuple[float, float]
-    indices: range
-    has_folds: bool
+    indices: range  # indices of the points on both sides
+    has_folds: bool  # whether there are folds on either side
 
     @property
     def rising(self) -> bool:
@@ -49,21 +38,11 @@ class WayToPeak:
 
 @dataclass(frozen=True)
 class Retrace:
-    """What the branch with more harmonics does on the way to a peak.
+    """What the branch with more harmonics does on the way to a peak."""
 
-    Attributes
-    ----------
-    reached : bool or None
-        Whether it passes through the peak; None where the retrace ends before that is known.
-    amplitude : float
-        Its highest amplitude on the way, m.
-    omega : float
-        Frequency there, rad/s.
-    """
-
-    reached: bool | None
-    amplitude: float
-    omega: float
+    reached: bool | None  # whether it passes through the peak; None where the retrace ends before that is known
+    amplitude: float  # its highest amplitude on the way, m
+    omega: float  # frequency there, rad/s
 
 
 def way_to_peak(continuation: Continuation, points: Sequence[SolutionPoint], index: int) -> WayToPeak:
@@ -90,17 +69,6 @@ def retrace(way: WayToPeak, wider: Continuation, follower: PeakFollower, work: W
     Points of the way are solved with more harmonics. Where they do not lie on one branch without doubt, the branch is
     continued until it passes through one of the next of them. It passes below the peak where it leaves the
     frequencies of the way on the other side on a linear segment, or the frequency range.
-
-    Parameters
-    ----------
-    way : WayToPeak
-        The way with few harmonics.
-    wider : Continuation
-        Continuation with more harmonics.
-    follower : PeakFollower
-        Solves the points of the way with more harmonics, as many as its limit allows.
-    work : WorkLimit
-        Limits the points of the continued branch.
     """
 
     def refit(point: SolutionPoint, shift: Tangent | None) -> SolutionPoint | None:

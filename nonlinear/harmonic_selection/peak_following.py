@@ -29,41 +29,22 @@ def reference_harmonics(n_harmonics: int) -> int:
 
 @dataclass(frozen=True)
 class FollowedPeak:
-    """A peak with more harmonics.
+    """A peak with more harmonics."""
 
-    Attributes
-    ----------
-    point : SolutionPoint
-        Solution at the peak, or the last one before it.
-    amplitude : float
-        Amplitude of the peak, m.
-    refitted : bool
-        Whether it was found in the normal plane of the peak with fewer harmonics; else only the highest point that
-        the curve reaches nearby is known.
-    """
-
-    point: SolutionPoint
-    amplitude: float
+    point: SolutionPoint  # solution at the peak, or the last one before it
+    amplitude: float  # amplitude of the peak, m
+    # whether it was found in the normal plane of the peak with fewer harmonics; else only the highest point that the
+    # curve reaches nearby is known
     refitted: bool = True
 
 
 @dataclass(frozen=True)
 class PeakFollower:
-    """Follows the highest point of a curve to more and more harmonics.
+    """Follows the highest point of a curve to more and more harmonics."""
 
-    Attributes
-    ----------
-    continuation : Continuation
-        The continuation of the curve.
-    balances : TruncatedBalances
-        The balances with other numbers of harmonics.
-    work : WorkLimit
-        Limits the points that are solved for.
-    """
-
-    continuation: Continuation
-    balances: TruncatedBalances
-    work: WorkLimit
+    continuation: Continuation  # the continuation of the curve
+    balances: TruncatedBalances  # the balances with other numbers of harmonics
+    work: WorkLimit  # limits the points that are solved for
 
     def with_harmonics(self, n_harmonics: int) -> Continuation:
         """The continuation with a fixed number of harmonics, without exponents."""

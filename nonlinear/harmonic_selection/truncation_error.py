@@ -37,44 +37,26 @@ FOLLOWING, SAMPLING, RETRACING = (
 
 @dataclass(frozen=True)
 class TruncationEstimate:
-    """Estimated errors of the highest amplitude of a branch by neglected harmonics.
+    """Estimated errors of the highest amplitude of a branch by neglected harmonics."""
 
-    Attributes
-    ----------
-    error : float
-        Relative error of the highest amplitude of the branch; NaN without an estimate, inf where nothing was found
-        with more harmonics.
-    branch : str
-        "kept": with more harmonics the peak lies on the branch too. "detached": it lies on a detached branch then,
-        and the branch itself is lower; `error` compares with its highest amplitude. "lost": the peak, or the branch
-        on the way to it, was not followed to more harmonics, and the error may be larger than estimated. "": no
-        estimate.
-    omega : float
-        Frequency of the highest amplitude of the branch with the most harmonics, rad/s.
-    motion_error : float
-        Relative error of the amplitude of the motion at the peak, on whatever branch it lies with more harmonics.
-    """
-
+    # relative error of the highest amplitude of the branch; NaN without an estimate, inf where nothing was found with
+    # more harmonics
     error: float = float("nan")
+    # "kept": with more harmonics the peak lies on the branch too. "detached": it lies on a detached branch then, and
+    # the branch itself is lower; `error` compares with its highest amplitude. "lost": the peak, or the branch on the
+    # way to it, was not followed to more harmonics, and the error may be larger than estimated. "": no estimate
     branch: TruncationBranch = ""
-    omega: float = float("nan")
+    omega: float = float("nan")  # frequency of the highest amplitude of the branch with the most harmonics, rad/s
+    # relative error of the amplitude of the motion at the peak, on whatever branch it lies with more harmonics
     motion_error: float = float("nan")
 
 
 @dataclass(frozen=True)
 class TruncationErrorEstimator:
-    """Estimates the error of the amplitude by neglected harmonics at the points of a curve.
+    """Estimates the error of the amplitude by neglected harmonics at the points of a curve."""
 
-    Attributes
-    ----------
-    continuation : Continuation
-        The continuation of the curve.
-    balances : TruncatedBalances
-        The balances with other numbers of harmonics.
-    """
-
-    continuation: Continuation
-    balances: TruncatedBalances
+    continuation: Continuation  # the continuation of the curve
+    balances: TruncatedBalances  # the balances with other numbers of harmonics
 
     def of_branch(
         self, points: Sequence[SolutionPoint], peak_indices: Sequence[int], main: bool = True
@@ -94,15 +76,6 @@ class TruncationErrorEstimator:
         On the main branch the way to the peak is then retraced with more harmonics. Where the branch passes below the
         peak, the peak has detached: 1.25 times the relative difference from the highest amplitude of the branch is
         the estimate, if that is larger.
-
-        Parameters
-        ----------
-        points : sequence of SolutionPoint
-            The branch.
-        peak_indices : sequence of int
-            Indices of its peaks.
-        main : bool
-            Whether it is the main branch, which is to stay connected with an end of the range.
         """
         if not points:
             return TruncationEstimate()

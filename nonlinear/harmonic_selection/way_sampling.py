@@ -26,17 +26,11 @@ Refit = Callable[[SolutionPoint, Tangent | None], SolutionPoint | None]
 
 @dataclass
 class WaySampling:
-    """The branch with more harmonics at points of the way, solved where it is asked for.
+    """The branch with more harmonics at points of the way, solved where it is asked for."""
 
-    Attributes
-    ----------
-    points : sequence of SolutionPoint
-        The way with few harmonics, from its start to the peak; tangents towards the peak.
-    refit : callable
-        The solution with more harmonics in the normal plane of a point, from a shift on; None if it is not found.
-    """
-
+    # the way with few harmonics, from its start to the peak; tangents towards the peak
     points: Sequence[SolutionPoint]
+    # the solution with more harmonics in the normal plane of a point, from a shift on; None if it is not found
     refit: Refit
     _solved: dict[int, SolutionPoint | None] = field(default_factory=dict, init=False, repr=False)
 

@@ -12,18 +12,10 @@ OVERHEAD = 4  # time of a point is proportional to (H + 4)^2, measured with 9 co
 
 @dataclass
 class WorkLimit:
-    """Counts solved points; one with more harmonics than the curve has counts as several points of the curve.
+    """Counts solved points; one with more harmonics than the curve has counts as several points of the curve."""
 
-    Attributes
-    ----------
-    n_harmonics : int
-        Number of harmonics of the curve.
-    left : float
-        Points that may still be solved for.
-    """
-
-    n_harmonics: int
-    left: float
+    n_harmonics: int  # number of harmonics of the curve
+    left: float  # points that may still be solved for
 
     @property
     def exhausted(self) -> bool:

@@ -15,22 +15,12 @@ from nonlinear.contact.parameters import STICK, Array, ContactElement, ContactFo
 
 @dataclass(frozen=True)
 class WithBladeSprings:
-    """A contact element for the nodes of N pairs, each followed by the nodes of the strain of its blade.
+    """A contact element for the nodes of N pairs, each followed by the nodes of the strain of its blade."""
 
-    Attributes
-    ----------
-    contact : ContactElement
-        The contact nodes, pair after pair.
-    n_contacts, n_strain : int
-        Contact nodes of a pair, and nodes of the strain of a blade.
-    stiffness : (N,) array
-        (1 + delta_j)^2 - 1.
-    """
-
-    contact: ContactElement
-    n_contacts: int
-    n_strain: int
-    stiffness: Array
+    contact: ContactElement  # the contact nodes, pair after pair
+    n_contacts: int  # contact nodes of a pair, and nodes of the strain of a blade
+    n_strain: int  # contact nodes of a pair, and nodes of the strain of a blade
+    stiffness: Array  # (N,), (1 + delta_j)^2 - 1
 
     def evaluate(self, displacement: Array) -> ContactForces:
         """Forces and Jacobian for displacements and strains (2H+1, N (n_contacts + n_strain), 3)."""

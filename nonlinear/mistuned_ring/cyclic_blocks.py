@@ -86,46 +86,22 @@ class CyclicBlockFactors:
 
         [ A   c ] [ x ]   [ b   ]
         [ t   e ] [ z ] = [ b_e ]
-
-    Attributes
-    ----------
-    matrix : CyclicBlocks
-        A.
-    column, row : (N, b, w) array
-        c and the transpose of t.
-    corner : (w, w) array
-        e.
-    pivots : tuple of _Lu
-        D_k of the chain, N - 1.
-    onward : (N - 1, b, b) array
-        D_k^-1 A_(k,k+1).
-    coupling : (N - 1, b, b + w) array
-        The chain's solution for the columns of the last block and of the border.
-    schur : _Lu
-        The Schur complement, b + w rows.
     """
 
-    matrix: CyclicBlocks
-    column: Array
-    row: Array
-    corner: Array
-    pivots: tuple[_Lu, ...]
-    onward: Array
-    coupling: Array
-    schur: _Lu
+    matrix: CyclicBlocks  # A
+    column: Array  # (N, b, w), c and the transpose of t
+    row: Array  # (N, b, w), c and the transpose of t
+    corner: Array  # (w, w), e
+    pivots: tuple[_Lu, ...]  # d_k of the chain, N - 1
+    onward: Array  # (N - 1, b, b), d_k^-1 A_(k,k+1)
+    coupling: Array  # (N - 1, b, b + w), the chain's solution for the columns of the last block and of the border
+    schur: _Lu  # the Schur complement, b + w rows
 
     @classmethod
     def of(cls, matrix: CyclicBlocks, column: Array, row: Array, corner: Array) -> CyclicBlockFactors:
         """Factorise; a singular system solves to NaN.
 
-        Parameters
-        ----------
-        matrix : CyclicBlocks
-            A.
-        column, row : (N, b, w) array
-            c and the transpose of t.
-        corner : (w, w) array
-            e.
+        Shapes: `column` (N, b, w), `row` (N, b, w), `corner` (w, w).
         """
         count, size, width = column.shape
         chain, wide = count - 1, size + width

@@ -9,13 +9,7 @@ from rom import ModalModel, contact_springs, relative_contact_motion, spring_sti
 
 
 def springs_in_state(contact: ContactParameters, state: str) -> Array:
-    """Springs of stuck, sliding or free contacts, (3 n_c,), N/m.
-
-    Raises
-    ------
-    OptionsError
-        Another state.
-    """
+    """Springs of stuck, sliding or free contacts, (3 n_c,), N/m."""
     if state not in ("stuck", "sliding", "free"):
         raise OptionsError(f'state: {state!r}, allowed: "stuck", "sliding" or "free"')
     normal = contact.normal_stiffness * (state != "free")

@@ -48,17 +48,7 @@ class LinearPeak:
 
 
 def highest_peak(vibration: Vibration, bandwidth_hz: float, frequency_hz: tuple[float, float]) -> LinearPeak:
-    """The highest amplitude of any blade between two frequencies.
-
-    Parameters
-    ----------
-    vibration : callable
-        Amplitudes (F, N_b) of all blades at frequencies (F,), m.
-    bandwidth_hz : float
-        Smallest half-power bandwidth, Hz.
-    frequency_hz : (float, float)
-        Range, Hz.
-    """
+    """The highest amplitude of any blade between two frequencies."""
     low, high = frequency_hz
     wanted = PER_BANDWIDTH * (high - low) / max(bandwidth_hz, 1e-300)
     grid = np.linspace(low, high, int(min(max(wanted, LEAST), MOST)) + 1)

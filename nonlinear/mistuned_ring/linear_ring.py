@@ -247,20 +247,7 @@ def solve_cyclic(own: ComplexArray, after: ComplexArray, right: ComplexArray) ->
     """Solve own_j z_j + after_j z_(j+1) + after_(j-1)^H z_(j-1) = right_j around a ring, at F frequencies at once.
 
     The last blade is taken out; the chain of the others is eliminated block by block.
-
-    Parameters
-    ----------
-    own : (F, N, r, r) complex array
-        Diagonal blocks.
-    after : (N, r, r) complex array
-        Blocks of the next blade, the same at all frequencies; N = 1 and 2: blocks that meet are added.
-    right : (F, N, r) complex array
-        Right-hand sides.
-
-    Returns
-    -------
-    (F, N, r) complex array
-        z.
+    Shapes: `own` (F, N, r, r), `after` (N, r, r), `right` (F, N, r), returns (F, N, r).
     """
     count, size = right.shape[1], right.shape[2]
     before = np.roll(after, 1, axis=0).conj().transpose(0, 2, 1)

@@ -210,13 +210,7 @@ class Mistuning:
 
 
 def check_blades(modal: RingModes, mistuning: Mistuning) -> None:
-    """Check that a model knows the stiffness of its blades, where they differ on a disk.
-
-    Raises
-    ------
-    MistuningError
-        It does not.
-    """
+    """Check that a model knows the stiffness of its blades, where they differ on a disk."""
     if isinstance(modal, SectorModes) and mistuning.frequency.any() and modal.model.blade_stiffness is None:
         raise MistuningError(
             "frequency: blades on a disk that differ, allowed: with blade_stiffness in the reduced model"

@@ -31,12 +31,7 @@ def pair_force_change(jacobian: Array, n_blades: int) -> ComplexArray:
 def real_product(receptance: ComplexArray, change: ComplexArray) -> Array:
     """G df/dx of all pairs, (N_b, b, b), rows and columns in the order coefficient, node, component.
 
-    Parameters
-    ----------
-    receptance : (N_b, H+1, 3 n_c, 3 n_c) complex array
-        Blocks of G.
-    change : (N_b, H+1, n_c, 3, 3 (2H+1)) complex array
-        See `pair_force_change`.
+    Shapes: `receptance` (N_b, H+1, 3 n_c, 3 n_c).
     """
     n_blades, n_h, dofs, _ = receptance.shape
     n_c = dofs // 3

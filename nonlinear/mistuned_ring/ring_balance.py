@@ -126,12 +126,7 @@ class LinearisedRing(LinearisedResidual):
     def factorise(self, column: Array, row: Array, corner: float) -> BorderedFactors:
         """Factors of the bordered Jacobian [dR/dx, c; t, e].
 
-        Parameters
-        ----------
-        column, row : (n,) float
-            c and t.
-        corner : float
-            e.
+        Shapes: `column` (n,), `row` (n,).
         """
         balance = self.balance
         if isinstance(balance.structure, SectorRing):
@@ -149,14 +144,9 @@ class RingBalance(HarmonicBalance):
 
     The unknown holds the real Fourier coefficients of all d_j, each in the time of blade j: rows (0, Re 1, Im 1, ...)
     of 3 n_nodes N_b numbers, pair after pair. With a disk the strains of blade j follow d_j.
-
-    Attributes
-    ----------
-    structure : RingReceptance or SectorRing
-        Clamped blades, or sectors joined at a disk.
     """
 
-    structure: RingReceptance | SectorRing
+    structure: RingReceptance | SectorRing  # clamped blades, or sectors joined at a disk
 
     @classmethod
     def of(
@@ -166,19 +156,7 @@ class RingBalance(HarmonicBalance):
         mistuning: Mistuning,
         options: SolverOptions,
     ) -> RingBalance:
-        """The balance of a mistuned ring.
-
-        Parameters
-        ----------
-        structure : RingReceptance or SectorRing
-            The blades, with the harmonics and the excitation.
-        contact : ContactParameters
-            Parameters of the n_c nodes of the tuned pair.
-        mistuning : Mistuning
-            Deviations of blades and pairs; those of clamped blades are in `structure`.
-        options : SolverOptions
-            How the contact forces are integrated.
-        """
+        """The balance of a mistuned ring."""
         ring, receptance = mistuning.contact(contact), structure.tuned
         element = contact_element(ring, len(receptance.harmonics) - 1, options)
         if structure.n_nodes > contact.n_contacts:
@@ -205,12 +183,7 @@ class RingBalance(HarmonicBalance):
     def evaluate(self, unknown: Array, omega: float) -> LinearisedRing:
         """Residual and derivatives.
 
-        Parameters
-        ----------
-        unknown : (n,) float
-            x, m.
-        omega : float
-            Excitation frequency, rad/s.
+        Shapes: `unknown` (n,).
         """
         contact = self.forces(unknown)
         response, derivative = self.structure.response(omega, self.by_harmonic(contact.force))

@@ -109,16 +109,7 @@ def with_peak(
 ) -> tuple[list[SolutionPoint], int | None]:
     """The points with the highest maximum of any blade located and inserted; its index, None if it lies at an end.
 
-    Parameters
-    ----------
-    continuation : Continuation
-        The continuation of the ring.
-    points : sequence of SolutionPoint
-        The P points of the curve.
-    amplitudes : (P, N_b) array
-        Amplitudes of all blades, m.
-    output : str
-        Name of the output.
+    Shapes: `amplitudes` (P, N_b).
     """
     best, place, height = None, -1, 0.0
     for expected, first, blade in _expected_maxima(points, amplitudes, output):

@@ -33,18 +33,10 @@ class RingBlocks(NamedTuple):
 
 @dataclass(frozen=True)
 class RingReceptance:
-    """The structure of a ring of clamped blades.
+    """The structure of a ring of clamped blades."""
 
-    Attributes
-    ----------
-    tuned : rom.RelativeReceptance
-        The tuned blade with its phase psi, harmonics and excitation.
-    frequency_ratio : (N_b,) array
-        1 + delta_j.
-    """
-
-    tuned: RelativeReceptance
-    frequency_ratio: Array
+    tuned: RelativeReceptance  # the tuned blade with its phase psi, harmonics and excitation
+    frequency_ratio: Array  # (N_b,), 1 + delta_j
 
     @property
     def blade(self) -> ModalModel:
@@ -89,17 +81,7 @@ class RingReceptance:
     def coordinates(self, omega: float, force: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
         """Modal coordinates of all blades under the excitation and the contact forces.
 
-        Parameters
-        ----------
-        omega : float
-            Excitation frequency, rad/s.
-        force : (n_h, N_b, 3 n_c) complex array
-            f_j^(h) on the right faces, N.
-
-        Returns
-        -------
-        coordinates, derivatives : (n_h, N_b, m) complex arrays
-            eta_j, and its derivative in omega at constant forces.
+        Shapes: `force` (n_h, N_b, 3 n_c), returns `coordinates, derivatives` (n_h, N_b, m).
         """
         value, derivative = self._denominators(omega)
         found = (self.tuned.modal_force[:, None, :] + self.pushed(force)) / value
@@ -134,29 +116,13 @@ class RingReceptance:
     def response(self, omega: float, force: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
         """Relative displacements under the excitation and the contact forces.
 
-        Parameters
-        ----------
-        omega : float
-            Excitation frequency, rad/s.
-        force : (n_h, N_b, 3 n_c) complex array
-            f_j^(h), N.
-
-        Returns
-        -------
-        displacement, derivative : (n_h, N_b, 3 n_c) complex arrays
-            d_j in m, and its derivative in omega at constant forces.
+        Shapes: `force` (n_h, N_b, 3 n_c), returns `displacement, derivative` (n_h, N_b, 3 n_c).
         """
         coordinates, derivative = self.coordinates(omega, force)
         return self.relative(coordinates), self.relative(derivative)
 
     def blocks(self, omega: float) -> RingBlocks:
-        """The blocks of the receptance.
-
-        Parameters
-        ----------
-        omega : float
-            Excitation frequency, rad/s.
-        """
+        """The blocks of the receptance."""
         modal, n_dofs = self.blade, 3 * self.blade.n_contacts
         inverse = 1.0 / self._denominators(omega)[0].transpose(1, 0, 2)
         faces = modal.right if modal.left is None else np.concatenate([modal.right, modal.left])

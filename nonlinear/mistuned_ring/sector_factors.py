@@ -46,24 +46,15 @@ PATIENCE = 25  # iterations with the factors of another state
 
 @dataclass(frozen=True)
 class NearFactors:
-    """Factors of what is near to a bordered Jacobian, for displacements d, strains s, modal coordinates z and y.
+    """Factors of what is near to a bordered Jacobian, for displacements d, strains s, modal coordinates z and y."""
 
-    Attributes
-    ----------
-    factors : CyclicBlockFactors
-        Factors for d, and for (y, z) as border; s is eliminated.
-    strain, strain_row : (N, rows t, w) array
-        Strains of (y, z), and the transpose of the coefficients of s in the rows of (y, z).
-    change : (N, H+1, n_c, 3, 3 rows) complex array
-        df/dd, see `pair_force_change`.
-    flexibility : tuple of three (H+1, t, 3 n_c) complex arrays
-        Strains of a blade under forces on the pair before it, its own pair and the pair after it, m/N.
-    """
-
-    factors: CyclicBlockFactors
+    factors: CyclicBlockFactors  # factors for d, and for (y, z) as border; s is eliminated
+    # (N, rows t, w), strains of (y, z), and the transpose of the coefficients of s in the rows of (y, z)
     strain: Array
+    # (N, rows t, w), strains of (y, z), and the transpose of the coefficients of s in the rows of (y, z)
     strain_row: Array
-    change: ComplexArray
+    change: ComplexArray  # (N, H+1, n_c, 3, 3 rows), df/dd, see `pair_force_change`
+    # (H+1, t, 3 n_c), strains of a blade under forces on the pair before it, its own pair and the pair after it, m/N
     flexibility: tuple[ComplexArray, ComplexArray, ComplexArray]
 
     @classmethod
@@ -123,22 +114,12 @@ class NearFactors:
 
 @dataclass(frozen=True)
 class SectorFactors:
-    """A bordered Jacobian of a ring, solved by GMRES.
+    """A bordered Jacobian of a ring, solved by GMRES."""
 
-    Attributes
-    ----------
-    linearised : LinearisedRing
-        The residual and its derivatives.
-    column, row : (n,) array
-        c and t.
-    corner : float
-        e.
-    """
-
-    linearised: LinearisedRing
-    column: Array
-    row: Array
-    corner: float
+    linearised: LinearisedRing  # the residual and its derivatives
+    column: Array  # (n,), c and t
+    row: Array  # (n,), c and t
+    corner: float  # e
 
     @cached_property
     def near(self) -> NearFactors:

@@ -36,20 +36,11 @@ class WaveChoice(NamedTuple):
 
 @dataclass(frozen=True)
 class SectorRing:
-    """The structure of a ring of sectors joined at a disk.
+    """The structure of a ring of sectors joined at a disk."""
 
-    Attributes
-    ----------
-    tuned : rom.RelativeReceptance
-        The tuned sector with its phase psi, harmonics and excitation.
-    n_blades : int
-        Number N of sectors: that of the ring, or 1 where all move alike.
-    strain : (t, n) array
-        Rows of the strains that mistuning needs, for unit reduced coordinates; t a multiple of three, or 0.
-    """
-
-    tuned: RelativeReceptance
-    n_blades: int
+    tuned: RelativeReceptance  # the tuned sector with its phase psi, harmonics and excitation
+    n_blades: int  # number N of sectors: that of the ring, or 1 where all move alike
+    # (t, n), rows of the strains that mistuning needs, for unit reduced coordinates; t a multiple of three, or 0
     strain: Array
 
     @property
@@ -109,13 +100,7 @@ class SectorRing:
         return found
 
     def denominators(self, omega: float) -> tuple[ComplexArray, ComplexArray]:
-        """D_l and its derivative in omega, (n_h, N, m).
-
-        Parameters
-        ----------
-        omega : float
-            Excitation frequency, rad/s.
-        """
+        """D_l and its derivative in omega, (n_h, N, m)."""
         shape = (*self._phases.shape, -1)
         h = self._harmonics[:, None, None]
         rate = 1j * h * self.waves.damping.reshape(shape)
@@ -125,17 +110,7 @@ class SectorRing:
     def coordinates(self, omega: float, force: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
         """Modal coordinates of all waves under the excitation and the forces at the nodes.
 
-        Parameters
-        ----------
-        omega : float
-            Excitation frequency, rad/s.
-        force : (n_h, N, 3 n_nodes) complex array
-            Forces of the pairs, N.
-
-        Returns
-        -------
-        coordinates, derivatives : (n_h, N, m) complex arrays
-            eta_l, and its derivative in omega at constant forces.
+        Shapes: `force` (n_h, N, 3 n_nodes), returns `coordinates, derivatives` (n_h, N, m).
         """
         value, derivative = self.denominators(omega)
         found = (self._force + self._pushed(force)) / value
@@ -158,12 +133,7 @@ class SectorRing:
     def response(self, omega: float, force: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
         """Motion of the nodes under the excitation and the forces, and its derivative in omega, (n_h, N, 3 n_nodes).
 
-        Parameters
-        ----------
-        omega : float
-            Excitation frequency, rad/s.
-        force : (n_h, N, 3 n_nodes) complex array
-            Forces of the pairs, N.
+        Shapes: `force` (n_h, N, 3 n_nodes).
         """
         coordinates, derivative = self.coordinates(omega, force)
         return self.relative(coordinates), self.relative(derivative)
@@ -196,19 +166,7 @@ class SectorRing:
     ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
         """Flexibility of a pair, under forces on the pair before it, on itself and on the pair after it.
 
-        Parameters
-        ----------
-        omega : float
-            Excitation frequency, rad/s.
-        chosen : list of WaveChoice
-            For each harmonic the modes that are left out.
-        size : int
-            Number of dofs of a pair, the first ones, on which forces act.
-
-        Returns
-        -------
-        before, own, after : (n_h, 3 n_nodes, size) complex arrays
-            m/N. Pairs that are the same, of rings of one or two, are counted once.
+        Shapes: returns `before, own, after` (n_h, 3 n_nodes, size).
         """
         weight = 1.0 / self.denominators(omega)[0]
         for row, (wave, mode) in zip(weight, chosen, strict=True):
@@ -223,15 +181,7 @@ class SectorRing:
     def flexibility(self, omega: float) -> ComplexArray:
         """Flexibility of a pair under forces on the pairs 0, 1, 2, ... before it.
 
-        Parameters
-        ----------
-        omega : float
-            Excitation frequency, rad/s.
-
-        Returns
-        -------
-        (N, n_h, 3 n_nodes, 3 n_nodes) complex array
-            m/N.
+        Shapes: returns (N, n_h, 3 n_nodes, 3 n_nodes).
         """
         every = (self.motion / self.denominators(omega)[0][:, :, None]) @ self.adjoint
         return np.fft.ifft(every, axis=1).transpose(1, 0, 2, 3)

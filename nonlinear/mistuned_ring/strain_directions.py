@@ -26,19 +26,7 @@ _NONE = 1e-14  # of the largest squared frequency: a rigid motion
 def strain_directions(tuned: RelativeReceptance, contact: ContactParameters, highest: float) -> Array:
     """Rows that give the strains of a blade: half the sum of their squares is its strain energy.
 
-    Parameters
-    ----------
-    tuned : rom.RelativeReceptance
-        The tuned sector, whose reduced model has the stiffness of its blade.
-    contact : ContactParameters
-        Parameters of the nodes of the tuned pair.
-    highest : float
-        Upper end of the frequency range, rad/s.
-
-    Returns
-    -------
-    (t, n) array
-        Q^T S, t a multiple of three: rows of N^(1/2) m^(1/2) for coordinates in m.
+    Shapes: returns (t, n).
     """
     modal = tuned.modal
     assert isinstance(modal, SectorModes)

@@ -46,27 +46,13 @@ EXTRA = 4  # unknowns beside the displacements: q_k, omega, zeta, ln a
 
 @dataclass(frozen=True)
 class MotionState:
-    """The unknowns of an extended periodic motion.
+    """The unknowns of an extended periodic motion."""
 
-    Attributes
-    ----------
-    displacement : (2H+1, n_c, 3) array
-        Real Fourier coefficients of the relative displacement, m.
-    carrier : float
-        Coordinate q_k of the carrier in harmonic 1, m sqrt(kg).
-    omega : float
-        Frequency, rad/s.
-    damping : float
-        Damping ratio zeta.
-    level : float
-        ln a, a in m sqrt(kg).
-    """
-
-    displacement: Array
-    carrier: float
-    omega: float
-    damping: float
-    level: float
+    displacement: Array  # (2H+1, n_c, 3), real Fourier coefficients of the relative displacement, m
+    carrier: float  # coordinate q_k of the carrier in harmonic 1, m sqrt(kg)
+    omega: float  # frequency, rad/s
+    damping: float  # damping ratio zeta
+    level: float  # ln a, a in m sqrt(kg)
 
     def packed(self) -> Array:
         """All unknowns in one array, (n + 4,)."""
@@ -80,46 +66,23 @@ class MotionState:
 
 @dataclass(frozen=True)
 class LinearisedMotion:
-    """The n + 3 equations at one state and their derivatives by the n + 4 unknowns.
+    """The n + 3 equations at one state and their derivatives by the n + 4 unknowns."""
 
-    Attributes
-    ----------
-    residual : (n + 3,) array
-        Displacements in m, the equation of the carrier divided by its omega_k^2, and the amplitude's.
-    jacobian : (n + 3, n + 4) array
-        Derivatives by d, q_k, omega, zeta and ln a.
-    contact : ContactForces
-        Contact forces.
-    coordinates : (H+1, m) complex array
-        Modal coordinates.
-    """
-
+    # (n + 3,), displacements in m, the equation of the carrier divided by its omega_k^2, and the amplitude's
     residual: Array
-    jacobian: Array
-    contact: ContactForces
-    coordinates: ComplexArray
+    jacobian: Array  # (n + 3, n + 4), derivatives by d, q_k, omega, zeta and ln a
+    contact: ContactForces  # contact forces
+    coordinates: ComplexArray  # (H+1, m), modal coordinates
 
 
 @dataclass(frozen=True)
 class ExtendedMotion:
-    """The equations of the extended periodic motion.
+    """The equations of the extended periodic motion."""
 
-    Attributes
-    ----------
-    receptance : rom.RelativeReceptance
-        The structure, with harmonics 0 .. H; its excitation plays no part.
-    element : ContactElement
-        The contact forces.
-    carrier : int
-        Mode k whose coordinate is an unknown.
-    every_harmonic : bool
-        Whether the negative damping acts in all harmonics, and not in harmonic 1 alone.
-    """
-
-    receptance: RelativeReceptance
-    element: ContactElement
-    carrier: int
-    every_harmonic: bool = False
+    receptance: RelativeReceptance  # the structure, with harmonics 0 .. H; its excitation plays no part
+    element: ContactElement  # the contact forces
+    carrier: int  # mode k whose coordinate is an unknown
+    every_harmonic: bool = False  # whether the negative damping acts in all harmonics, and not in harmonic 1 alone
 
     def stiffness(self, omega: float, damping: float) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
         """D (H+1, m) and its derivatives by omega and by zeta."""

@@ -29,42 +29,18 @@ FIRST_STIFFNESS, STIFFNESS_STEP, SMALLEST_STIFFNESS_STEP = 0.01, 2.0, 1.01  # of
 
 @dataclass(frozen=True)
 class FirstMotion:
-    """The search for the first motion of a mode.
+    """The search for the first motion of a mode."""
 
-    Attributes
-    ----------
-    receptance : rom.RelativeReceptance
-        The structure, with harmonics 0 .. H.
-    contact : ContactParameters
-        The contact.
-    static : (n_c, 3) array
-        Static relative displacement, m.
-    options : SolverOptions
-        Contact integration and output.
-    number : int
-        Number of the mode, from 1.
-    amplitude : float
-        Amplitude of the output, m.
-    every_harmonic : bool
-        Whether damping is compensated in all harmonics, and not in harmonic 1 alone.
-    """
-
-    receptance: RelativeReceptance
-    contact: ContactParameters
-    static: Array
-    options: SolverOptions
-    number: int
-    amplitude: float
-    every_harmonic: bool = False
+    receptance: RelativeReceptance  # the structure, with harmonics 0 .. H
+    contact: ContactParameters  # the contact
+    static: Array  # (n_c, 3), static relative displacement, m
+    options: SolverOptions  # contact integration and output
+    number: int  # number of the mode, from 1
+    amplitude: float  # amplitude of the output, m
+    every_harmonic: bool = False  # whether damping is compensated in all harmonics, and not in harmonic 1 alone
 
     def find(self) -> tuple[MotionPoint, ModeContinuation]:
-        """The motion, and the continuation that goes on from it.
-
-        Raises
-        ------
-        ArithmeticError
-            None was found.
-        """
+        """The motion, and the continuation that goes on from it."""
         harmonics = len(self.receptance.harmonics) - 1
         springs = list(self._springs())
         found = self._from_springs(springs, harmonics)

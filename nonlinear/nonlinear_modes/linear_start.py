@@ -15,16 +15,7 @@ def linear_mode(
 ) -> tuple[float, float, ComplexArray]:
     """Frequency (rad/s), damping ratio and modal coordinates (m,) of one mode with linear contact springs.
 
-    Parameters
-    ----------
-    receptance : rom.RelativeReceptance
-        The structure; its mode shapes have harmonic 1.
-    contact : ContactParameters
-        The contact.
-    share : (n_c,) array
-        Share of the springs of each node that holds: 1 where it sticks, 0 where it is open.
-    number : int
-        Number of the mode, from 1.
+    Shapes: `share` (n_c,).
     """
     from scipy.linalg import eigh
 
@@ -60,14 +51,7 @@ def first_state(
 def end_of_linear_motion(contact: ContactParameters, static: Array, motion: ComplexArray) -> float:
     """Modal amplitude up to which no node slips, lifts off or touches.
 
-    Parameters
-    ----------
-    contact : ContactParameters
-        The contact.
-    static : (n_c, 3) array
-        Static relative displacement, m.
-    motion : (n_c, 3) complex array
-        Relative motion of the linear mode at unit amplitude.
+    Shapes: `static` (n_c, 3), `motion` (n_c, 3).
     """
     load = contact.unclipped_load(static[:, 2])
     swing = contact.normal_stiffness * np.abs(motion[:, 2])

@@ -45,27 +45,13 @@ class MotionPoint:
 
 @dataclass(frozen=True)
 class ModeContinuation:
-    """Follows an extended periodic motion over its amplitude.
+    """Follows an extended periodic motion over its amplitude."""
 
-    Attributes
-    ----------
-    motion : ExtendedMotion
-        The equations.
-    shape : (int, int, int)
-        Shape of the displacement, (2H+1, n_c, 3).
-    largest_step : float
-        Largest arc length of a step.
-    tolerance : float
-        Relative size of the last step of Newton's method.
-    smallest_cosine : float
-        A step over which the tangent turns further is halved.
-    """
-
-    motion: ExtendedMotion
-    shape: tuple[int, ...]
-    largest_step: float = LARGEST_STEP
-    tolerance: float = TOLERANCE
-    smallest_cosine: float = SMALLEST_COSINE
+    motion: ExtendedMotion  # the equations
+    shape: tuple[int, ...]  # shape of the displacement, (2H+1, n_c, 3)
+    largest_step: float = LARGEST_STEP  # largest arc length of a step
+    tolerance: float = TOLERANCE  # relative size of the last step of Newton's method
+    smallest_cosine: float = SMALLEST_COSINE  # A step over which the tangent turns further is halved
 
     def solve_at_level(self, guess: MotionState) -> MotionPoint | None:
         """The motion of the amplitude of `guess`; None where Newton's method does not converge."""

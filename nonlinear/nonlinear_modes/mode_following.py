@@ -29,21 +29,11 @@ REACHED = "the largest amplitude was reached"
 
 @dataclass(frozen=True)
 class ModePoint:
-    """What is kept of a solution: all but the derivatives.
+    """What is kept of a solution: all but the derivatives."""
 
-    Attributes
-    ----------
-    state : MotionState
-        The unknowns.
-    coordinates : (H+1, m) complex array
-        Modal coordinates.
-    nodes : (n_c,) int
-        Worst state of each contact node.
-    """
-
-    state: MotionState
-    coordinates: ComplexArray
-    nodes: NDArray[np.int64]
+    state: MotionState  # the unknowns
+    coordinates: ComplexArray  # (H+1, m), modal coordinates
+    nodes: NDArray[np.int64]  # (n_c,), worst state of each contact node
 
     @classmethod
     def of(cls, point: MotionPoint) -> ModePoint:
@@ -53,21 +43,12 @@ class ModePoint:
 
 @dataclass(frozen=True)
 class ModePath:
-    """The points of a mode in the order of the arc length, in one piece or more.
+    """The points of a mode in the order of the arc length, in one piece or more."""
 
-    Attributes
-    ----------
-    pieces : tuple of tuple of ModePoint
-        Between two pieces there is an internal resonance that was passed over.
-    complete : bool
-        Whether the largest amplitude was reached.
-    message : str
-        Why the path ends, and where it was interrupted.
-    """
-
+    # between two pieces there is an internal resonance that was passed over
     pieces: tuple[tuple[ModePoint, ...], ...]
-    complete: bool
-    message: str
+    complete: bool  # whether the largest amplitude was reached
+    message: str  # why the path ends, and where it was interrupted
 
 
 def harmonic_shares(coordinates: ComplexArray) -> Array:
@@ -91,21 +72,7 @@ def harmonic_shares(coordinates: ComplexArray) -> Array:
 def follow_mode(
     continuation: ModeContinuation, start: MotionPoint, size: Size, largest: float, linear: tuple[float, ...] = ()
 ) -> ModePath:
-    """Follow a mode up to the largest amplitude.
-
-    Parameters
-    ----------
-    continuation : ModeContinuation
-        The continuation.
-    start : MotionPoint
-        The motion of the smallest amplitude.
-    size : callable
-        Amplitude of a motion.
-    largest : float
-        The largest amplitude.
-    linear : tuple of float
-        Levels ln a up to which the motion of the start only grows, as that of a linear mode.
-    """
+    """Follow a mode up to the largest amplitude."""
     before, last = _linear_points(continuation, start, linear)
     pieces: list[tuple[ModePoint, ...]] = []
     interruptions: list[str] = []

@@ -143,21 +143,11 @@ class NonlinearMode:
 
 @dataclass(frozen=True)
 class ModeMotions:
-    """The states of a nonlinear mode, with the equations that they solve.
+    """The states of a nonlinear mode, with the equations that they solve."""
 
-    Attributes
-    ----------
-    continuation : ModeContinuation
-        Solves the equations.
-    states : tuple of MotionState
-        The P motions.
-    output : str
-        The output whose amplitude is told.
-    """
-
-    continuation: ModeContinuation
-    states: tuple[MotionState, ...]
-    output: str
+    continuation: ModeContinuation  # solves the equations
+    states: tuple[MotionState, ...]  # the P motions
+    output: str  # the output whose amplitude is told
 
     @property
     def receptance(self) -> RelativeReceptance:
@@ -166,15 +156,7 @@ class ModeMotions:
 
     @one_blas_thread()
     def resonance(self, place: int, force: float) -> ModeResonance:
-        """The motion between two successive ones whose resonant force is the one given.
-
-        Parameters
-        ----------
-        place : int
-            Number of the first of the two motions.
-        force : float
-            Amplitude of the excitation, N.
-        """
+        """The motion between two successive ones whose resonant force is the one given."""
 
         def excess(state: MotionState, coordinates: ComplexArray) -> float:
             return float(np.log(resonant_force(state, coordinates, self.receptance) / force))
@@ -205,14 +187,7 @@ class ModeMotions:
 def resonant_force(state: MotionState, coordinates: ComplexArray, receptance: RelativeReceptance) -> float:
     """Amplitude of the excitation that balances the damping of a motion, N.
 
-    Parameters
-    ----------
-    state : MotionState
-        Frequency, damping ratio and amplitude.
-    coordinates : (H+1, m) complex array
-        Its modal coordinates.
-    receptance : rom.RelativeReceptance
-        The structure, with the modal force of 1 N.
+    Shapes: `coordinates` (H+1, m).
     """
     work = max(abs(np.vdot(coordinates[1], receptance.unit_force(1))), 1e-300)
     lost = 2.0 * state.damping * state.omega**2 * np.exp(2.0 * state.level)

@@ -32,16 +32,7 @@ def resonance_motions(
 ) -> Iterator[tuple[Array, float, int]]:
     """Unknown (n,) of `balance`, frequency (rad/s) and number of the mode of each resonance in the range.
 
-    Parameters
-    ----------
-    balance : HarmonicBalance
-        The balance of the forced response, coupled statics.
-    contact : ContactParameters
-        Its contact.
-    static : (n_c, 3) array
-        Static relative displacement, m.
-    omega_range : (float, float)
-        Frequency range, rad/s.
+    Shapes: `static` (n_c, 3).
     """
     receptance = balance.receptance
     if balance.frozen_static is not None or not np.any(receptance.modal_force[1]):

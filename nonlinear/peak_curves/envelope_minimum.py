@@ -25,50 +25,19 @@ SECANT, RESOLUTION, ITERATIONS = 1e-3, 1e-9, 8  # of the share, in the refinemen
 
 @dataclass(frozen=True)
 class Minimum:
-    """The lowest point of the envelope.
+    """The lowest point of the envelope."""
 
-    Attributes
-    ----------
-    share : float
-        Where.
-    height : float
-        How high, m.
-    kind : str
-        See `Optimum`.
-    peak : PeakPoint or None
-        The peak there; None where the envelope rests on single responses.
-    second : float
-        Second derivative by the share at a smooth minimum, m; NaN else.
-    rates : (float, float)
-        One-sided derivatives by the share, m, see `Optimum.slopes`.
-    plateau : (float, float)
-        Shares between which the envelope is as low.
-    """
-
-    share: float
-    height: float
-    kind: Kind
-    peak: PeakPoint | None
-    second: float
-    rates: tuple[float, float]
-    plateau: tuple[float, float]
+    share: float  # where
+    height: float  # how high, m
+    kind: Kind  # see `Optimum`
+    peak: PeakPoint | None  # the peak there; None where the envelope rests on single responses
+    second: float  # second derivative by the share at a smooth minimum, m; NaN else
+    rates: tuple[float, float]  # one-sided derivatives by the share, m, see `Optimum.slopes`
+    plateau: tuple[float, float]  # shares between which the envelope is as low
 
 
 def lowest_of(envelope: EnvelopeOfPeaks, follower: PeakContinuation) -> Minimum:
-    """The lowest point of an envelope, a followed peak solved for anew.
-
-    Parameters
-    ----------
-    envelope : EnvelopeOfPeaks
-        The envelope.
-    follower : PeakContinuation
-        Solves for peaks.
-
-    Raises
-    ------
-    ArithmeticError
-        No motion is known anywhere.
-    """
+    """The lowest point of an envelope, a followed peak solved for anew."""
     jumps = np.array(envelope.jumps)
     beside = np.concatenate([jumps - MARGIN, jumps + MARGIN])
     every = np.unique(np.concatenate([envelope.shares, beside[(beside > 0.0) & (beside < 1.0)]]))

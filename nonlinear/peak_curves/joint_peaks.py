@@ -18,22 +18,12 @@ SAME_PLACE = 1e-12
 
 @dataclass(frozen=True)
 class Box:
-    """Ranges of several parameters; places in it are shares of the ranges, (n,) from 0 to 1.
+    """Ranges of several parameters; places in it are shares of the ranges, (n,) from 0 to 1."""
 
-    Attributes
-    ----------
-    problem : tuple
-        Modes, contact, excitation and options with a fixed number of harmonics.
-    names : tuple of str
-        The parameters, see `with_parameter`.
-    low, high : (n,) float
-        Their ranges, SI units.
-    """
-
-    problem: Problem
-    names: tuple[str, ...]
-    low: Array
-    high: Array
+    problem: Problem  # modes, contact, excitation and options with a fixed number of harmonics
+    names: tuple[str, ...]  # the parameters, see `with_parameter`
+    low: Array  # (n,), their ranges, SI units
+    high: Array  # (n,), their ranges, SI units
 
     def values(self, place: Array) -> Array:
         """The parameters at a place, SI units."""
@@ -59,21 +49,11 @@ class Box:
 
 @dataclass
 class CarriedPeak:
-    """One peak over the box, known at some places.
+    """One peak over the box, known at some places."""
 
-    Attributes
-    ----------
-    box : Box
-        The parameters.
-    origin : str
-        Branch of the response that it was found on.
-    known : list of (place, PeakPoint)
-        Where it was solved for.
-    """
-
-    box: Box
-    origin: str
-    known: list[tuple[Array, PeakPoint]] = field(default_factory=list)
+    box: Box  # the parameters
+    origin: str  # branch of the response that it was found on
+    known: list[tuple[Array, PeakPoint]] = field(default_factory=list)  # where it was solved for
 
     def at(self, place: Array) -> PeakPoint | None:
         """The peak at a place, carried from the nearest one where it is known; None where it was lost on the way."""
@@ -113,15 +93,7 @@ def lowest_of_peaks(peaks: list[CarriedPeak], centre: Array, radius: float) -> t
     """The place in a cube at which the highest of some peaks is lowest, and its height, m.
 
     Minimise t with A_k(place) <= t for all peaks, by sequential quadratic programming (SLSQP).
-
-    Parameters
-    ----------
-    peaks : list of CarriedPeak
-        The peaks.
-    centre : (n,) float
-        Centre of the cube.
-    radius : float
-        Half the side of the cube, in shares of the ranges.
+    Shapes: `centre` (n,).
     """
     from scipy.optimize import minimize
 
@@ -152,13 +124,7 @@ def multipliers(gradients: Array, low_end: Array, high_end: Array) -> Array:
     """Shares of the active peaks in the condition of the optimum, (k,), by non-negative least squares.
 
     They sum to 1; multipliers of the ends of the ranges balance what the gradients (k, n) leave.
-
-    Parameters
-    ----------
-    gradients : (k, n) float
-        Derivatives of the peaks with respect to the place.
-    low_end, high_end : (n,) bool
-        Whether the place is at an end of the range.
+    Shapes: `gradients` (k, n), `low_end` (n,), `high_end` (n,).
     """
     from scipy.optimize import nnls
 

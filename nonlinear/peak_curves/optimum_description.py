@@ -23,15 +23,7 @@ PLOTTED = 401  # values of the envelope, besides its nodes
 
 
 def described(placement: Placement, lowest: Minimum) -> Optimum:
-    """The optimum with its surroundings, as plain data.
-
-    Parameters
-    ----------
-    placement : Placement
-        What was searched.
-    lowest : Minimum
-        The lowest point.
-    """
+    """The optimum with its surroundings, as plain data."""
     search, family = placement.search, placement.search.family
     envelope = placement.envelope()
     here = _response_at(search.responses, lowest.share)
@@ -69,17 +61,7 @@ def described(placement: Placement, lowest: Minimum) -> Optimum:
 
 
 def elasticities(problem: Problem, derivatives: dict[str, float], amplitude: float) -> dict[str, float]:
-    """Relative derivatives p / A dA/dp.
-
-    Parameters
-    ----------
-    problem : tuple
-        Modes, contact, excitation and options.
-    derivatives : dict of str to float
-        dA/dp, m per unit.
-    amplitude : float
-        A, m.
-    """
+    """Relative derivatives p / A dA/dp."""
     return {name: parameter_value(problem, name) / amplitude * value for name, value in derivatives.items()}
 
 

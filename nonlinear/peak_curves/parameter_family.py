@@ -19,24 +19,7 @@ Problem = tuple[RingModes, ContactParameters, Excitation, SolverOptions]
 
 
 def with_parameter(problem: Problem, name: str, value: float) -> Problem:
-    """The problem with another value of a parameter.
-
-    Parameters
-    ----------
-    problem : tuple
-        Modes, contact, excitation and options.
-    name : str
-        "force" (N); "damping": factor on the damping of all modes; a contact parameter. Of stiffnesses, friction and
-        preload the mean over the nodes becomes `value`, and all nodes change by the same factor; the interference
-        changes by the same length at all nodes.
-    value : float
-        The new value, in SI units.
-
-    Raises
-    ------
-    OptionsError
-        There is no such parameter.
-    """
+    """The problem with another value of a parameter."""
     modal, contact, excitation, options = problem
     if name == "force":
         return modal, contact, replace(excitation, force=value), options
@@ -62,41 +45,14 @@ def parameter_value(problem: Problem, name: str) -> float:
 
 
 def with_parameters(problem: Problem, names: Sequence[str], values: Sequence[float]) -> Problem:
-    """The problem with other values of several parameters.
-
-    Parameters
-    ----------
-    problem : tuple
-        Modes, contact, excitation and options.
-    names : sequence of str
-        The parameters, each once; see `with_parameter`.
-    values : sequence of float
-        Their values, SI units.
-    """
+    """The problem with other values of several parameters."""
     for name, value in zip(names, values, strict=True):
         problem = with_parameter(problem, name, float(value))
     return problem
 
 
 def check_range(problem: Problem, name: str, low: float, high: float) -> None:
-    """Refuse a range that is empty, or whose ends the problem does not allow.
-
-    Parameters
-    ----------
-    problem : tuple
-        Modes, contact, excitation and options.
-    name : str
-        The parameter.
-    low, high : float
-        The range, SI units.
-
-    Raises
-    ------
-    ContactError
-        A contact parameter out of its range.
-    OptionsError
-        There is no such parameter, or the range is empty or reaches a force or a damping of 0.
-    """
+    """Refuse a range that is empty, or whose ends the problem does not allow."""
     if not low < high:
         raise OptionsError(f"range of {name}: [{low:g}, {high:g}], allowed: low < high")
     if name in ("force", "damping") and low <= 0.0:
@@ -124,22 +80,12 @@ class Family(Protocol):
 
 @dataclass(frozen=True)
 class ParameterFamily:
-    """The problems over a range of one parameter, by its share s of the range: 0 at `low`, 1 at `high`.
+    """The problems over a range of one parameter, by its share s of the range: 0 at `low`, 1 at `high`."""
 
-    Attributes
-    ----------
-    problem : tuple
-        Modes, contact, excitation and options with a fixed number of harmonics.
-    name : str
-        The parameter, see `with_parameter`.
-    low, high : float
-        Ends of the range.
-    """
-
-    problem: Problem
-    name: str
-    low: float
-    high: float
+    problem: Problem  # modes, contact, excitation and options with a fixed number of harmonics
+    name: str  # the parameter, see `with_parameter`
+    low: float  # ends of the range
+    high: float  # ends of the range
 
     def value(self, share: float) -> float:
         """The parameter at a share of the range."""
@@ -156,22 +102,12 @@ class ParameterFamily:
 
 @dataclass(frozen=True)
 class LineFamily:
-    """The problems on the straight line between two sets of values of several parameters.
+    """The problems on the straight line between two sets of values of several parameters."""
 
-    Attributes
-    ----------
-    problem : tuple
-        Modes, contact, excitation and options with a fixed number of harmonics.
-    names : tuple of str
-        The parameters, see `with_parameter`.
-    first, last : tuple of float
-        Their values at the shares 0 and 1, SI units.
-    """
-
-    problem: Problem
-    names: tuple[str, ...]
-    first: tuple[float, ...]
-    last: tuple[float, ...]
+    problem: Problem  # modes, contact, excitation and options with a fixed number of harmonics
+    names: tuple[str, ...]  # the parameters, see `with_parameter`
+    first: tuple[float, ...]  # their values at the shares 0 and 1, SI units
+    last: tuple[float, ...]  # their values at the shares 0 and 1, SI units
 
     def at(self, share: float) -> Problem:
         """The problem at a share of the way."""

@@ -25,18 +25,10 @@ BEYOND = 0.1  # relative difference from the range of its neighbours beyond whic
 
 @dataclass(frozen=True)
 class PeakPiece:
-    """Peaks over a parameter between two folds of the curve of peaks.
+    """Peaks over a parameter between two folds of the curve of peaks."""
 
-    Attributes
-    ----------
-    points : tuple of PeakPoint
-        Peaks by growing share.
-    origin : str
-        Branch of the response that it was found on.
-    """
-
-    points: tuple[PeakPoint, ...]
-    origin: str
+    points: tuple[PeakPoint, ...]  # peaks by growing share
+    origin: str  # branch of the response that it was found on
 
     @cached_property
     def share(self) -> Array:

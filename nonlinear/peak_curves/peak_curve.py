@@ -45,36 +45,16 @@ AT_FOLD, FOLD_ITERATIONS = 3e-3, 12  # part of the unit tangent along the parame
 
 @dataclass(frozen=True)
 class PeakPoint:
-    """A peak at one share of the parameter range.
+    """A peak at one share of the parameter range."""
 
-    Attributes
-    ----------
-    share : float
-        Share s of the range.
-    point : SolutionPoint
-        The peak.
-    amplitude : float
-        Amplitude of the output, m.
-    rate : float
-        Derivative of the amplitude with respect to the share, at the peak, m.
-    slopes : (float, float)
-        Derivatives of g with respect to alpha and beta.
-    tangent : (float, float)
-        Unit tangent (alpha, beta) of the curve of peaks.
-    growth_rate : float
-        Largest real part of the Floquet exponents, 1/s; NaN where not computed.
-    persists : bool
-        Whether the motion persists; see `PeakStability`. True where not computed.
-    """
-
-    share: float
-    point: SolutionPoint
-    amplitude: float
-    rate: float
-    slopes: tuple[float, float]
-    tangent: tuple[float, float]
-    growth_rate: float = float("nan")
-    persists: bool = True
+    share: float  # share s of the range
+    point: SolutionPoint  # the peak
+    amplitude: float  # amplitude of the output, m
+    rate: float  # derivative of the amplitude with respect to the share, at the peak, m
+    slopes: tuple[float, float]  # derivatives of g with respect to alpha and beta
+    tangent: tuple[float, float]  # unit tangent (alpha, beta) of the curve of peaks
+    growth_rate: float = float("nan")  # largest real part of the Floquet exponents, 1/s; NaN where not computed
+    persists: bool = True  # whether the motion persists; see `PeakStability`. True where not computed
 
     @property
     def frequency_hz(self) -> float:

@@ -32,17 +32,7 @@ RELATIVE_DIFFERENCE = 1e-6
 
 
 def peak_derivatives(problem: Problem, peak: SolutionPoint, names: Sequence[str] = PARAMETERS) -> dict[str, float]:
-    """dA/dp in m per unit of each parameter; a parameter that is 0 and has no natural unit is left out.
-
-    Parameters
-    ----------
-    problem : tuple
-        Modes, contact, excitation and options.
-    peak : SolutionPoint
-        The peak.
-    names : sequence of str
-        The parameters, see `with_parameter`.
-    """
+    """dA/dp in m per unit of each parameter; a parameter that is 0 and has no natural unit is left out."""
     options, found = problem[3], {}
     linearised = peak.balance.evaluate(peak.unknown, peak.omega)
     _, adjoint = amplitude_adjoint(linearised, options.output, options.measure, peak)

@@ -35,40 +35,20 @@ def solve_in_turn(problems: Sequence[Problem]) -> list[ResponseCurve]:
 
 
 class ResponseAt(NamedTuple):
-    """A response solved at a share of the range.
+    """A response solved at a share of the range."""
 
-    Attributes
-    ----------
-    share : float
-        Share of the range.
-    curve : ResponseCurve
-        The response, with detached branches and worst motion.
-    solved : SolvedResponse
-        Its summary.
-    """
-
-    share: float
-    curve: ResponseCurve
-    solved: SolvedResponse
+    share: float  # share of the range
+    curve: ResponseCurve  # the response, with detached branches and worst motion
+    solved: SolvedResponse  # its summary
 
 
 @dataclass
 class PeakSearch:
-    """Solved responses and followed peaks, as they are added.
+    """Solved responses and followed peaks, as they are added."""
 
-    Attributes
-    ----------
-    family : ParameterFamily
-        Problems and range.
-    progress : callable
-        Called with a line on what is done.
-    solver : callable
-        Solves the responses of some problems.
-    """
-
-    family: ParameterFamily
-    progress: Callable[[str], None]
-    solver: Solve = solve_in_turn
+    family: ParameterFamily  # problems and range
+    progress: Callable[[str], None]  # called with a line on what is done
+    solver: Solve = solve_in_turn  # solves the responses of some problems
     follower: PeakContinuation = field(init=False)
     pieces: list[PeakPiece] = field(default_factory=list, init=False)
     responses: list[ResponseAt] = field(default_factory=list, init=False)
@@ -82,15 +62,7 @@ class PeakSearch:
         return [response.share for response in self.responses]
 
     def solve(self, shares: Sequence[float], reason: str) -> list[ResponseAt]:
-        """Responses at some shares; their high peaks that are not known are followed.
-
-        Parameters
-        ----------
-        shares : sequence of float
-            Where; a share where a response is known is left out.
-        reason : str
-            Why, see `SolvedResponse`.
-        """
+        """Responses at some shares; their high peaks that are not known are followed."""
         new = [s for s in shares if all(abs(s - known) > SAME_SHARE for known in self.shares)]
         for share in new:
             self.progress(f"response at {self.family.name} = {self.family.value(share):.6g} ({reason})")
@@ -223,32 +195,14 @@ def solved_response(value: float, curve: ResponseCurve, reason: str, options: So
 
 
 def origin_of(curve: ResponseCurve, branch: int) -> str:
-    """Name of a branch of a response: "main branch", how a detached one was found, or that it is none of them.
-
-    Parameters
-    ----------
-    curve : ResponseCurve
-        The response.
-    branch : int
-        0: main branch; k: detached branch k; -1: none.
-    """
+    """Name of a branch of a response: "main branch", how a detached one was found, or that it is none of them."""
     if branch < 0:
         return "time integration"
     return "main branch" if branch == 0 else curve.detached[branch - 1].origin
 
 
 def stored_point(continuation: Continuation, branch: ResponseCurve, index: int) -> SolutionPoint:
-    """A stored solution of a branch with the harmonics of a continuation.
-
-    Parameters
-    ----------
-    continuation : Continuation
-        The continuation in the frequency of the same problem.
-    branch : ResponseCurve
-        The branch.
-    index : int
-        Index of the solution.
-    """
+    """A stored solution of a branch with the harmonics of a continuation."""
     rows = np.zeros((2 * continuation.balance.n_harmonics + 1, continuation.balance.n_contacts, 3))
     stored = to_real(branch.relative_displacement[index])
     count = min(len(rows), len(stored))

@@ -16,25 +16,14 @@ CHANGE = 1e-6  # of the share, to which a change is located
 
 @dataclass(frozen=True)
 class PeakStability:
-    """Stability of followed peaks, counted as in the worst motion of a response (`candidates.persists`).
+    """Stability of followed peaks, counted as in the worst motion of a response (`candidates.persists`)."""
 
-    Attributes
-    ----------
-    follower : PeakContinuation
-        The family of problems.
-    """
-
-    follower: PeakContinuation
+    follower: PeakContinuation  # the family of problems
 
     def judged(self, peak: PeakPoint) -> PeakPoint:
         """The peak with its largest growth rate, and whether it persists.
 
         With the option `stability` "folds" only the sign of det dR/dx tells.
-
-        Parameters
-        ----------
-        peak : PeakPoint
-            The peak.
         """
         _, contact, _, options = self.follower.family.at(peak.share)
         point = peak.point
@@ -50,13 +39,7 @@ class PeakStability:
         return replace(peak, growth_rate=point.growth_rate, persists=point.stable or slow)
 
     def with_changes(self, peaks: Sequence[PeakPoint]) -> list[PeakPoint]:
-        """Judged peaks by growing share, with two more at each change: the last before it, the first after it.
-
-        Parameters
-        ----------
-        peaks : sequence of PeakPoint
-            Judged peaks of one piece, by growing share.
-        """
+        """Judged peaks by growing share, with two more at each change: the last before it, the first after it."""
         found = list(peaks[:1])
         for before, after in pairwise(peaks):
             if before.persists != after.persists:

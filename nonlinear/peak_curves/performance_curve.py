@@ -156,20 +156,7 @@ def performance_curve(
 
 
 def check_homogeneity(problem: Problem, name: str) -> None:
-    """Refuse a problem in which scaling the force and one static quantity does not scale the motion.
-
-    Parameters
-    ----------
-    problem : tuple
-        Modes, contact, excitation and options.
-    name : str
-        The static quantity.
-
-    Raises
-    ------
-    OptionsError
-        It says what does not scale.
-    """
+    """Refuse a problem in which scaling the force and one static quantity does not scale the motion."""
     modal, contact, excitation, _ = problem
     if name not in OTHER:
         raise OptionsError(f"parameter: {name!r}, allowed for a performance curve: {', '.join(OTHER)}")
@@ -192,15 +179,7 @@ def check_homogeneity(problem: Problem, name: str) -> None:
 
 
 def per_force(found: Optimum, force: float) -> PerformanceCurve:
-    """The performance curve from the optimum over the interference or the preload at one force.
-
-    Parameters
-    ----------
-    found : Optimum
-        The optimum at the force.
-    force : float
-        The force, N.
-    """
+    """The performance curve from the optimum over the interference or the preload at one force."""
     best, least = found.value / force, found.amplitude_m / force
     curves = (
         replace(each, value=each.value / force, amplitude_m=each.amplitude_m / force) for each in found.curves

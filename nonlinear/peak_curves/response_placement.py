@@ -24,20 +24,11 @@ APART = 0.01  # of the share, from a solved response, below which none is solved
 
 @dataclass
 class Placement:
-    """Solves responses where they tell most, up to a limit.
+    """Solves responses where they tell most, up to a limit."""
 
-    Attributes
-    ----------
-    search : PeakSearch
-        Responses and peaks.
-    most : int
-        Largest number of responses.
-    errors : dict of float to float
-        Relative error of what was expected, by the share of a response that was solved in a gap.
-    """
-
-    search: PeakSearch
-    most: int
+    search: PeakSearch  # responses and peaks
+    most: int  # largest number of responses
+    # relative error of what was expected, by the share of a response that was solved in a gap
     errors: dict[float, float] = field(default_factory=dict)
 
     def envelope(self) -> EnvelopeOfPeaks:
@@ -113,15 +104,7 @@ class Placement:
 
 
 def is_open(gap: Gap, lowest: float) -> bool:
-    """Whether a gap is to be halved: its error matters to the optimum, or is large and would show in a figure.
-
-    Parameters
-    ----------
-    gap : Gap
-        The gap.
-    lowest : float
-        Lowest height of the envelope, m.
-    """
+    """Whether a gap is to be halved: its error matters to the optimum, or is large and would show in a figure."""
     shows = gap.error > SHOWS and gap.width > WIDE and weight(gap, lowest) > 0.0
     return shows or (gap.width > NARROW and weight(gap, lowest) > ACCURATE)
 

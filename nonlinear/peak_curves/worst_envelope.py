@@ -29,41 +29,23 @@ UNKNOWN = 1.0  # relative error of a part in which no response was solved
 
 
 class Node(NamedTuple):
-    """A share where the worst motion is known.
+    """A share where the worst motion is known."""
 
-    Attributes
-    ----------
-    share, height : float
-        Share and amplitude, m; infinite where no motion is known.
-    response : int
-        Index of the response; -1 at the end of a part where the highest peak does not persist.
-    error : float
-        Relative error of what was expected there before the response was solved; NaN where nothing was expected.
-    turn : int
-        Count of the responses for which something was expected, at this one.
-    at_end : bool
-        Whether the worst motion lies at an end of the frequency range, and its height is not known.
-    """
-
-    share: float
-    height: float
-    response: int
+    share: float  # share and amplitude, m; infinite where no motion is known
+    height: float  # share and amplitude, m; infinite where no motion is known
+    response: int  # index of the response; -1 at the end of a part where the highest peak does not persist
+    # relative error of what was expected there before the response was solved; NaN where nothing was expected
     error: float = float("nan")
-    turn: int = -1
+    turn: int = -1  # count of the responses for which something was expected, at this one
+    # whether the worst motion lies at an end of the frequency range, and its height is not known
     at_end: bool = False
 
 
 class Gap(NamedTuple):
-    """Two neighbouring nodes between which the envelope rests on single responses.
+    """Two neighbouring nodes between which the envelope rests on single responses."""
 
-    Attributes
-    ----------
-    before, after : Node
-        The nodes.
-    """
-
-    before: Node
-    after: Node
+    before: Node  # the nodes
+    after: Node  # the nodes
 
     @property
     def width(self) -> float:
@@ -85,29 +67,17 @@ class Gap(NamedTuple):
 
 @dataclass(frozen=True)
 class EnvelopeOfPeaks:
-    """The worst motion as a function of the share.
+    """The worst motion as a function of the share."""
 
-    Attributes
-    ----------
-    pieces : sequence of PeakPiece
-        The followed peaks.
-    responses : sequence of ResponseAt
-        The responses solved, by ascending share.
-    errors : mapping of float to float
-        Relative errors of what was expected at the shares of responses, in the order in which these were solved.
-    """
-
-    pieces: Sequence[PeakPiece]
-    responses: Sequence[ResponseAt]
+    pieces: Sequence[PeakPiece]  # the followed peaks
+    responses: Sequence[ResponseAt]  # the responses solved, by ascending share
+    # relative errors of what was expected at the shares of responses, in the order in which these were solved
     errors: dict[float, float]
 
     def at(self, shares: Array) -> Array:
         """The envelope at some shares, m; infinite where nothing is known.
 
-        Parameters
-        ----------
-        shares : (k,) array
-            Shares of the range.
+        Shapes: `shares` (k,).
         """
         highest = self.persistent(shares)
         return np.where(np.isfinite(highest), np.maximum(highest, self.on_responses(shares)), self._lines(shares))

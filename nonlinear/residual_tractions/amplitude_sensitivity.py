@@ -24,22 +24,7 @@ def amplitude_sensitivity(
 ) -> Array:
     """Derivative of the amplitude of an output by a change of the contact forces, (2H+1, n_c, 3), m/N.
 
-    Parameters
-    ----------
-    linearised : LinearisedResidual
-        The balance at a solution.
-    output : str
-        Name of the output.
-    mean : float, "harmonic_1" or None
-        Mean displacement in place of harmonic 0 of the output, m; the first harmonic alone; None: as it is.
-    peak : SolutionPoint, optional
-        The solution as a located peak. The adjoint equation is then bordered by the tangent: near a fold dR/dx alone
-        is nearly singular.
-
-    Returns
-    -------
-    (2H+1, n_c, 3) float
-        Of a force that is added to the contact force as long as its real coefficients; the balance holds throughout.
+    Shapes: returns (2H+1, n_c, 3).
     """
     direct, adjoint = amplitude_adjoint(linearised, output, mean, peak)
     balance, shape = linearised.balance, linearised.contact.force.shape

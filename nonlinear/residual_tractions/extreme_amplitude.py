@@ -32,49 +32,23 @@ class SearchStop(Exception):
 
 @dataclass(frozen=True)
 class TractionState:
-    """A solution for given residual tractions.
+    """A solution for given residual tractions."""
 
-    Attributes
-    ----------
-    variables : (n_c, 2) float
-        Variables of the tractions, -1 to 1.
-    point : SolutionPoint
-        The solution: a peak, or the response at a given frequency.
-    amplitude : float
-        Amplitude of the output, m.
-    gradient : (n_c, 2) float
-        Derivative of the amplitude by the variables, m.
-    """
-
-    variables: Array
-    point: SolutionPoint
-    amplitude: float
-    gradient: Array
+    variables: Array  # (n_c, 2), variables of the tractions, -1 to 1
+    point: SolutionPoint  # the solution: a peak, or the response at a given frequency
+    amplitude: float  # amplitude of the output, m
+    gradient: Array  # (n_c, 2), derivative of the amplitude by the variables, m
 
 
 @dataclass
 class TractionSearch:
-    """Amplitudes as a function of the residual tractions; every solution found is kept.
+    """Amplitudes as a function of the residual tractions; every solution found is kept."""
 
-    Attributes
-    ----------
-    continuation : Continuation
-        Continuation of the balance, without linear segments and exponents.
-    element : TractionElement
-        Contact element of the tractions.
-    mean : float or None
-        Displacement in place of harmonic 0 of the output, m (see `output_amplitude`).
-    fixed_frequency : bool
-        The response at the frequency of the start is meant, not the peak.
-    states : list of TractionState
-        What has been solved so far.
-    """
-
-    continuation: Continuation
-    element: TractionElement
-    mean: float | None = None
-    fixed_frequency: bool = False
-    states: list[TractionState] = field(default_factory=list)
+    continuation: Continuation  # continuation of the balance, without linear segments and exponents
+    element: TractionElement  # contact element of the tractions
+    mean: float | None = None  # displacement in place of harmonic 0 of the output, m (see `output_amplitude`)
+    fixed_frequency: bool = False  # the response at the frequency of the start is meant, not the peak
+    states: list[TractionState] = field(default_factory=list)  # what has been solved so far
 
     def start(self, variables: Array, point: SolutionPoint) -> TractionState | None:
         """Solve for given variables from a solution of nearly the same tractions."""

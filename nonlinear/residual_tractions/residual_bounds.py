@@ -222,24 +222,7 @@ def residual_bounds(
 ) -> ResidualBounds | None:
     """Bounds of the peak of a main branch over all admissible residual tractions; None where the search fails.
 
-    Parameters
-    ----------
-    continuation : Continuation
-        The continuation of the branch.
-    contact : ContactParameters
-        Parameters of the contact nodes.
-    branch : Branch
-        The main branch, solved with projected tractions.
-    peak_index : int
-        Index of its highest point. If that is no located peak (an end of the range), amplitudes at its frequency are
-        bounded.
-    static : (n_c, 3) float
-        Static displacement, m.
-
-    Returns
-    -------
-    ResidualBounds or None
-        Both bounds are solutions of the balance: a true bound may be farther out, never nearer.
+    Shapes: `static` (n_c, 3).
     """
     moved, fixed = continuation.with_balance(branch.points[peak_index].balance), peak_index not in branch.peak_indices
     whole, vibration = (_Problem(moved, contact, static, mean) for mean in (None, 0.0))

@@ -72,20 +72,11 @@ class TractionLevels:
 
     exactly, with its Jacobian. A slider that slips or opens has the same cycle from every start: f_low = f_high. So
     the force is as smooth in m as in the displacement, and the limits of Coulomb's law need no further constraint.
-
-    Attributes
-    ----------
-    contact : ContactParameters
-        Parameters of the nodes, `law` "two_sliders"; `slider_origin` has no influence.
-    element : ContactElement
-        The element of these parameters.
-    level : (n_c, 2) float
-        m along t1 and t2; -1: the slider at the lower end, the traction at its upper limit.
     """
 
-    contact: ContactParameters
-    element: ContactElement
-    level: Array
+    contact: ContactParameters  # parameters of the nodes, `law` "two_sliders"; `slider_origin` has no influence
+    element: ContactElement  # the element of these parameters
+    level: Array  # (n_c, 2), m along t1 and t2; -1: the slider at the lower end, the traction at its upper limit
 
     def at(self, variables: Array) -> "TractionLevels":
         """The same element at other levels (n_c, 2)."""
@@ -138,21 +129,12 @@ class TractionOrigins:
 
     There the admissible positions are no interval, but the common part of the discs abs(u - w) <= mu N / kt.
     A slider that starts outside is drawn in by Coulomb's law, so that every place of the box is admissible.
-
-    Attributes
-    ----------
-    element : ContactElement
-        The element, its sliders starting at 0.
-    centre, radius : (n_c, 2) float
-        Centre and half widths of the box, m.
-    place : (n_c, 2) float
-        Place in the box, -1 to 1.
     """
 
-    element: ContactElement
-    centre: Array
-    radius: Array
-    place: Array
+    element: ContactElement  # the element, its sliders starting at 0
+    centre: Array  # (n_c, 2), centre and half widths of the box, m
+    radius: Array  # (n_c, 2), centre and half widths of the box, m
+    place: Array  # (n_c, 2), place in the box, -1 to 1
 
     def at(self, variables: Array) -> "TractionOrigins":
         """The same element at other places (n_c, 2)."""

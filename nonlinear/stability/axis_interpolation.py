@@ -13,14 +13,9 @@ from nonlinear.stability.block_matrices import Matrix
 
 @dataclass(frozen=True)
 class AxisInterpolation:
-    """A matrix and its derivative in sigma at any sigma = i c, from those at J values of c; a polynomial in c.
+    """A matrix and its derivative in sigma at any sigma = i c, from those at J values of c; a polynomial in c."""
 
-    Attributes
-    ----------
-    known : mapping of float to (matrix, derivative)
-        By c, the matrix (n, n) at sigma = i c and its derivative in sigma.
-    """
-
+    # (matrix, derivative), by c, the matrix (n, n) at sigma = i c and its derivative in sigma
     known: Mapping[float, tuple[Matrix, Matrix]]
 
     @cached_property
@@ -36,10 +31,7 @@ class AxisInterpolation:
     def at(self, centres: Array) -> tuple[ComplexArray, ComplexArray]:
         """The matrix and its derivative in sigma at sigma = i c, (m, n, n) each.
 
-        Parameters
-        ----------
-        centres : (m,)
-            c.
+        Shapes: `centres` (m,).
         """
         size = len(next(iter(self.known.values()))[0])
         powers = np.arange(len(self._coefficients))

@@ -14,18 +14,10 @@ Matrix = NDArray[Any]  # real or complex
 
 @dataclass(frozen=True)
 class HarmonicBlocks:
-    """Block diagonal matrix with one block a harmonic.
+    """Block diagonal matrix with one block a harmonic."""
 
-    Attributes
-    ----------
-    static : (k_0, k_0)
-        Block of harmonic 0; of size 0 without that harmonic.
-    dynamic : (b, k, k)
-        Blocks of the other harmonics, all of one size.
-    """
-
-    static: Matrix
-    dynamic: Matrix
+    static: Matrix  # (k_0, k_0), block of harmonic 0; of size 0 without that harmonic
+    dynamic: Matrix  # (b, k, k), blocks of the other harmonics, all of one size
     __array_ufunc__: ClassVar[None] = None  # `array @ blocks` calls `__rmatmul__`
 
     def __matmul__(self, matrix: Matrix) -> Matrix:
@@ -43,15 +35,9 @@ class HarmonicBlocks:
 
 @dataclass(frozen=True)
 class NodeBlocks:
-    """Matrix that couples the S coefficients and 3 directions of each contact node; rows and columns (S, n_c, 3).
+    """Matrix that couples the S coefficients and 3 directions of each contact node; rows and columns (S, n_c, 3)."""
 
-    Attributes
-    ----------
-    values : (n_c, S, 3, S, 3)
-        Block of each node.
-    """
-
-    values: Matrix
+    values: Matrix  # (n_c, S, 3, S, 3), block of each node
     __array_ufunc__: ClassVar[None] = None
 
     def __matmul__(self, matrix: Matrix) -> Matrix:
@@ -78,15 +64,9 @@ class NodeBlocks:
 
 @dataclass(frozen=True)
 class MotionBlocks:
-    """Full matrix that couples all coefficients of a few contact motions; rows and columns (S, r).
+    """Full matrix that couples all coefficients of a few contact motions; rows and columns (S, r)."""
 
-    Attributes
-    ----------
-    values : (S r, S r)
-        The matrix.
-    """
-
-    values: Matrix
+    values: Matrix  # (S r, S r), the matrix
     __array_ufunc__: ClassVar[None] = None
 
     def __matmul__(self, matrix: Matrix) -> Matrix:

@@ -18,23 +18,12 @@ class ClosedContact:
     """Forces on the shared motions y under motions y, K_U(sigma) = U^T K (I - M K)^-1 U, M the mean flexibility.
 
     M is linear in sigma, the slider memory in K is not linearised. The contact is closed in few motions, d = D v.
-
-    Attributes
-    ----------
-    closed : HillEigenproblem
-        The contact around the mean flexibility, in real motions.
-    harmonics : int
-        S, those of the perturbation: 0, 1, -1, ...
-    motions : ClosingMotions
-        The motions v.
-    mean : (S, r, r)
-        M at sigma = 0, in these motions.
     """
 
-    closed: HillEigenproblem
-    harmonics: int
-    motions: ClosingMotions
-    mean: ComplexArray
+    closed: HillEigenproblem  # the contact around the mean flexibility, in real motions
+    harmonics: int  # S, those of the perturbation: 0, 1, -1,
+    motions: ClosingMotions  # the motions v
+    mean: ComplexArray  # (S, r, r), M at sigma = 0, in these motions
 
     @property
     def static(self) -> bool:
@@ -43,17 +32,7 @@ class ClosedContact:
 
     @classmethod
     def of(cls, problem: HillProblem, motions: SharedMotions, contact: PointContact) -> "ClosedContact":
-        """Close the contact of a point.
-
-        Parameters
-        ----------
-        problem : HillProblem
-            Perturbations of the wave, kappa = 0.
-        motions : SharedMotions
-            The mean flexibility, and the shared motions.
-        contact : PointContact
-            The point.
-        """
+        """Close the contact of a point."""
         chosen = motions.closing(np.repeat(touching_nodes(contact.jacobian), 3))
         structure = chosen.structure(problem.n_harmonics, contact.omega, problem.static)
         closed = problem.closed_in_motions(structure, chosen.motions, contact.jacobian, contact.memory)
@@ -61,13 +40,7 @@ class ClosedContact:
         return cls(closed, problem.harmonics.size, chosen, series(chosen.mean, s, contact.omega)[0])
 
     def at(self, sigma: complex) -> tuple[ComplexArray, ComplexArray]:
-        """K_U and its derivative in sigma, in the amplitudes of the harmonics, (S p, S p) each.
-
-        Parameters
-        ----------
-        sigma : complex
-            lambda / omega.
-        """
+        """K_U and its derivative in sigma, in the amplitudes of the harmonics, (S p, S p) each."""
         if sigma not in self._known:
             (state, linear), memory = self._without_memory, self.closed.memory
             value, change = state + sigma * linear, linear
@@ -97,12 +70,7 @@ class ClosedContact:
     def motion(self, sigma: complex, free: ComplexArray) -> ComplexArray:
         """(I - M K(sigma))^-1 v: the motion under contact forces of one without them, (S, r).
 
-        Parameters
-        ----------
-        sigma : complex
-            lambda / omega.
-        free : (S, r)
-            v, amplitudes of the harmonics 0, 1, -1, ...
+        Shapes: `free` (S, r).
         """
         first = int(self.static)
         real = free.copy()

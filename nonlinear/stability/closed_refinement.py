@@ -41,52 +41,24 @@ VECTORS = 3  # of an inverse iteration
 
 @dataclass(frozen=True)
 class PerturbationStructure:
-    """The structure as perturbations of one kappa see it.
+    """The structure as perturbations of one kappa see it."""
 
-    Attributes
-    ----------
-    motions : SharedMotions
-        Shared motions and mean flexibility.
-    pencils : PerturbationPencils
-        The problem in the shared motions; of one perturbation.
-    modes : WaveModes
-        All modes in the waves of the harmonics.
-    """
-
-    motions: SharedMotions
-    pencils: PerturbationPencils
-    modes: WaveModes
+    motions: SharedMotions  # shared motions and mean flexibility
+    pencils: PerturbationPencils  # the problem in the shared motions; of one perturbation
+    modes: WaveModes  # all modes in the waves of the harmonics
 
 
 @dataclass(frozen=True)
 class ClosedRefinement:
-    """Refines eigenvalues of the perturbations of one point and one kappa.
+    """Refines eigenvalues of the perturbations of one point and one kappa."""
 
-    Attributes
-    ----------
-    structure : PerturbationStructure
-        The structure.
-    contact : PointContact
-        The point.
-    closed : ClosedContact
-        Its contact, closed around the mean flexibility.
-    conjugate_pairs : bool
-        Whether the eigenvalues come in conjugate pairs.
-    """
-
-    structure: PerturbationStructure
-    contact: PointContact
-    closed: ClosedContact
-    conjugate_pairs: bool = False
+    structure: PerturbationStructure  # the structure
+    contact: PointContact  # the point
+    closed: ClosedContact  # its contact, closed around the mean flexibility
+    conjugate_pairs: bool = False  # whether the eigenvalues come in conjugate pairs
 
     def converged(self, value: complex) -> tuple[complex | None, bool]:
-        """The eigenvalue that an approximate one leads to, and whether it is exact; None if it leads to none.
-
-        Parameters
-        ----------
-        value : complex
-            sigma = lambda / omega.
-        """
+        """The eigenvalue that an approximate one leads to, and whether it is exact; None if it leads to none."""
         found, exact = self._followed(value)
         if found is None or abs(found - value) > AWAY:
             # a mode that hardly moves the contacts is not in the small problem
@@ -180,23 +152,13 @@ class ClosedRefinement:
 
 @dataclass(frozen=True)
 class SmallProblem:
-    """N(sigma) y = (I - D(sigma) K_U(sigma)) y = 0 around a shift.
+    """N(sigma) y = (I - D(sigma) K_U(sigma)) y = 0 around a shift."""
 
-    Attributes
-    ----------
-    shift : complex
-        sigma around which it is linearised.
-    flexibility, flexibility_change : (S, p, p)
-        D, flexibility of the waves less the mean, and its derivative.
-    contact, contact_change : (S p, S p)
-        K_U and its derivative.
-    """
-
-    shift: complex
-    flexibility: ComplexArray
-    flexibility_change: ComplexArray
-    contact: ComplexArray
-    contact_change: ComplexArray
+    shift: complex  # sigma around which it is linearised
+    flexibility: ComplexArray  # (S, p, p), D, flexibility of the waves less the mean, and its derivative
+    flexibility_change: ComplexArray  # (S, p, p), D, flexibility of the waves less the mean, and its derivative
+    contact: ComplexArray  # (S p, S p), K_U and its derivative
+    contact_change: ComplexArray  # (S p, S p), K_U and its derivative
 
     def nearest(self, y: ComplexArray | None) -> tuple[complex, ComplexArray | None]:
         """The eigenvalue mu of N + mu dN / dsigma next to 0 and its vector, by inverse iteration from `y`.

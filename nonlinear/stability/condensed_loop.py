@@ -10,23 +10,13 @@ from nonlinear.contact.fourier import ComplexArray
 
 @dataclass(frozen=True)
 class CondensedPoles:
-    """Poles retained as states, and the flexibility of the others, g_0 + sigma g_1, around sigma = 0.
+    """Poles retained as states, and the flexibility of the others, g_0 + sigma g_1, around sigma = 0."""
 
-    Attributes
-    ----------
-    state : (n_z,) int
-        Unknown (harmonic and mode) of each state.
-    pole, residue : (n_z,)
-        p and a of each state, in units of omega.
-    flexibility, derivative : (D,)
-        g_0 and g_1 of each unknown.
-    """
-
-    state: NDArray[np.int64]
-    pole: ComplexArray
-    residue: ComplexArray
-    flexibility: ComplexArray
-    derivative: ComplexArray
+    state: NDArray[np.int64]  # (n_z,), unknown (harmonic and mode) of each state
+    pole: ComplexArray  # (n_z,), p and a of each state, in units of omega
+    residue: ComplexArray  # (n_z,), p and a of each state, in units of omega
+    flexibility: ComplexArray  # (D,), g_0 and g_1 of each unknown
+    derivative: ComplexArray  # (D,), g_0 and g_1 of each unknown
 
     @classmethod
     def of(
@@ -34,14 +24,7 @@ class CondensedPoles:
     ) -> "CondensedPoles":
         """Retain some of the poles.
 
-        Parameters
-        ----------
-        poles, residues : (S, 2, q)
-            Of S harmonics and q modes, in units of omega.
-        retained : (S, 2, q) bool
-            Which of them are states.
-        nearest : float
-            A condensed pole nearer than that has a flexibility without derivative.
+        Shapes: `poles` (S, 2, q), `residues` (S, 2, q), `retained` (S, 2, q).
         """
         g_0, g_1 = condensed_flexibility(poles, residues, retained, nearest)
         row, _, mode = np.nonzero(retained)
@@ -54,14 +37,7 @@ def condensed_flexibility(
 ) -> tuple[ComplexArray, ComplexArray]:
     """Flexibility of the poles that are no states, g_0 + sigma g_1 around sigma = 0, (..., q) each.
 
-    Parameters
-    ----------
-    poles, residues : (..., 2, q)
-        Two of each mode, in units of omega.
-    retained : (..., 2, q) bool
-        Which of them are states.
-    nearest : float
-        A condensed pole nearer than that has a flexibility without derivative.
+    Shapes: `poles` (..., 2, q), `residues` (..., 2, q), `retained` (..., 2, q).
     """
     distance = np.where(retained, 1.0, -poles)
     g_0 = np.where(retained, 0.0, residues / distance)
@@ -74,15 +50,10 @@ class CondensedLoop:
     """sigma E_c z = A_c z, the contact Jacobian K closed around condensed poles.
 
     The formulas are those of `ContactFeedback`, with G_0 and G_1 diagonal and K full.
-
-    Attributes
-    ----------
-    matrix, descriptor : (n_z, n_z)
-        A_c and E_c.
     """
 
-    matrix: ComplexArray
-    descriptor: ComplexArray
+    matrix: ComplexArray  # (n_z, n_z), a_c and E_c
+    descriptor: ComplexArray  # (n_z, n_z), a_c and E_c
 
     @classmethod
     def closed(
@@ -94,16 +65,7 @@ class CondensedLoop:
     ) -> "CondensedLoop":
         """Close the loop.
 
-        Parameters
-        ----------
-        poles : CondensedPoles
-            The poles.
-        contact : (D, D)
-            K(shift).
-        memory : (D, D), or (D, M) and (M, D), or None
-            dK / dsigma there, or two factors of it; None: zero.
-        shift : complex
-            sigma around which K is linearised.
+        Shapes: `contact` (D, D), `memory` (D, D).
         """
         from scipy.linalg.lapack import zgetrf, zgetrs
 

@@ -25,39 +25,18 @@ class ConeSliderMemory:
 
     Phi = 1 in stick, 0 in lift-off and ratio (1 - e e^T) in slip along e, ratio = mu N / kt over the length of the
     trial deflection: the direction of slip forgets slowly.
-
-    Attributes
-    ----------
-    node : (M,) int
-        The nodes.
-    transition : (M, N, 2, 2)
-        Phi.
-    input_matrix : (M, N, 2, 3)
-        Gamma.
-    stiffness : (M,)
-        kt, N/m.
-    table : (N, 2H+1)
-        Basis functions at the instants.
     """
 
-    node: NDArray[np.int64]
-    transition: Array
-    input_matrix: Array
-    stiffness: Array
-    table: Array
+    node: NDArray[np.int64]  # (M,), the nodes
+    transition: Array  # (M, N, 2, 2), phi
+    input_matrix: Array  # (M, N, 2, 3), gamma
+    stiffness: Array  # (M,), kt, N/m
+    table: Array  # (N, 2H+1), basis functions at the instants
 
     def jacobian(self, sigma: complex) -> tuple[Matrix, Matrix]:
         """The contact Jacobian at `sigma` beyond that at 0.
 
-        Parameters
-        ----------
-        sigma : complex or float
-            lambda / omega.
-
-        Returns
-        -------
-        change, derivative : (M, 2, 3, 2H+1, 2H+1)
-            As in `ContactForces`, rows t1 and t2 of the force, and the derivative in sigma; real for a real sigma.
+        Shapes: returns `change, derivative` (M, 2, 3, 2H+1, 2H+1).
         """
         value, derivative = self._coefficients(sigma)
         change = value - self._periodic
@@ -154,14 +133,7 @@ def cone_slider_memory(
 ) -> ConeSliderMemory | None:
     """Slider memory under a periodic motion; None if each of the sliders sticks or is open throughout.
 
-    Parameters
-    ----------
-    parameters : ContactParameters
-        Of the contact nodes.
-    table : (N, 2H+1)
-        Basis functions at equidistant instants.
-    motion, speed : (n_c, 3, N)
-        Relative displacement and its derivative in theta there.
+    Shapes: `table` (N, 2H+1), `motion` (n_c, 3, N), `speed` (n_c, 3, N).
     """
     from nonlinear.contact.return_map import MAX_PERIODS, cone_return_map
 
@@ -190,21 +162,7 @@ def _linearised(
     """Phi (N, 2, 2) and Gamma (N, 2, 3) of one slider.
 
     Where contact begins, the slider starts from dw = du - u' dd_n / d_n'.
-
-    Parameters
-    ----------
-    plane : (N, 2)
-        Tangential motion u.
-    speed : (3, N)
-        Derivative of the motion in theta.
-    limit : (N,)
-        Elastic limit displacement mu N / kt.
-    limit_dn : float
-        Its derivative in d_n, mu kn / kt.
-    state : (N,) int
-        STICK, SLIP or LIFT_OFF.
-    deflection : (N, 2)
-        Elastic deflection u - w of the slider.
+    Shapes: `plane` (N, 2), `speed` (3, N), `limit` (N,), `state` (N,), `deflection` (N, 2).
     """
     n = len(plane)
     before = np.roll(plane - deflection, 1, axis=0)

@@ -23,20 +23,11 @@ class ContactFeedback:
         sigma z = (A + B S C + sigma B S' C) z.
 
     The products with B have n_z rows; X, Y and S are never formed.
-
-    Attributes
-    ----------
-    model : CondensedModes
-        A, B, C, G_0 and G_1.
-    contact : NodeBlocks or MotionBlocks
-        K, the Jacobian of the contact forces.
-    factors
-        LU factors of (I - G_0 K)^T, the transposed return difference.
     """
 
-    model: CondensedModes
-    contact: NodeBlocks | MotionBlocks
-    factors: tuple[Any, Any]
+    model: CondensedModes  # A, B, C, G_0 and G_1
+    contact: NodeBlocks | MotionBlocks  # K, the Jacobian of the contact forces
+    factors: tuple[Any, Any]  # LU factors of (I - G_0 K)^T, the transposed return difference
 
     @classmethod
     def closed(cls, model: CondensedModes, contact: NodeBlocks | MotionBlocks) -> "ContactFeedback":

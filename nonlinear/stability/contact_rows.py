@@ -13,27 +13,14 @@ from nonlinear.stability.slider_memory import SliderMemory
 
 @dataclass(frozen=True)
 class ContactRows:
-    """Rows of the contact dofs in the eigenvalue problem: (S, nodes, 3), S Fourier coefficients.
+    """Rows of the contact dofs in the eigenvalue problem: (S, nodes, 3), S Fourier coefficients."""
 
-    Attributes
-    ----------
-    node : (M,) int
-        Node of each slider, or of each stick interval, among the nodes that touch.
-    n_nodes : int
-        Number of nodes that touch.
-    to_real : (S, S) complex or None
-        Real Fourier coefficients from harmonic amplitudes; None where the rows are real coefficients themselves.
-    first_row : int
-        1 where harmonic 0 is left out, else 0.
-    size : int
-        Number of Fourier coefficients, with that of harmonic 0.
-    """
-
-    node: NDArray[np.int64]
-    n_nodes: int
+    node: NDArray[np.int64]  # (M,), node of each slider, or of each stick interval, among the nodes that touch
+    n_nodes: int  # number of nodes that touch
+    # (S, S), real Fourier coefficients from harmonic amplitudes; None where the rows are real coefficients themselves
     to_real: Matrix | None
-    first_row: int
-    size: int
+    first_row: int  # 1 where harmonic 0 is left out, else 0
+    size: int  # number of Fourier coefficients, with that of harmonic 0
 
     def positions(self, memory: SliderMemory) -> Matrix:
         """Q^T (M, n): the slider positions dw(theta_s) = Q^T d = du + r dd_n."""
@@ -77,21 +64,11 @@ class ContactRows:
 
 @dataclass(frozen=True)
 class MotionRows:
-    """Rows (S, r) of few contact motions, d = D v, in S real Fourier coefficients.
+    """Rows (S, r) of few contact motions, d = D v, in S real Fourier coefficients."""
 
-    Attributes
-    ----------
-    node : (M,) int
-        Node of each slider, or of each stick interval, among the nodes that touch.
-    motions : (n, r)
-        D.
-    first_row : int
-        1 where harmonic 0 is left out, else 0.
-    """
-
-    node: NDArray[np.int64]
-    motions: Array
-    first_row: int
+    node: NDArray[np.int64]  # (M,), node of each slider, or of each stick interval, among the nodes that touch
+    motions: Array  # (n, r), D
+    first_row: int  # 1 where harmonic 0 is left out, else 0
     to_real: ClassVar[None] = None
 
     def positions(self, memory: SliderMemory) -> Matrix:
@@ -122,14 +99,7 @@ class MotionRows:
 def in_motions(values: Matrix, rows: Array, columns: Array, first_row: int) -> MotionBlocks:
     """Jacobians of nodes in few motions, the sum of rows^T K columns over the nodes.
 
-    Parameters
-    ----------
-    values : (M, a, b, 2H+1, 2H+1)
-        K of each node.
-    rows, columns : (M, a, r) and (M, b, r)
-        The motions of these dofs.
-    first_row : int
-        1 where harmonic 0 is left out, else 0.
+    Shapes: `values` (M, a, b, 2H+1, 2H+1), `rows` (M, a, r), `columns` (M, a, r).
     """
     kept = values[..., first_row:, first_row:]
     nodes, a, b, size, _ = kept.shape

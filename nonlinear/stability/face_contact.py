@@ -22,14 +22,9 @@ MemoryFactors = tuple[ComplexArray, ComplexArray]
 
 @dataclass(frozen=True)
 class FaceJacobian:
-    """A contact Jacobian in modal coordinates of the relative motion, B^H K B, for all kappas.
+    """A contact Jacobian in modal coordinates of the relative motion, B^H K B, for all kappas."""
 
-    Attributes
-    ----------
-    parts : (3, D, D)
-        What does not depend on kappa, what goes with e^(i kappa), and what with e^(-i kappa).
-    """
-
+    # (3, D, D), what does not depend on kappa, what goes with e^(i kappa), and what with e^(-i kappa)
     parts: ComplexArray
 
     @classmethod
@@ -70,18 +65,10 @@ class FaceJacobian:
 
 @dataclass(frozen=True)
 class FaceMemory:
-    """Two Jenkins sliders a node: the memory adds P(sigma) Q^T, of as low a rank as there are stick intervals M.
+    """Two Jenkins sliders a node: the memory adds P(sigma) Q^T, of as low a rank as there are stick intervals M."""
 
-    Attributes
-    ----------
-    reduced : ReducedProblem
-        The modes.
-    memory : SliderMemory
-        The memory.
-    """
-
-    reduced: ReducedProblem
-    memory: SliderMemory
+    reduced: ReducedProblem  # the modes
+    memory: SliderMemory  # the memory
 
     def inputs(self, sigma: complex, kappa: float) -> MemoryFactors:
         """B^H P(sigma) and its derivative at one kappa, (D, M)."""
@@ -135,18 +122,10 @@ class FaceMemory:
 
 @dataclass(frozen=True)
 class FaceContact:
-    """The contact of one point in few modes.
+    """The contact of one point in few modes."""
 
-    Attributes
-    ----------
-    reduced : ReducedProblem
-        The modes.
-    contact : PointContact
-        The point.
-    """
-
-    reduced: ReducedProblem
-    contact: PointContact
+    reduced: ReducedProblem  # the modes
+    contact: PointContact  # the point
 
     def periodic(self, kappa: float) -> ComplexArray:
         """B^H K(0) B, (D, D)."""
@@ -190,15 +169,7 @@ class FaceContact:
 
 
 def face_contact(reduced: ReducedProblem, contact: PointContact) -> FaceContact:
-    """The contact of a point in few modes; the same object if it is asked for again.
-
-    Parameters
-    ----------
-    reduced : ReducedProblem
-        The modes.
-    contact : PointContact
-        The point.
-    """
+    """The contact of a point in few modes; the same object if it is asked for again."""
     known = contact.in_few_modes
     if id(reduced) not in known:
         # of a copy of the point, without what is kept with it: with a reference back, neither is freed at once

@@ -26,40 +26,18 @@ NEGLIGIBLE_ACROSS = 0.005  # of the flexibility from one face to the other, time
 
 @dataclass(frozen=True)
 class FaceFlexibility(SharedMotions):
-    """Contact motion under contact forces in any wave of a ring of blades.
+    """Contact motion under contact forces in any wave of a ring of blades."""
 
-    Attributes
-    ----------
-    angular_frequency, damping : (q,)
-        Of the lowest modes.
-    right, left : (p, q)
-        Motions of the faces by these modes, in y.
-    stiffening : (q,)
-        What contact springs add at most to the squares of the natural frequencies, (rad/s)^2.
-    across : (4, p, p)
-        Terms of R F L^T of the other modes, in y.
-    """
-
-    angular_frequency: Array
-    damping: Array
-    right: Array
-    left: Array
-    stiffening: Array
-    across: Array
+    angular_frequency: Array  # (q,), of the lowest modes
+    damping: Array  # (q,), of the lowest modes
+    right: Array  # (p, q), motions of the faces by these modes, in y
+    left: Array  # (p, q), motions of the faces by these modes, in y
+    stiffening: Array  # (q,), what contact springs add at most to the squares of the natural frequencies, (rad/s)^2
+    across: Array  # (4, p, p), terms of R F L^T of the other modes, in y
 
     @classmethod
     def of(cls, modal: ModalModel, contact: ContactParameters, highest: float) -> "FaceFlexibility":
-        """The flexibility of a blade.
-
-        Parameters
-        ----------
-        modal : rom.ModalModel
-            The modes; contacts between blades.
-        contact : ContactParameters
-            The contact stiffnesses.
-        highest : float
-            Largest natural frequency of the lowest modes, rad/s.
-        """
+        """The flexibility of a blade."""
         assert modal.left is not None
         weight, frequency = contact_weights(contact), modal.angular_frequency
         low = frequency <= highest
@@ -92,12 +70,7 @@ class FaceFlexibility(SharedMotions):
     def pencils(self, phases: Array, harmonics: Array) -> PerturbationPencils:
         """The eigenvalue problems of several perturbations.
 
-        Parameters
-        ----------
-        phases : (K, S)
-            Phase from blade to blade in each harmonic, rad.
-        harmonics : (S,)
-            h.
+        Shapes: `phases` (K, S), `harmonics` (S,).
         """
         ahead = np.exp(1j * phases)[:, :, None, None]
         shape = *phases.shape, 1, 1

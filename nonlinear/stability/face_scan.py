@@ -23,26 +23,12 @@ NODES = 8  # kappas between 0 and pi at which the matrices are formed
 
 @dataclass(frozen=True)
 class FaceScan:
-    """Eigenvalues of the perturbations of the nodal diameters k = 1 .. N_b / 2.
+    """Eigenvalues of the perturbations of the nodal diameters k = 1 .. N_b / 2."""
 
-    Attributes
-    ----------
-    structure : RingStructure
-        The structure, without a disk.
-    """
-
-    structure: RingStructure
+    structure: RingStructure  # the structure, without a disk
 
     def scanned(self, contact: PointContact, above: float = ABOVE) -> ScannedSlices:
-        """The slices of the strip.
-
-        Parameters
-        ----------
-        contact : PointContact
-            The point.
-        above : float
-            See `PerturbationPencils.matrices`.
-        """
+        """The slices of the strip."""
         structure, omega = self.structure, contact.omega
         motions, closed = structure.motions(omega), structure.closed(contact)
         assert isinstance(motions, FaceFlexibility)

@@ -58,13 +58,6 @@ class FloquetAnalysis:
 
     Sliders that stick throughout the cycle stand still in every perturbation.
 
-    Attributes
-    ----------
-    problem : HillProblem
-        Perturbations of the wave.
-    sampler : MemorySampler
-        Slider memory of a point.
-
     Notes
     -----
     For the harmonics balanced an exponent is exact where it is zero. Elsewhere the condensed poles change a leading
@@ -72,26 +65,14 @@ class FloquetAnalysis:
     matters more: where few harmonics make another motion, they make another stability.
     """
 
-    problem: HillProblem
-    sampler: MemorySampler
+    problem: HillProblem  # perturbations of the wave
+    sampler: MemorySampler  # slider memory of a point
 
     @classmethod
     def of(
         cls, receptance: RelativeReceptance, contact: ContactParameters, *, kappa: float = 0.0, static: bool = True
     ) -> "FloquetAnalysis":
-        """For a balance of these parts.
-
-        Parameters
-        ----------
-        receptance : RelativeReceptance
-            The structure.
-        contact : ContactParameters
-            Of the contact nodes.
-        kappa : float
-            Phase shift of the perturbation from blade to blade, beside that of the wave, rad.
-        static : bool
-            False where harmonic 0 of the balance is frozen.
-        """
+        """For a balance of these parts."""
         harmonics = max(receptance.harmonics)
         problem = HillProblem(receptance.modal, receptance.phase, harmonics, kappa, static)
         return cls(problem, MemorySampler(contact, harmonics))
@@ -99,14 +80,7 @@ class FloquetAnalysis:
     def exponents(self, displacement: Array, jacobian: Array, omega: float) -> ComplexArray:
         """Floquet exponents of one point (see `floquet_exponents`).
 
-        Parameters
-        ----------
-        displacement : (2H+1, n_c, 3)
-            Real Fourier coefficients of d, m.
-        jacobian : (n_c, 3, 3, 2H+1, 2H+1)
-            Contact Jacobian of `ContactForces` there.
-        omega : float
-            Excitation frequency, rad/s.
+        Shapes: `displacement` (2H+1, n_c, 3), `jacobian` (n_c, 3, 3, 2H+1, 2H+1).
         """
         contact = PointContact(jacobian, omega, self.sampler.memory(displacement))
         if self._has_closed_contact:
@@ -120,13 +94,6 @@ class FloquetAnalysis:
         """The exponent (1/s) that an exponent of a neighbouring point leads to; None if it leads to none.
 
         One that has left the strip belongs to another nodal diameter.
-
-        Parameters
-        ----------
-        displacement, jacobian, omega
-            As of `exponents`.
-        start : complex
-            Exponent of the neighbour, 1/s.
         """
         contact = PointContact(jacobian, omega, self.sampler.memory(displacement))
         value = start / omega
@@ -212,22 +179,7 @@ def floquet_exponents(
 
     With a slider `memory` the strip is cut into slices, and the problem is linearised in the middle of each. What
     grows is refined by successive linear problems (Ruhe 1973).
-
-    Parameters
-    ----------
-    problem : HillProblem
-        Perturbations of the wave.
-    jacobian : (n_c, 3, 3, 2H+1, 2H+1)
-        Contact Jacobian as in `ContactForces`.
-    omega : float
-        Excitation frequency, rad/s.
-    memory
-        Slider memory; None: none.
-
-    Returns
-    -------
-    (k,) complex
-        Exponents, 1/s, the least stable first.
+    Shapes: `jacobian` (n_c, 3, 3, 2H+1, 2H+1), returns (k,).
     """
     eigenproblem = problem.eigenproblem(jacobian, omega, memory)
     if memory is None:
@@ -281,15 +233,7 @@ def _refined(
 
 
 def converged(problem: HillEigenproblem, value: complex) -> complex | None:
-    """The eigenvalue that successive linear problems lead to from `value`; None if they lead to none.
-
-    Parameters
-    ----------
-    problem : HillEigenproblem
-        The problem.
-    value : complex
-        An approximate eigenvalue sigma.
-    """
+    """The eigenvalue that successive linear problems lead to from `value`; None if they lead to none."""
     state = None
     for _ in range(MAX_ITERATIONS):
         before = _on_axis(problem, value)

@@ -52,31 +52,16 @@ class HillProblem:
     Most poles of the contact-free model are condensed to a flexibility, linear in lambda (`ContactFreeModel`). At
     lambda = 0 nothing is neglected: an exponent is zero exactly where det dR/dx is. Elsewhere the error grows with
     the square of abs(lambda) / (rho omega).
-
-    Attributes
-    ----------
-    modal : rom.ModalModel or rom.SectorModes
-        The contact-free modes, with a disk those of each harmonic's own wave.
-    phase : float
-        Inter-blade phase angle psi, rad.
-    n_harmonics : int
-        H of the perturbation, that of the contact Jacobian.
-    kappa : float
-        Phase shift of the perturbation from blade to blade, beside that of the wave, rad.
-    static : bool
-        Whether the perturbation has a harmonic 0 (False with a frozen static displacement).
-    retention_radius : float
-        rho, distance of the condensed poles from lambda = 0 in units of omega; np.inf: none is condensed.
-    retention_harmonic : int
-        h_r: harmonics above it retain the poles near lambda = 0 only, and none of modes above (h_r + rho) omega.
     """
 
-    modal: RingModes
-    phase: float
-    n_harmonics: int
-    kappa: float = 0.0
-    static: bool = True
+    modal: RingModes  # the contact-free modes, with a disk those of each harmonic's own wave
+    phase: float  # inter-blade phase angle psi, rad
+    n_harmonics: int  # H of the perturbation, that of the contact Jacobian
+    kappa: float = 0.0  # phase shift of the perturbation from blade to blade, beside that of the wave, rad
+    static: bool = True  # whether the perturbation has a harmonic 0 (False with a frozen static displacement)
+    # rho, distance of the condensed poles from lambda = 0 in units of omega; np.inf: none is condensed
     retention_radius: float = RETENTION_RADIUS
+    # h_r: harmonics above it retain the poles near lambda = 0 only, and none of modes above (h_r + rho) omega
     retention_harmonic: int = RETENTION_HARMONIC
 
     @property
@@ -134,14 +119,7 @@ class HillProblem:
     def eigenproblem(self, jacobian: Array, omega: float, memory: Memory | None = None) -> "HillEigenproblem":
         """The eigenvalue problem at one solved point, in the states z of the retained poles.
 
-        Parameters
-        ----------
-        jacobian : (n_c, 3, 3, 2H+1, 2H+1)
-            Contact Jacobian as in `ContactForces`.
-        omega : float
-            Excitation frequency, rad/s.
-        memory
-            Slider memory; None: none.
+        Shapes: `jacobian` (n_c, 3, 3, 2H+1, 2H+1).
         """
         touching = touching_nodes(jacobian)
         model = self.contact_free.condensed(omega, np.repeat(touching, 3))
@@ -150,14 +128,7 @@ class HillProblem:
     def closed(self, model: CondensedModes, jacobian: Array, memory: Memory | None) -> "HillEigenproblem":
         """Close the contact around a model of the structure.
 
-        Parameters
-        ----------
-        model : CondensedModes
-            Motion of the nodes that touch under contact forces; real where the exponents come in conjugate pairs.
-        jacobian : (n_c, 3, 3, 2H+1, 2H+1)
-            Contact Jacobian as in `ContactForces`.
-        memory
-            Slider memory; None: none.
+        Shapes: `jacobian` (n_c, 3, 3, 2H+1, 2H+1).
         """
         touching = touching_nodes(jacobian)
         if not np.any(touching):
@@ -178,16 +149,7 @@ class HillProblem:
     ) -> "HillEigenproblem":
         """Close the contact around a model of a few contact motions d = D v, in real coefficients.
 
-        Parameters
-        ----------
-        model : CondensedModes
-            These motions under the forces on them.
-        motions : (n, r)
-            D, n dofs of the nodes that touch.
-        jacobian : (n_c, 3, 3, 2H+1, 2H+1)
-            Contact Jacobian as in `ContactForces`.
-        memory
-            Slider memory; None: none.
+        Shapes: `motions` (n, r), `jacobian` (n_c, 3, 3, 2H+1, 2H+1).
         """
         first, touching = 0 if self.static else 1, touching_nodes(jacobian)
         if not np.any(touching):
@@ -228,27 +190,14 @@ def touching_nodes(jacobian: Array) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True)
 class HillEigenproblem:
-    """sigma z = (A + B S(sigma) C + sigma B S(sigma) G_1 S(sigma) C) z in the states z; sigma = lambda / omega.
+    """sigma z = (A + B S(sigma) C + sigma B S(sigma) G_1 S(sigma) C) z in the states z; sigma = lambda / omega."""
 
-    Attributes
-    ----------
-    conjugate_pairs : bool
-        Whether the eigenvalues come in conjugate pairs; the matrices are then real.
-    state_matrix : (n_z, n_z)
-        A + B S C, S = S(0) without the memory.
-    flexibility_matrix : (n_z, n_z)
-        B S G_1 S C.
-    memory
-        Feedback of the slider memory, which makes S depend on sigma; None: there is none.
-    loop : ContactFeedback or None
-        The contact Jacobian closed around the model; None where no node touches.
-    """
-
-    conjugate_pairs: bool
-    state_matrix: Matrix
-    flexibility_matrix: Matrix
+    conjugate_pairs: bool  # whether the eigenvalues come in conjugate pairs; the matrices are then real
+    state_matrix: Matrix  # (n_z, n_z), A + B S C, S = S(0) without the memory
+    flexibility_matrix: Matrix  # (n_z, n_z), B S G_1 S C
+    # feedback of the slider memory, which makes S depend on sigma; None: there is none
     memory: SliderMemoryFeedback | ConeMemoryFeedback | None = None
-    loop: ContactFeedback | None = None
+    loop: ContactFeedback | None = None  # the contact Jacobian closed around the model; None where no node touches
 
     def eigenvalues(self, shift: complex = 0.0) -> ComplexArray:
         """All eigenvalues sigma; the slider memory is linearised around sigma = `shift`."""
@@ -259,13 +208,7 @@ class HillEigenproblem:
         """The eigenvalue next to `shift` of those that `eigenvalues` has there, and its eigenvector if it is known.
 
         Inverse iteration; where two are as near, all eigenvalues are solved for.
-
-        Parameters
-        ----------
-        shift : complex
-            Around it the memory is linearised.
-        state : (n_z,) complex or None
-            Start of the iteration.
+        Shapes: `state` (n_z,).
         """
         from scipy.linalg import lu_factor, lu_solve
 
@@ -292,12 +235,7 @@ class HillEigenproblem:
     def x_times(self, sigma: complex, column: Matrix) -> Matrix:
         """Displacement under the contact forces K(sigma) d of one without them, (I - G_0 K(sigma))^-1 d.
 
-        Parameters
-        ----------
-        sigma : complex
-            lambda / omega.
-        column : (n,)
-            Displacement without contact forces of the nodes that touch.
+        Shapes: `column` (n,).
         """
         if self.memory is not None:
             return self.memory.x_times(sigma, column)
@@ -306,15 +244,7 @@ class HillEigenproblem:
     def linearised(self, shift: complex) -> tuple[Matrix, Matrix]:
         """A_c and E_c of sigma E_c z = A_c z, the memory linearised around sigma = `shift`.
 
-        Parameters
-        ----------
-        shift : complex
-            Where the memory is linearised.
-
-        Returns
-        -------
-        matrix, descriptor : (n_z, n_z)
-            A_c and E_c.
+        Shapes: returns `matrix, descriptor` (n_z, n_z).
         """
         matrix, derivative = self.state_matrix, self.flexibility_matrix
         if self.memory is not None:

@@ -10,18 +10,10 @@ from nonlinear.contact.parameters import Array
 
 @dataclass(frozen=True)
 class KappaInterpolation:
-    """From 2 J equidistant kappas to those of the nodal diameters k = 1 .. N_b / 2 of a ring, kappa = 2 pi k / N_b.
+    """From 2 J equidistant kappas to the nodal diameters k = 1 .. N_b / 2 of a ring, kappa = 2 pi k / N_b."""
 
-    Attributes
-    ----------
-    nodes : int
-        J, number of kappas between 0 and pi.
-    n_blades : int
-        N_b.
-    """
-
-    nodes: int
-    n_blades: int
+    nodes: int  # J, number of kappas between 0 and pi
+    n_blades: int  # n_b
 
     @cached_property
     def kappas(self) -> Array:

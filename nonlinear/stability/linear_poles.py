@@ -16,19 +16,7 @@ def least_damped_pole(modal: RingModes, phase: float, springs: Array) -> complex
 
         s^2 q + diag(c_m) s q + (diag(omega_m^2) + B^H k B) q = 0.
 
-    Parameters
-    ----------
-    modal : rom.ModalModel or rom.SectorModes
-        The contact-free modes.
-    phase : float
-        Inter-blade phase angle, rad.
-    springs : (n_c, 3)
-        Contact springs k along t1, t2 and n, N/m.
-
-    Returns
-    -------
-    complex
-        s, 1/s; of a conjugate pair the one that is not below the real axis.
+    Shapes: `springs` (n_c, 3).
     """
     own = modal.at_phase(phase)
     elastic = own.angular_frequency > 0.0  # rigid motions of a disk do not move the contacts
@@ -53,20 +41,7 @@ def least_damped_of_ring(modal: RingModes, springs: Array) -> tuple[complex, int
 
     For light damping the decay of a mode x, x^H x = 1, is that of its undamped shape, c = x^H diag(c_m) x / 2. It
     is formed at some nodal diameters and then at the neighbours of the least one, until there is no lesser one.
-
-    Parameters
-    ----------
-    modal : rom.ModalModel or rom.SectorModes
-        The contact-free modes of a ring of `n_blades`.
-    springs : (n_c, 3)
-        Contact springs k along t1, t2 and n, N/m.
-
-    Returns
-    -------
-    pole : complex
-        s, 1/s, as `least_damped_pole`.
-    nodal_diameter : int
-        n.
+    Shapes: `springs` (n_c, 3).
     """
     assert modal.n_blades is not None
     pitch, last = 2.0 * np.pi / modal.n_blades, modal.n_blades // 2

@@ -21,41 +21,21 @@ from nonlinear.stability.slider_memory import SliderMemory
 
 
 class MemoryTerms(NamedTuple):
-    """What the slider memory adds to sigma z = (A + B S C + sigma B S' C) z at one sigma, each (n_z, n_z).
+    """What the slider memory adds to sigma z = (A + B S C + sigma B S' C) z at one sigma, each (n_z, n_z)."""
 
-    Attributes
-    ----------
-    state
-        B (S(sigma) - S) C.
-    derivative
-        Its derivative in sigma.
-    flexibility
-        B (S(sigma) G_1 S(sigma) - S') C.
-    """
-
-    state: Matrix
-    derivative: Matrix
-    flexibility: Matrix
+    state: Matrix  # B (S(sigma) - S) C
+    derivative: Matrix  # its derivative in sigma
+    flexibility: Matrix  # B (S(sigma) G_1 S(sigma) - S') C
 
 
 class MemoryFactors(NamedTuple):
-    """`MemoryTerms` at one sigma as products of low rank; C_m' as in `SliderMemoryFeedback`.
+    """`MemoryTerms` at one sigma as products of low rank; C_m' as in `SliderMemoryFeedback`."""
 
-    Attributes
-    ----------
-    dw : (M, n_z)
-        Slider positions X_m C_m.
-    state, derivative, flexibility : (n_z, M)
-        Factors that `dw` is multiplied by.
-    inputs : (n_z, M)
-        B_m P X_m, the factor of C_m' in the term `flexibility`.
-    """
-
-    dw: Matrix
-    state: Matrix
-    derivative: Matrix
-    flexibility: Matrix
-    inputs: Matrix
+    dw: Matrix  # (M, n_z), slider positions X_m C_m
+    state: Matrix  # (n_z, M), factors that `dw` is multiplied by
+    derivative: Matrix  # (n_z, M), factors that `dw` is multiplied by
+    flexibility: Matrix  # (n_z, M), factors that `dw` is multiplied by
+    inputs: Matrix  # (n_z, M), b_m P X_m, the factor of C_m' in the term `flexibility`
 
 
 @dataclass(frozen=True)
@@ -68,33 +48,18 @@ class SliderMemoryFeedback:
         B_m = B Y,          B_m' = B S G_1 Y
         C_m = Q^T X C,      C_m' = Q^T X G_1 S C
         V   = Q^T X G_0,    V'   = Q^T X G_1 Y
-
-    Attributes
-    ----------
-    memory, rows
-        The stick intervals, and the rows of their nodes.
-    input_matrix, input_derivative : (n_z, n)
-        B_m and B_m'.
-    output_matrix, output_derivative : (M, n_z)
-        C_m and C_m'.
-    feedthrough, feedthrough_derivative : (M, n)
-        V and V'.
-    slider_rows : (M, n)
-        Q^T X.
-    loop : ContactFeedback
-        The loop of the contact Jacobian.
     """
 
-    memory: SliderMemory
-    rows: ContactRows | MotionRows
-    input_matrix: Matrix
-    input_derivative: Matrix
-    output_matrix: Matrix
-    output_derivative: Matrix
-    feedthrough: Matrix
-    feedthrough_derivative: Matrix
-    slider_rows: Matrix
-    loop: ContactFeedback
+    memory: SliderMemory  # the stick intervals, and the rows of their nodes
+    rows: ContactRows | MotionRows  # the stick intervals, and the rows of their nodes
+    input_matrix: Matrix  # (n_z, n), b_m and B_m'
+    input_derivative: Matrix  # (n_z, n), b_m and B_m'
+    output_matrix: Matrix  # (M, n_z), c_m and C_m'
+    output_derivative: Matrix  # (M, n_z), c_m and C_m'
+    feedthrough: Matrix  # (M, n), V and V'
+    feedthrough_derivative: Matrix  # (M, n), V and V'
+    slider_rows: Matrix  # (M, n), Q^T X
+    loop: ContactFeedback  # the loop of the contact Jacobian
 
     @classmethod
     def closed(
@@ -183,18 +148,11 @@ class ConeMemoryFeedback:
     """The contact Jacobian K(sigma) of sliders under the friction cone in place of K.
 
     S(sigma) = K(sigma) (I - G_0 K(sigma))^-1 is solved for at each sigma; dS = Y dK X.
-
-    Attributes
-    ----------
-    memory, rows
-        The sliders, and the rows of their nodes.
-    loop : ContactFeedback
-        The loop at sigma = 0.
     """
 
-    memory: ConeSliderMemory
-    rows: ContactRows | MotionRows
-    loop: ContactFeedback
+    memory: ConeSliderMemory  # the sliders, and the rows of their nodes
+    rows: ContactRows | MotionRows  # the sliders, and the rows of their nodes
+    loop: ContactFeedback  # the loop at sigma = 0
 
     def terms(self, sigma: complex) -> MemoryTerms:
         """The terms of the memory at `sigma`."""

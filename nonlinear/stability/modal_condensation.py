@@ -25,24 +25,14 @@ CRITICAL = 1e-8  # least abs(1 - (c_m / (2 omega_m))^2): a double pole is split 
 
 @dataclass(frozen=True)
 class CondensedModes:
-    """Contact motion d under contact forces f: sigma z = A z + B f, d = C z + (G_0 + sigma G_1) f.
+    """Contact motion d under contact forces f: sigma z = A z + B f, d = C z + (G_0 + sigma G_1) f."""
 
-    Attributes
-    ----------
-    state_matrix : (n_z, n_z)
-        A, with the retained poles as eigenvalues, in units of omega.
-    input_matrix : (n_z, n)
-        B.
-    output_matrix : (n, n_z)
-        C.
-    flexibility, flexibility_derivative : HarmonicBlocks, (n, n)
-        G_0 and G_1, the residual flexibility of the condensed poles and its derivative in sigma.
-    """
-
-    state_matrix: Matrix
-    input_matrix: Matrix
-    output_matrix: Matrix
+    state_matrix: Matrix  # (n_z, n_z), A, with the retained poles as eigenvalues, in units of omega
+    input_matrix: Matrix  # (n_z, n), B
+    output_matrix: Matrix  # (n, n_z), C
+    # (n, n), G_0 and G_1, the residual flexibility of the condensed poles and its derivative in sigma
     flexibility: HarmonicBlocks
+    # (n, n), G_0 and G_1, the residual flexibility of the condensed poles and its derivative in sigma
     flexibility_derivative: HarmonicBlocks
 
 
@@ -54,27 +44,15 @@ class ContactFreeModel:
     The first is retained as a state where its abs(s) is below (abs(h) + rho) omega, the second where it is below
     (rho - abs(h)) omega. A condensed pole is more than rho omega away from lambda = 0, and a contact, which stiffens,
     moves it farther away.
-
-    Attributes
-    ----------
-    modes : rom.WaveModes
-        The modes in the wave of each harmonic, with their relative contact motion B_h phi.
-    harmonics : (n_h,)
-        h; 0, if it is there, comes first.
-    retention_radius : float
-        rho, in units of omega.
-    retention_harmonic : int
-        h_r. Harmonics above it retain the poles within rho omega of lambda = 0 only, and none of modes above
-        (h_r + rho) omega: where such a mode is near resonance its flexibility has no derivative.
-    real_form : bool
-        Whether the harmonics 0, 1, 2, ... stand for real motions, in rows (0, Re 1, Im 1, ...).
     """
 
-    modes: WaveModes
-    harmonics: Array
-    retention_radius: float
+    modes: WaveModes  # the modes in the wave of each harmonic, with their relative contact motion B_h phi
+    harmonics: Array  # (n_h,), h; 0, if it is there, comes first
+    retention_radius: float  # rho, in units of omega
+    # h_r. Harmonics above it retain the poles within rho omega of lambda = 0 only, and none of modes above (h_r +
+    # rho) omega: where such a mode is near resonance its flexibility has no derivative
     retention_harmonic: int
-    real_form: bool
+    real_form: bool  # whether the harmonics 0, 1, 2, ... stand for real motions, in rows (0, Re 1, Im 1, ...)
 
     @property
     def _first(self) -> int:
@@ -98,12 +76,7 @@ class ContactFreeModel:
     def condensed(self, omega: float, active: NDArray[np.bool_]) -> CondensedModes:
         """The model near lambda = 0.
 
-        Parameters
-        ----------
-        omega : float
-            Excitation frequency, rad/s.
-        active : (3 n_c,) bool
-            The contact dofs that appear in d and f.
+        Shapes: `active` (3 n_c,).
         """
         retained = self.retained(omega)
         poles = self.poles[0] / omega - 1j * self.harmonics[:, None, None]
@@ -178,12 +151,7 @@ def poles_and_residues(
 ) -> tuple[ComplexArray, ComplexArray]:
     """Poles s and residues of the modes in the `harmonics`: (n_h, 2, m) each, as in `ContactFreeModel`.
 
-    Parameters
-    ----------
-    angular_frequency, damping : (m,) or (n_h, m)
-        Natural frequencies omega_m, rad/s, and damping c_m, 1/s, of the modes, the same in all harmonics or not.
-    harmonics : (n_h,)
-        Of each pair the first pole rotates as h does, or decays slower.
+    Shapes: `angular_frequency` (m,), `damping` (m,), `harmonics` (n_h,).
     """
     half, squared = damping / 2.0, angular_frequency**2
     under = squared - half**2

@@ -23,38 +23,18 @@ SAME_SIGMA = 1e-4  # distance over which K(sigma) is linear to 1e-7
 def modal_contact(
     reduced: ReducedProblem, contact: PointContact, kappa: float
 ) -> "LowRankMemoryContact | FullMemoryContact":
-    """The contact Jacobian of a point.
-
-    Parameters
-    ----------
-    reduced : ReducedProblem
-        The modes.
-    contact : PointContact
-        The point.
-    kappa : float
-        Phase shift, rad.
-    """
+    """The contact Jacobian of a point."""
     kind = FullMemoryContact if isinstance(contact.memory, ConeSliderMemory) else LowRankMemoryContact
     return kind(reduced, contact, kappa)
 
 
 @dataclass(frozen=True)
 class _ContactInModes:
-    """The contact of a point in few modes.
+    """The contact of a point in few modes."""
 
-    Attributes
-    ----------
-    reduced : ReducedProblem
-        The modes.
-    contact : PointContact
-        The point.
-    kappa : float
-        Phase shift, rad.
-    """
-
-    reduced: ReducedProblem
-    contact: PointContact
-    kappa: float
+    reduced: ReducedProblem  # the modes
+    contact: PointContact  # the point
+    kappa: float  # phase shift, rad
 
     @cached_property
     def relative(self) -> ComplexArray:

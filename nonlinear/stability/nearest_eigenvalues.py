@@ -19,16 +19,7 @@ def nearest_eigenvalues(matrix: ComplexArray, descriptor: ComplexArray) -> Compl
 
     Of matrices with `LARGE` or more rows as many as the subspace has dimensions. Those nearest to zero are accurate,
     the last few are not eigenvalues yet.
-
-    Parameters
-    ----------
-    matrix, descriptor : (K, n, n)
-        A and E of K problems.
-
-    Returns
-    -------
-    (K, min(n, m)) complex
-        sigma, in no order.
+    Shapes: `matrix` (K, n, n), `descriptor` (K, n, n), returns (n, m).
     """
     if matrix.shape[-1] >= LARGE:
         try:

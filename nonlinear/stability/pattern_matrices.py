@@ -17,19 +17,11 @@ MISPLACED = 0.5  # the same, over a growth, which moves it away from where the s
 
 @dataclass(frozen=True)
 class SliceMatrices:
-    """A_c and E_c around the middle of a slice of the strip, at some kappas.
+    """A_c and E_c around the middle of a slice of the strip, at some kappas."""
 
-    Attributes
-    ----------
-    retained : (S, 2, q) bool
-        The poles that are states.
-    matrix, descriptor : (n_kappa, n_z, n_z)
-        A_c and E_c.
-    """
-
-    retained: NDArray[np.bool_]
-    matrix: ComplexArray
-    descriptor: ComplexArray
+    retained: NDArray[np.bool_]  # (S, 2, q), the poles that are states
+    matrix: ComplexArray  # (n_kappa, n_z, n_z), a_c and E_c
+    descriptor: ComplexArray  # (n_kappa, n_z, n_z), a_c and E_c
 
     def mirrored(self, static: bool) -> "SliceMatrices":
         """Those at -kappa around the complex conjugate middle: the conjugate ones with h and -h exchanged."""
@@ -50,15 +42,7 @@ class SliceMatrices:
         return SliceMatrices(self.retained, *(np.concatenate(part) for part in parts))
 
     def opposite(self, static: bool, nodes: int) -> "SliceMatrices":
-        """Those around the complex conjugate middle, at the same kappas.
-
-        Parameters
-        ----------
-        static : bool
-            Whether there is a harmonic 0.
-        nodes : int
-            J; the 2 J kappas are J ones and those with the other sign.
-        """
+        """Those around the complex conjugate middle, at the same kappas."""
         mirrored = self.mirrored(static)  # at -kappa: the nodes of the two signs change places
         matrix, descriptor = (np.roll(part, nodes, axis=0) for part in (mirrored.matrix, mirrored.descriptor))
         return SliceMatrices(mirrored.retained, matrix, descriptor)
@@ -74,26 +58,15 @@ class SliceMatrices:
 
 @dataclass(frozen=True)
 class ScannedSlices:
-    """The slices of the strip, which have the eigenvalues of all nodal diameters of one point.
+    """The slices of the strip, which have the eigenvalues of all nodal diameters of one point."""
 
-    Attributes
-    ----------
-    slices : tuple of (float, SliceMatrices)
-        Middle and matrices of each.
-    weights : (N_b / 2, n_kappa)
-        Of the matrices in the nodal diameters k = 1 .. N_b / 2.
-    """
-
-    slices: tuple[tuple[float, SliceMatrices], ...]
-    weights: Array
+    slices: tuple[tuple[float, SliceMatrices], ...]  # middle and matrices of each
+    weights: Array  # (N_b / 2, n_kappa), of the matrices in the nodal diameters k = 1 .. N_b / 2
 
     def eigenvalues(self, diameters: NDArray[np.int64] | None = None) -> list[tuple[complex, int]]:
         """Eigenvalues sigma = lambda / omega in the strip and their k, the least stable first.
 
-        Parameters
-        ----------
-        diameters : (n,) int or None
-            The nodal diameters; None: all.
+        Shapes: `diameters` (n,).
         """
         k = np.arange(1, len(self.weights) + 1) if diameters is None else diameters
         found: list[tuple[complex, int]] = []

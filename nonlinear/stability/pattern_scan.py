@@ -27,22 +27,12 @@ class PatternScan:
 
     The strip is cut into slices, and around the middle of each the slider memory is linearised, and the poles are
     retained that may come there.
-
-    Attributes
-    ----------
-    reduced : ReducedProblems
-        Perturbations of the wave in few modes.
-    contact : ContactParameters
-        Parameters of the contact nodes.
-    n_blades : int
-        N_b.
-    nodes : int
-        J, number of kappas between 0 and pi at which the matrices are formed; those of -kappa follow from them.
     """
 
-    reduced: ReducedProblems
-    contact: ContactParameters
-    n_blades: int
+    reduced: ReducedProblems  # perturbations of the wave in few modes
+    contact: ContactParameters  # parameters of the contact nodes
+    n_blades: int  # n_b
+    # J, number of kappas between 0 and pi at which the matrices are formed; those of -kappa follow from them
     nodes: int = NODES
 
     @cached_property
@@ -50,23 +40,11 @@ class PatternScan:
         return KappaInterpolation(self.nodes, self.n_blades)
 
     def applies(self, omega: float) -> bool:
-        """Whether few modes have nearly all the flexibility of the contact faces.
-
-        Parameters
-        ----------
-        omega : float
-            Excitation frequency, rad/s.
-        """
+        """Whether few modes have nearly all the flexibility of the contact faces."""
         return self.reduced.at(omega).omitted <= self.reduced.negligible
 
     def scanned(self, contact: PointContact) -> ScannedSlices:
-        """The slices of the strip.
-
-        Parameters
-        ----------
-        contact : PointContact
-            The point.
-        """
+        """The slices of the strip."""
         reduced, static = self.reduced.at(contact.omega), self.reduced.problem.static
         half = _slice(reduced, contact, 0.0, self._interpolation.kappas[: self.nodes], self.contact)
         upper = _slice(reduced, contact, WIDTH, self._interpolation.kappas, self.contact)

@@ -24,31 +24,16 @@ OUTSIDE = 10.0j  # pole of a state that is none
 
 @dataclass(frozen=True)
 class PerturbationPencils:
-    """The eigenvalue problems of K perturbations, in the shared motions of all waves (`SharedMotions`).
+    """The eigenvalue problems of K perturbations, in the shared motions of all waves (`SharedMotions`)."""
 
-    Attributes
-    ----------
-    harmonics : (S,)
-        h.
-    poles, residues : (K, S, 2, q)
-        Of the lowest modes in the wave of each harmonic.
-    motion : (K, S, p, q)
-        Contact motions of these modes.
-    rise : (K, S, 1, q)
-        How far contacts raise the natural frequencies at most, rad/s.
-    stiffening : (K, S, 1, q)
-        What contact springs add at most to the squares of the natural frequencies, (rad/s)^2.
-    deviation : (K, S, 4, p, p)
-        Terms of the flexibility of the other modes less the mean.
-    """
-
-    harmonics: Array
-    poles: ComplexArray
-    residues: ComplexArray
-    motion: ComplexArray
-    rise: Array
+    harmonics: Array  # (S,), h
+    poles: ComplexArray  # (K, S, 2, q), of the lowest modes in the wave of each harmonic
+    residues: ComplexArray  # (K, S, 2, q), of the lowest modes in the wave of each harmonic
+    motion: ComplexArray  # (K, S, p, q), contact motions of these modes
+    rise: Array  # (K, S, 1, q), how far contacts raise the natural frequencies at most, rad/s
+    # (K, S, 1, q), what contact springs add at most to the squares of the natural frequencies, (rad/s)^2
     stiffening: Array
-    deviation: ComplexArray
+    deviation: ComplexArray  # (K, S, 4, p, p), terms of the flexibility of the other modes less the mean
 
     def eigenvalues(
         self, contact: tuple[Matrix, Matrix], centre: Array, omega: float, highest_pole: float
@@ -66,19 +51,7 @@ class PerturbationPencils:
         """A_c and E_c of (sigma - i `centre`) E_c z = A_c z.
 
         The formulas are those of `ContactFeedback`.
-
-        Parameters
-        ----------
-        contact : (S p, S p) or (K, S p, S p) twice
-            K at sigma = i `centre` and its derivative.
-        centre : (K,)
-            Around which each problem is linearised, in units of omega.
-        omega : float
-            Excitation frequency, rad/s.
-        highest_pole : float
-            Distance of retained poles from 0 in units of omega.
-        above : float
-            Distance of retained poles beyond the middle in the sense in which contacts move them, in units of omega.
+        Shapes: `contact` (S p, S p), `centre` (K,).
         """
         stiffness, change = contact
         state = self._states(centre, omega, highest_pole, above)
@@ -95,15 +68,7 @@ class PerturbationPencils:
         return PencilMatrices(state.retained, matrix, descriptor)
 
     def flexibility(self, sigma: complex, omega: float) -> tuple[ComplexArray, ComplexArray]:
-        """Flexibility of each wave less the mean and its derivative in sigma, all modes, (K, S, p, p) each.
-
-        Parameters
-        ----------
-        sigma : complex
-            lambda / omega.
-        omega : float
-            Excitation frequency, rad/s.
-        """
+        """Flexibility of each wave less the mean and its derivative in sigma, all modes, (K, S, p, p) each."""
         s = np.asarray(omega * (sigma + 1j * self.harmonics), dtype=complex)
         resonance = 1.0 / (s[:, None, None] - self.poles)
         modes = np.sum(self.residues * resonance, axis=2), -omega * np.sum(self.residues * resonance**2, axis=2)
@@ -190,22 +155,10 @@ class PencilMatrices(NamedTuple):
 
 
 class _States(NamedTuple):
-    """The retained poles of some perturbations, filled up to n_z.
+    """The retained poles of some perturbations, filled up to n_z."""
 
-    Attributes
-    ----------
-    retained : (K, S, 2, q) bool
-        Which they are.
-    distance : (K, S, 2, q)
-        All poles from the middle of the slice, in units of omega.
-    pole, residue : (K, n_z)
-        Of the states.
-    output : (K, S p, n_z)
-        Contact motion of the states.
-    """
-
-    retained: NDArray[np.bool_]
-    distance: ComplexArray
-    pole: ComplexArray
-    residue: ComplexArray
-    output: ComplexArray
+    retained: NDArray[np.bool_]  # (K, S, 2, q), which they are
+    distance: ComplexArray  # (K, S, 2, q), all poles from the middle of the slice, in units of omega
+    pole: ComplexArray  # (K, n_z), of the states
+    residue: ComplexArray  # (K, n_z), of the states
+    output: ComplexArray  # (K, S p, n_z), contact motion of the states

@@ -15,30 +15,14 @@ from nonlinear.stability.slider_memory import SliderMemory
 
 @dataclass(frozen=True)
 class PointContact:
-    """The contact Jacobian K(sigma) of perturbations e^(sigma theta) p(theta), sigma = lambda / omega.
+    """The contact Jacobian K(sigma) of perturbations e^(sigma theta) p(theta), sigma = lambda / omega."""
 
-    Attributes
-    ----------
-    jacobian : (n_c, 3, 3, 2H+1, 2H+1)
-        K(0) as in `ContactForces`.
-    omega : float
-        Excitation frequency, rad/s.
-    memory : SliderMemory or ConeSliderMemory or None
-        Slider memory; None: there is none.
-    """
-
-    jacobian: Array
-    omega: float
-    memory: SliderMemory | ConeSliderMemory | None
+    jacobian: Array  # (n_c, 3, 3, 2H+1, 2H+1), K(0) as in `ContactForces`
+    omega: float  # excitation frequency, rad/s
+    memory: SliderMemory | ConeSliderMemory | None  # slider memory; None: there is none
 
     def at(self, sigma: complex) -> tuple[Matrix, Matrix | None]:
-        """K(sigma) and its derivative, each as `jacobian`; None without a memory.
-
-        Parameters
-        ----------
-        sigma : complex
-            lambda / omega.
-        """
+        """K(sigma) and its derivative, each as `jacobian`; None without a memory."""
         memory = self.memory
         if memory is None:
             return self.jacobian, None
@@ -59,16 +43,7 @@ class PointContact:
     def forces(self, sigma: complex, motion: ComplexArray, static: bool, adjoint: bool = False) -> ComplexArray:
         """K(sigma) d, or K(sigma)^T d, in the harmonics.
 
-        Parameters
-        ----------
-        sigma : complex
-            lambda / omega.
-        motion : (S, 3 n_c) complex
-            d, amplitudes of the harmonics 0, 1, -1, ...
-        static : bool
-            Whether there is a harmonic 0.
-        adjoint : bool
-            Whether K^T d.
+        Shapes: `motion` (S, 3 n_c).
         """
         memory = self.memory
         if isinstance(memory, ConeSliderMemory):
@@ -138,13 +113,7 @@ def in_harmonics(values: Matrix, out: ComplexArray | None = None) -> ComplexArra
     """A contact Jacobian of real coefficients as that of the amplitudes of the harmonics 0, 1, -1, 2, -2, ...
 
     With Re_h = p_h + p_-h and Im_h = -i (p_h - p_-h).
-
-    Parameters
-    ----------
-    values : (..., 2H+1, 2H+1)
-        Of the coefficients 0, Re 1, Im 1, ...
-    out : (..., 2H+1, 2H+1) complex or None
-        Where the result goes.
+    Shapes: `values` (..., 2H+1, 2H+1), `out` (..., 2H+1, 2H+1).
     """
     result = np.empty(values.shape, dtype=complex) if out is None else out
     if np.iscomplexobj(values):

@@ -24,28 +24,6 @@ def reduced_modes(
     The motions of both faces by the other modes, phi_m / omega_m, weighted by the square root of the contact
     stiffness, have the singular vectors V. V / omega are static motions of unit strain energy; their Ritz modes, with
     the mean damping of the modes in them, are the residual modes.
-
-    Parameters
-    ----------
-    modal : ModalModel
-        All modes; contacts between blades.
-    contact : ContactParameters
-        Its stiffnesses are the weights.
-    kept : int
-        Number of lowest modes that stay as they are.
-    negligible : float
-        Flexibility times contact stiffness for which no residual mode is needed.
-    most : int
-        Largest number of residual modes, where `negligible` asks for more than `least`.
-    least : int
-        Least number of them.
-
-    Returns
-    -------
-    reduced : ModalModel
-        The model. Its forces and outputs are those of `modal`.
-    omitted : float
-        Largest flexibility times contact stiffness that none of its modes has.
     """
     if kept + least >= modal.damping.size:
         return modal, 0.0

@@ -32,21 +32,11 @@ NEAREST = 0.5  # a condensed pole nearer than that has a flexibility without der
 
 @dataclass(frozen=True)
 class ReducedProblem:
-    """A `HillProblem` in few modes, for any kappa.
+    """A `HillProblem` in few modes, for any kappa."""
 
-    Attributes
-    ----------
-    problem : HillProblem
-        The problem; its kappa does not matter.
-    modal : ModalModel
-        The modes that are left: its lowest ones and residual modes (`reduced_modes`).
-    omitted : float
-        Largest flexibility of the contact faces, times their stiffness, that is left out.
-    """
-
-    problem: HillProblem
-    modal: ModalModel
-    omitted: float
+    problem: HillProblem  # the problem; its kappa does not matter
+    modal: ModalModel  # the modes that are left: its lowest ones and residual modes (`reduced_modes`)
+    omitted: float  # largest flexibility of the contact faces, times their stiffness, that is left out
     _condensed: dict[tuple[bool, float], CondensedPoles] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
@@ -62,15 +52,7 @@ class ReducedProblem:
         return poles_and_residues(self.modal.angular_frequency, self.modal.damping, self.harmonics)
 
     def condensed(self, modal: ModalModel, omega: float) -> CondensedPoles:
-        """The poles of `modal` (all modes, or those that are left) at `omega`, condensed as in `HillProblem`.
-
-        Parameters
-        ----------
-        modal : ModalModel
-            The modes.
-        omega : float
-            Excitation frequency, rad/s.
-        """
+        """The poles of `modal` (all modes, or those that are left) at `omega`, condensed as in `HillProblem`."""
         key = modal is self.modal, omega
         if key in self._condensed:
             return self._condensed[key]
@@ -90,15 +72,6 @@ class ReducedProblem:
 
         A contact raises a natural frequency omega_m at most to sqrt(omega_m^2 + phi_m^T k phi_m): it moves the poles
         above the real axis up, those below down.
-
-        Parameters
-        ----------
-        contact : ContactParameters
-            The contact stiffnesses k.
-        omega : float
-            Excitation frequency, rad/s.
-        centre : float
-            In units of omega.
         """
         modal = self.modal
         assert modal.left is not None
@@ -117,24 +90,13 @@ class ReducedProblem:
         return CondensedPoles.of(distance, residues / omega, retained, NEAREST)
 
     def relative(self, modal: ModalModel, kappa: float) -> ComplexArray:
-        """B_h of the modes, (S, 3 n_c, q).
-
-        Parameters
-        ----------
-        modal : ModalModel
-            The modes.
-        kappa : float
-            Phase shift, rad.
-        """
+        """B_h of the modes, (S, 3 n_c, q)."""
         return relative_contact_motion(modal.right, modal.left, self.harmonics * self.problem.phase + kappa)
 
     def in_harmonics(self, values: Matrix) -> ComplexArray:
         """A contact Jacobian (n_c, 3, 3, 2H+1, 2H+1) in the harmonics, (n_c, S, 3, S, 3).
 
-        Parameters
-        ----------
-        values : (n_c, 3, 3, 2H+1, 2H+1)
-            Of real coefficients.
+        Shapes: `values` (n_c, 3, 3, 2H+1, 2H+1).
         """
         first = 0 if self.problem.static else 1
         return np.ascontiguousarray(in_harmonics(values).transpose(0, 3, 1, 4, 2)[:, first:, :, first:])
@@ -142,12 +104,7 @@ class ReducedProblem:
     def projected(self, jacobian: ComplexArray, relative: ComplexArray) -> ComplexArray:
         """B^H K B, (D, D), D = S q.
 
-        Parameters
-        ----------
-        jacobian : (n_c, S, 3, S, 3)
-            K in harmonics.
-        relative : (S, 3 n_c, q)
-            B_h of the modes.
+        Shapes: `jacobian` (n_c, S, 3, S, 3), `relative` (S, 3 n_c, q).
         """
         nodes, size = jacobian.shape[:2]
         modes = relative.shape[2]
@@ -164,21 +121,7 @@ def near_poles(
     """Which poles (..., 2, q) may come near the `middle` of a slice, all in units of omega.
 
     Contacts move the poles above the real axis up, those below down.
-
-    Parameters
-    ----------
-    poles : (..., S, 2, q)
-        Two of each mode in each harmonic h.
-    middle : (S, 1, 1)
-        h + c, c the middle of the slice.
-    above : float
-        Largest distance of a pole that lies beyond the middle in the sense in which contacts move it.
-    below : (..., q)
-        Largest distance of one that lies on the other side.
-    highest : float
-        Largest distance from 0.
-    farthest : float
-        Limit of `below`.
+    Shapes: `poles` (..., S, 2, q), `middle` (S, 1, 1), `below` (..., q).
     """
     distance = poles.imag - middle
     distance = np.where(poles.imag >= 0.0, distance, -distance)
@@ -191,26 +134,13 @@ class ReducedProblems:
     """The reduced problems of a `HillProblem`, by the number of modes that stay as they are at a frequency.
 
     These are all that may be resonant in a harmonic of a perturbation, up to (H + rho) omega.
-
-    Attributes
-    ----------
-    problem : HillProblem
-        The problem.
-    contact : ContactParameters
-        Parameters of the contact nodes.
-    negligible : float
-        Flexibility of the contact faces times their stiffness that may be left out.
-    unknowns : int
-        Number of unknowns, harmonics times modes, that is not passed for that.
-    least : int
-        Least number of residual modes.
     """
 
-    problem: HillProblem
-    contact: ContactParameters
-    negligible: float
-    unknowns: int
-    least: int = LEAST
+    problem: HillProblem  # the problem
+    contact: ContactParameters  # parameters of the contact nodes
+    negligible: float  # flexibility of the contact faces times their stiffness that may be left out
+    unknowns: int  # number of unknowns, harmonics times modes, that is not passed for that
+    least: int = LEAST  # least number of residual modes
     _known: dict[int, ReducedProblem] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @classmethod
@@ -219,13 +149,7 @@ class ReducedProblems:
         return cls(problem, contact, FEW_NEGLIGIBLE, FEW_UNKNOWNS, FEW_LEAST)
 
     def at(self, omega: float) -> ReducedProblem:
-        """The reduced problem at a frequency.
-
-        Parameters
-        ----------
-        omega : float
-            Excitation frequency, rad/s.
-        """
+        """The reduced problem at a frequency."""
         p = self.problem
         assert isinstance(p.modal, ModalModel)  # with a disk there are no modes that serve every wave
         highest = (p.n_harmonics + p.retention_radius) * omega

@@ -39,21 +39,11 @@ ROUND_OFF = 1e-9  # by which a shift is kept off an eigenvalue
 
 @dataclass(frozen=True)
 class ModalPencil:
-    """T(sigma) x = 0 linearised around one sigma, T = Z - B^H K B, with Z = 1 / g of the modes in all harmonics.
+    """T(sigma) x = 0 linearised around one sigma, T = Z - B^H K B, with Z = 1 / g of the modes in all harmonics."""
 
-    Attributes
-    ----------
-    poles : CondensedPoles
-        Poles and residual flexibility of the modes: g(sigma) = a / (sigma - p) + g_0 + sigma g_1.
-    contact : ModalContact
-        B^H K B.
-    shift : complex
-        The sigma.
-    """
-
-    poles: CondensedPoles
-    contact: ModalContact
-    shift: complex
+    poles: CondensedPoles  # poles and residual flexibility of the modes: g(sigma) = a / (sigma - p) + g_0 + sigma g_1
+    contact: ModalContact  # B^H K B
+    shift: complex  # the sigma
 
     @cached_property
     def stiffness(self) -> tuple[ComplexArray, ComplexArray]:
@@ -153,31 +143,17 @@ def _same_direction(one: ComplexArray, other: ComplexArray) -> bool:
 
 @dataclass(frozen=True)
 class ReducedRefinement:
-    """Refines approximate eigenvalues of a `HillProblem` at any kappa.
+    """Refines approximate eigenvalues of a `HillProblem` at any kappa."""
 
-    Attributes
-    ----------
-    problem : HillProblem
-        The problem; its kappa does not matter.
-    contact : ContactParameters
-        Parameters of the contact nodes.
-    """
-
-    problem: HillProblem
-    contact: ContactParameters
+    problem: HillProblem  # the problem; its kappa does not matter
+    contact: ContactParameters  # parameters of the contact nodes
 
     @cached_property
     def _reduced(self) -> ReducedProblems:
         return ReducedProblems(self.problem, self.contact, NEGLIGIBLE, UNKNOWNS)
 
     def applies(self, omega: float) -> bool:
-        """Whether the problem is so large that it pays, and the flexibility left out so small that it is exact.
-
-        Parameters
-        ----------
-        omega : float
-            Excitation frequency, rad/s.
-        """
+        """Whether the problem is so large that it pays, and the flexibility left out so small that it is exact."""
         modal = self.problem.modal
         if not isinstance(modal, ModalModel) or modal.left is None:
             return False
@@ -195,15 +171,6 @@ class ReducedRefinement:
         """The eigenvalue that successive linear problems lead to from `value`, and whether it is exact.
 
         Exact to about 1e-7; None if they lead to none.
-
-        Parameters
-        ----------
-        contact : PointContact
-            The point.
-        kappa : float
-            Phase shift, rad.
-        value : complex
-            An approximate eigenvalue sigma.
         """
         reduced, pairs = self._at(contact.omega), abs(np.sin(kappa)) < 1e-12
         poles = reduced.condensed(reduced.modal, contact.omega)

@@ -16,20 +16,11 @@ class ReducedWave:
     """The eigenvalue problem of kappa = 0 at one point, around several sigma.
 
     As in the scan of all nodal diameters only the poles that may come near are states.
-
-    Attributes
-    ----------
-    reduced : ReducedProblem
-        The modes of the approximate eigenvalues.
-    refinement : ReducedRefinement
-        Refines them.
-    contact : PointContact
-        The point.
     """
 
-    reduced: ReducedProblem
-    refinement: ReducedRefinement
-    contact: PointContact
+    reduced: ReducedProblem  # the modes of the approximate eigenvalues
+    refinement: ReducedRefinement  # refines them
+    contact: PointContact  # the point
     conjugate_pairs: bool = True
 
     def eigenvalues(self, shift: complex) -> ComplexArray:

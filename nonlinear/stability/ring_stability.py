@@ -37,46 +37,23 @@ MAX_REFINED = 12  # eigenvalues of one point, or more: all those that grow in th
 
 
 class PatternExponent(NamedTuple):
-    """A Floquet exponent of the perturbations of one nodal diameter.
+    """A Floquet exponent of the perturbations of one nodal diameter."""
 
-    Attributes
-    ----------
-    exponent : complex
-        lambda, 1/s.
-    nodal_diameter : int
-        k: the phase shift from blade to blade, beside that of the wave, is 2 pi k / N_b; 0 <= k <= N_b / 2.
-    """
-
-    exponent: complex
+    exponent: complex  # lambda, 1/s
+    # k: the phase shift from blade to blade, beside that of the wave, is 2 pi k / N_b; 0 <= k <= N_b / 2
     nodal_diameter: int
 
     def grows(self, omega: float) -> bool:
-        """Whether it grows, Re lambda > 1e-6 omega.
-
-        Parameters
-        ----------
-        omega : float
-            Excitation frequency, rad/s.
-        """
+        """Whether it grows, Re lambda > 1e-6 omega."""
         return bool(self.exponent.real > NEUTRAL * omega)
 
 
 class LinearisedContact(NamedTuple):
-    """A solved point as its perturbations see it.
+    """A solved point as its perturbations see it."""
 
-    Attributes
-    ----------
-    displacement : (2H+1, n_c, 3)
-        Real Fourier coefficients of d, m.
-    jacobian : (n_c, 3, 3, 2H+1, 2H+1)
-        Contact Jacobian there.
-    omega : float
-        Excitation frequency, rad/s.
-    """
-
-    displacement: Array
-    jacobian: Array
-    omega: float
+    displacement: Array  # (2H+1, n_c, 3), real Fourier coefficients of d, m
+    jacobian: Array  # (n_c, 3, 3, 2H+1, 2H+1), contact Jacobian there
+    omega: float  # excitation frequency, rad/s
 
 
 @dataclass(frozen=True)
@@ -103,18 +80,10 @@ class ScanErrors:
 
 @dataclass(frozen=True)
 class RingStability:
-    """Perturbations of the nodal diameters k = 1 .. N_b / 2, kappa = 2 pi k / N_b; -k has the complex conjugates.
+    """Perturbations of the nodal diameters k = 1 .. N_b / 2, kappa = 2 pi k / N_b; -k has the complex conjugates."""
 
-    Attributes
-    ----------
-    wave : FloquetAnalysis
-        Perturbations with the symmetry of the wave (kappa = 0).
-    n_blades : int
-        N_b, at least 2.
-    """
-
-    wave: FloquetAnalysis
-    n_blades: int
+    wave: FloquetAnalysis  # perturbations with the symmetry of the wave (kappa = 0)
+    n_blades: int  # n_b, at least 2
     _problems: dict[int, HillProblem] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def leading(self, contact: LinearisedContact) -> PatternExponent | None:
@@ -122,11 +91,6 @@ class RingStability:
 
         The eigenvalues of the interpolated problems are refined, the least stable first, until no other one can lead
         or can turn a stable motion into an unstable one.
-
-        Parameters
-        ----------
-        contact : LinearisedContact
-            The point.
         """
         point = self._point(contact)
         if self._has_disk:
@@ -178,17 +142,7 @@ class RingStability:
     def followed(
         self, contact: LinearisedContact, start: PatternExponent, climb: bool = True
     ) -> PatternExponent | None:
-        """The exponent that the one of a neighbouring point leads to; None if it leads to none.
-
-        Parameters
-        ----------
-        contact : LinearisedContact
-            The point.
-        start : PatternExponent
-            Exponent of the neighbour.
-        climb : bool
-            Whether, from one that grows, the neighbouring nodal diameters are followed to the one that grows most.
-        """
+        """The exponent that the one of a neighbouring point leads to; None if it leads to none."""
         point = self._point(contact)
         best = self._refined(point, start.exponent / contact.omega, start.nodal_diameter)
         return best if best is None or not climb else self._climbed(point, best)
@@ -207,13 +161,7 @@ class RingStability:
         return best
 
     def approximate(self, contact: LinearisedContact) -> list[tuple[complex, int]]:
-        """Eigenvalues sigma = lambda / omega in the strip and their k, those of all k, the least stable first.
-
-        Parameters
-        ----------
-        contact : LinearisedContact
-            The point.
-        """
+        """Eigenvalues sigma = lambda / omega in the strip and their k, those of all k, the least stable first."""
         return self._approximate(self._point(contact))
 
     def _point(self, contact: LinearisedContact) -> PointContact:
@@ -285,11 +233,5 @@ def _plausible(scanned: list[tuple[complex, int]]) -> list[tuple[complex, int]]:
 
 
 def largest_nodal_diameter(modal: RingModes) -> int:
-    """Largest k of a perturbation, N_b / 2; 0 where blades do not move each other or their number is not known.
-
-    Parameters
-    ----------
-    modal : rom.ModalModel or rom.SectorModes
-        The modes of a blade.
-    """
+    """Largest k of a perturbation, N_b / 2; 0 where blades do not move each other or their number is not known."""
     return 0 if not modal.neighbours_coupled or modal.n_blades is None else modal.n_blades // 2

@@ -23,21 +23,11 @@ KEPT = 16  # nodal diameters whose modes are kept
 
 @dataclass(frozen=True)
 class RingStructure:
-    """The structure in the perturbations of a wave.
+    """The structure in the perturbations of a wave."""
 
-    Attributes
-    ----------
-    problem : HillProblem
-        Perturbations of the wave, kappa = 0.
-    contact : ContactParameters
-        Parameters of the contact nodes.
-    n_blades : int
-        N_b.
-    """
-
-    problem: HillProblem
-    contact: ContactParameters
-    n_blades: int
+    problem: HillProblem  # perturbations of the wave, kappa = 0
+    contact: ContactParameters  # parameters of the contact nodes
+    n_blades: int  # n_b
     _motions: dict[int, WaveFlexibility | FaceFlexibility] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
@@ -49,13 +39,7 @@ class RingStructure:
         return self.problem.harmonics
 
     def motions(self, omega: float) -> WaveFlexibility | FaceFlexibility:
-        """The flexibility of the waves, with lowest modes that suffice.
-
-        Parameters
-        ----------
-        omega : float
-            Excitation frequency, rad/s.
-        """
+        """The flexibility of the waves, with lowest modes that suffice."""
         highest = HIGHEST * (self.problem.n_harmonics + 0.5) * omega
         number = int(np.ceil(np.log(highest) / np.log(RATIO)))
         if number not in self._motions:
@@ -68,13 +52,7 @@ class RingStructure:
         return self._motions[number]
 
     def closed(self, contact: PointContact) -> ClosedContact:
-        """The contact of a point closed around the mean flexibility; the same object if it is asked for again.
-
-        Parameters
-        ----------
-        contact : PointContact
-            The point.
-        """
+        """The contact of a point closed around the mean flexibility; the same object if it is asked for again."""
         motions, known = self.motions(contact.omega), contact.in_few_modes
         if id(motions) not in known:
             known[id(motions)] = ClosedContact.of(self.problem, motions, contact)
@@ -85,12 +63,7 @@ class RingStructure:
     def pencils(self, diameters: NDArray[np.int64], omega: float) -> PerturbationPencils:
         """The eigenvalue problems of some nodal diameters.
 
-        Parameters
-        ----------
-        diameters : (K,) int
-            k.
-        omega : float
-            Excitation frequency, rad/s.
+        Shapes: `diameters` (K,).
         """
         motions = self.motions(omega)
         if isinstance(motions, WaveFlexibility):
@@ -100,23 +73,12 @@ class RingStructure:
     def phases(self, kappas: Array) -> Array:
         """Phase from blade to blade in each harmonic of some perturbations, (K, S) rad.
 
-        Parameters
-        ----------
-        kappas : (K,)
-            Their phase shifts beside that of the wave, rad.
+        Shapes: `kappas` (K,).
         """
         return np.asarray(self.harmonics * self.problem.phase + kappas[:, None])
 
     def refinement(self, contact: PointContact, k: int) -> ClosedRefinement:
-        """What refines the eigenvalues of a nodal diameter.
-
-        Parameters
-        ----------
-        contact : PointContact
-            The point.
-        k : int
-            The nodal diameter.
-        """
+        """What refines the eigenvalues of a nodal diameter."""
         omega = contact.omega
         if k not in self._modes:
             if len(self._modes) >= KEPT:

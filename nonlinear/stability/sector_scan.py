@@ -30,23 +30,12 @@ class SectorScan:
     """Eigenvalues of the perturbations of the nodal diameters k = 1 .. N_b / 2.
 
     The strip is cut into slices as in `PatternScan`.
-
-    Attributes
-    ----------
-    structure : RingStructure
-        The structure, with a disk.
     """
 
-    structure: RingStructure
+    structure: RingStructure  # the structure, with a disk
 
     def eigenvalues(self, contact: PointContact) -> list[tuple[complex, int]]:
-        """Eigenvalues sigma = lambda / omega in the strip and their k, those of all k, the least stable first.
-
-        Parameters
-        ----------
-        contact : PointContact
-            The point.
-        """
+        """Eigenvalues sigma = lambda / omega in the strip and their k, those of all k, the least stable first."""
         structure, omega = self.structure, contact.omega
         closed = structure.closed(contact)
         slices = {centre: closed.at(1j * centre) for centre in (0.0, WIDTH, -WIDTH)}

@@ -30,31 +30,17 @@ class SharedMotions:
 
     Contact displacements times the square root of the contact stiffness have the p shared motions U, orthonormal
     columns: d = W^-1 U y. Few more have nearly all of the mean flexibility: Q = (U, V), orthonormal too.
-
-    Attributes
-    ----------
-    shared : (3 n_c, p)
-        W^-1 U.
-    mean : (4, 3 n_c, 3 n_c)
-        Terms of the flexibility of the modes above the lowest ones, mean of all waves.
-    flexible : (3 n_c, r)
-        W^-1 Q.
-    mean_of_flexible : (4, r, r)
-        Terms of the mean flexibility in Q.
     """
 
-    shared: Array
-    mean: Array
-    flexible: Array
-    mean_of_flexible: Array
+    shared: Array  # (3 n_c, p), W^-1 U
+    mean: Array  # (4, 3 n_c, 3 n_c), terms of the flexibility of the modes above the lowest ones, mean of all waves
+    flexible: Array  # (3 n_c, r), W^-1 Q
+    mean_of_flexible: Array  # (4, r, r), terms of the mean flexibility in Q
 
     def closing(self, active: NDArray[np.bool_]) -> "ClosingMotions":
         """The motions in which a contact is closed: Q, or the dofs that touch where these are fewer.
 
-        Parameters
-        ----------
-        active : (3 n_c,) bool
-            The dofs of the nodes that touch.
+        Shapes: `active` (3 n_c,).
         """
         p, r = self.shared.shape[1], self.flexible.shape[1]
         touching = int(np.count_nonzero(active))
@@ -64,38 +50,17 @@ class SharedMotions:
 
 
 class ClosingMotions(NamedTuple):
-    """Few contact motions in which a contact is closed around the mean flexibility.
+    """Few contact motions in which a contact is closed around the mean flexibility."""
 
-    Attributes
-    ----------
-    active : (3 n_c,) bool
-        The dofs of the nodes that touch, n of them.
-    motions : (n, r)
-        D, d = D v.
-    shared : (r, p)
-        E, the shared motions among them: v = E y.
-    mean : (4, r, r)
-        Terms of the mean flexibility in v.
-    """
-
-    active: NDArray[np.bool_]
-    motions: Array
-    shared: Array
-    mean: Array
+    active: NDArray[np.bool_]  # (3 n_c,), the dofs of the nodes that touch, n of them
+    motions: Array  # (n, r), D, d = D v
+    shared: Array  # (r, p), E, the shared motions among them: v = E y
+    mean: Array  # (4, r, r), terms of the mean flexibility in v
 
     def structure(self, n_harmonics: int, omega: float, static: bool) -> CondensedModes:
         """The mean flexibility, with y as outputs and the forces on these as inputs; no states.
 
         In real motions, rows (0, Re 1, Im 1, ...), near sigma = 0.
-
-        Parameters
-        ----------
-        n_harmonics : int
-            H of the perturbation.
-        omega : float
-            Excitation frequency, rad/s.
-        static : bool
-            Whether there is a harmonic 0.
         """
         harmonics = np.arange(0 if static else 1, n_harmonics + 1)
         s = np.asarray(1j * omega * harmonics, dtype=complex)
@@ -114,19 +79,7 @@ class ClosingMotions(NamedTuple):
 def series(terms: Matrix, s: ComplexArray, omega: float) -> tuple[ComplexArray, ComplexArray]:
     """A flexibility from the `terms` of its series, (..., 4, n, n), and its derivative in sigma = s / omega.
 
-    Parameters
-    ----------
-    terms : (4, n, n) or (..., S, 4, n, n)
-        Factors of 1, -s^2, -s and s^4, of all harmonics or of each.
-    s : (S,) or (..., S)
-        Of the harmonics, 1/s.
-    omega : float
-        Excitation frequency, rad/s.
-
-    Returns
-    -------
-    (..., S, n, n) twice
-        The flexibility and its derivative.
+    Shapes: `terms` (4, n, n), `s` (S,), returns (..., S, n, n).
     """
     powers = np.stack([np.ones_like(s), -(s**2), -s, s**4], axis=-1)
     changes = omega * np.stack([np.zeros_like(s), -2.0 * s, -np.ones_like(s), 4.0 * s**3], axis=-1)

@@ -32,28 +32,15 @@ class SliderMemory:
     r = -+ mu kn / kt where slip ended, r = -u' / d_n' at re-contact. The Jacobian of the contact element is that of a
     periodic perturbation. One that grows as e^(lambda t) was smaller at theta_s, by
     e^(-sigma (theta - theta_s)), sigma = lambda / omega. For `law = "two_sliders"`.
-
-    Attributes
-    ----------
-    node, direction : (M,) int
-        The slider.
-    start, length : (M,)
-        theta_s and the length of the stick interval, rad.
-    dw_dn : (M,)
-        r, derivative of the slider position in the normal displacement.
-    stiffness : (M,)
-        kt, N/m.
-    n_harmonics : int
-        H.
     """
 
-    node: Integers
-    direction: Integers
-    start: Array
-    length: Array
-    dw_dn: Array
-    stiffness: Array
-    n_harmonics: int
+    node: Integers  # (M,), the slider
+    direction: Integers  # (M,), the slider
+    start: Array  # (M,), theta_s and the length of the stick interval, rad
+    length: Array  # (M,), theta_s and the length of the stick interval, rad
+    dw_dn: Array  # (M,), r, derivative of the slider position in the normal displacement
+    stiffness: Array  # (M,), kt, N/m
+    n_harmonics: int  # H
 
     @cached_property
     def _powers(self) -> Matrix:
@@ -69,16 +56,7 @@ class SliderMemory:
         """Real Fourier coefficients of the contact force -dT that dw(theta_s) = 1 makes, beyond those at sigma = 0.
 
         They are those of kt (e^(-sigma (theta - theta_s)) - 1) over the stick interval.
-
-        Parameters
-        ----------
-        sigma : complex or float
-            lambda / omega.
-
-        Returns
-        -------
-        force, derivative : (M, 2H+1)
-            Coefficients and their derivative in sigma; real for a real sigma.
+        Shapes: returns `force, derivative` (M, 2H+1).
         """
         force, change = (self._weights * _basis(part) for part in self._moments(sigma))
         return (force, change) if isinstance(sigma, complex) else (force.real, change.real)
@@ -87,11 +65,6 @@ class SliderMemory:
         """As `force`, as amplitudes of the harmonics 0, 1, -1, 2, -2, ...: (M, 2H+1).
 
         That of the harmonic h is kt / (2 pi) times the integral of e^(-i h theta) times the force.
-
-        Parameters
-        ----------
-        sigma : complex
-            lambda / omega.
         """
         half = self.stiffness[:, None] / (2.0 * np.pi)
         force, change = (half * part[:, self._opposite] for part in self._moments(sigma))
@@ -163,21 +136,11 @@ def _basis(powers: Matrix) -> Matrix:
 
 @dataclass(frozen=True)
 class MemorySampler:
-    """Linearises the sliders over a cycle, at equidistant instants.
+    """Linearises the sliders over a cycle, at equidistant instants."""
 
-    Attributes
-    ----------
-    parameters : ContactParameters
-        Of the contact nodes.
-    n_harmonics : int
-        H of the motion.
-    samples : int
-        Instants a period.
-    """
-
-    parameters: ContactParameters
-    n_harmonics: int
-    samples: int = SAMPLES
+    parameters: ContactParameters  # of the contact nodes
+    n_harmonics: int  # H of the motion
+    samples: int = SAMPLES  # instants a period
 
     @cached_property
     def _tables(self) -> tuple[Array, Array]:

@@ -21,36 +21,17 @@ ABOVE = 10.0  # frequency of modes that fill a row, as a multiple of the highest
 
 @dataclass(frozen=True)
 class WaveFlexibility(SharedMotions):
-    """Contact motion under contact forces, B_n (s^2 + s C + K)^-1 B_n^H, of the waves n = 0 .. N_b - 1.
+    """Contact motion under contact forces, B_n (s^2 + s C + K)^-1 B_n^H, of the waves n = 0 .. N_b - 1."""
 
-    Attributes
-    ----------
-    angular_frequency, damping : (N_b, q)
-        Of the lowest modes of each wave.
-    motion : (N_b, p, q)
-        Their contact motions, in y.
-    deviation : (N_b, 4, p, p)
-        Terms of the flexibility in y of the other modes of each wave, less the mean.
-    """
-
-    angular_frequency: Array
-    damping: Array
-    motion: ComplexArray
+    angular_frequency: Array  # (N_b, q), of the lowest modes of each wave
+    damping: Array  # (N_b, q), of the lowest modes of each wave
+    motion: ComplexArray  # (N_b, p, q), their contact motions, in y
+    # (N_b, 4, p, p), terms of the flexibility in y of the other modes of each wave, less the mean
     deviation: ComplexArray
 
     @classmethod
     def of(cls, modal: SectorModes, contact: ContactParameters, highest: float) -> "WaveFlexibility":
-        """All waves of a ring.
-
-        Parameters
-        ----------
-        modal : rom.SectorModes
-            The modes.
-        contact : ContactParameters
-            The contact stiffnesses.
-        highest : float
-            Largest natural frequency of the lowest modes, rad/s.
-        """
+        """All waves of a ring."""
         weight = contact_weights(contact)
         last = modal.n_blades // 2
         waves = [_Wave.of(modal, n, weight, highest) for n in range(last + 1)]
@@ -88,12 +69,7 @@ class WaveFlexibility(SharedMotions):
     def pencils(self, number: NDArray[np.int64], harmonics: Array) -> PerturbationPencils:
         """The eigenvalue problems of several perturbations.
 
-        Parameters
-        ----------
-        number : (K, S) int
-            Wave of each harmonic, 0 .. N_b - 1.
-        harmonics : (S,)
-            h.
+        Shapes: `number` (K, S), `harmonics` (S,).
         """
         backward = (harmonics < 0.0)[:, None, None]
         poles, residues = (part[number] for part in self.poles)

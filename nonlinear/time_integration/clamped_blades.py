@@ -16,21 +16,11 @@ from rom import ModalModel
 
 @dataclass(frozen=True)
 class ClampedBlades:
-    """Coordinates (q, m) of q blades: the modal coordinates of each.
+    """Coordinates (q, m) of q blades: the modal coordinates of each."""
 
-    Attributes
-    ----------
-    modal : rom.ModalModel
-        Modes of a blade.
-    modes : RetainedModes
-        Modes that are integrated.
-    n_blades : int
-        Number q of blades.
-    """
-
-    modal: ModalModel
-    modes: RetainedModes
-    n_blades: int
+    modal: ModalModel  # modes of a blade
+    modes: RetainedModes  # modes that are integrated
+    n_blades: int  # number q of blades
 
     @property
     def angular_frequency(self) -> Array:

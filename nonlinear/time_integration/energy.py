@@ -11,24 +11,13 @@ from nonlinear.time_integration.ring_integrator import RingIntegrator
 
 @dataclass(frozen=True)
 class RingEnergy:
-    """Work and energy of all blades over one period, J.
+    """Work and energy of all blades over one period, J."""
 
-    Attributes
-    ----------
-    excitation : float
-        Work of the excitation and of the static forces.
-    damping : float
-        Work dissipated by structural damping; that of the residual flexibility under contact forces is neglected.
-    contact : float
-        Work done on the contacts: friction, and the elastic energy that is left in them.
-    stored : float
-        Change of the kinetic and elastic energy of the blades.
-    """
-
-    excitation: float
+    excitation: float  # work of the excitation and of the static forces
+    # work dissipated by structural damping; that of the residual flexibility under contact forces is neglected
     damping: float
-    contact: float
-    stored: float
+    contact: float  # work done on the contacts: friction, and the elastic energy that is left in them
+    stored: float  # change of the kinetic and elastic energy of the blades
 
     @property
     def error(self) -> float:
@@ -39,20 +28,7 @@ class RingEnergy:
 
 
 def energy_balance(integrator: RingIntegrator, start: RingState) -> RingEnergy:
-    """Integrate one period and balance its energy.
-
-    Parameters
-    ----------
-    integrator : RingIntegrator
-        The ring.
-    start : RingState
-        Where the period begins.
-
-    Returns
-    -------
-    RingEnergy
-        Work and energy over the period. The integrals are sums over the steps, of second order in the step.
-    """
+    """Integrate one period and balance its energy."""
     structure = integrator.structure
     states, _ = integrator.history(start)
     states = [start, *states]

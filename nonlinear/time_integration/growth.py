@@ -25,18 +25,7 @@ RESOLUTION = 1e-3  # difference of two exponents times the period that is none
 def growth_rate(states: Array, period: float) -> float:
     """Largest growth rate that the states show.
 
-    Parameters
-    ----------
-    states : (P, ...) float
-        States at the ends of successive periods.
-    period : float
-        Period, s.
-
-    Returns
-    -------
-    float
-        Growth rate, 1/s; NaN where the states are too few, or two estimates disagree and the departure does not grow
-        steadily either.
+    Shapes: `states` (P, ...).
     """
     flat = states.reshape(len(states), -1)[-DIFFERENCES - 1 :]
     differences = np.diff(flat, axis=0)

@@ -34,17 +34,10 @@ class JoinedSectors:
     """Coordinates (q, m) of q sectors: the sums of the waves.
 
     Factors of modes have one row for each of the J = q // 2 + 1 waves l = 0 .. q // 2.
-
-    Attributes
-    ----------
-    modes : RetainedModes
-        The ring, and its modes that are integrated.
-    n_blades : int
-        Number q of sectors.
     """
 
-    modes: RetainedModes
-    n_blades: int
+    modes: RetainedModes  # the ring, and its modes that are integrated
+    n_blades: int  # number q of sectors
 
     @cached_property
     def phases(self) -> Array:

@@ -8,19 +8,7 @@ from nonlinear.contact.parameters import Array
 def propagation(angular_frequency: Array, damping: Array, step: float) -> tuple[Array, Array]:
     """Coefficients of eta'' + c eta' + w^2 eta = f over one step, f linear from f_0 to f_1.
 
-    Parameters
-    ----------
-    angular_frequency : (m,) float
-        w, rad/s.
-    damping : (m,) float
-        c = 2 zeta w, 1/s.
-    step : float
-        Length h of the step, s.
-
-    Returns
-    -------
-    position, rate : (4, m) float
-        Rows a, b, c, d: the value after the step is a eta + b eta' + c f_0 + d f_1.
+    Shapes: `angular_frequency` (m,), `damping` (m,), returns `position, rate` (4, m).
     """
     from scipy.linalg import expm
 

@@ -15,17 +15,7 @@ NO_SCATTER = 5e-3  # scatter, relative to the amplitude, that is none
 def repeats_after(ends: Array, vibration: float = 0.0) -> int:
     """Number of periods after which a motion repeats itself over the whole window; 0: it does not.
 
-    Parameters
-    ----------
-    ends : (P, ...) float
-        States at the ends of the P periods of the window.
-    vibration : float
-        Size of the whole vibration, where the states are those of a part of it that may vanish.
-
-    Returns
-    -------
-    int
-        1 for a motion with the period of the excitation, 2 after a period doubling, ..., 8 at most.
+    Shapes: `ends` (P, ...).
     """
     flat = ends.reshape(len(ends), -1)
     scale = max(float(np.linalg.norm(flat, axis=1).max()), vibration)
@@ -41,10 +31,7 @@ def repeats_after(ends: Array, vibration: float = 0.0) -> int:
 def same_statistics(before: Array, after: Array) -> bool:
     """Whether two windows of a motion have the same largest amplitude and the same scatter.
 
-    Parameters
-    ----------
-    before, after : (P, q) float
-        Largest abs(x) of each period and blade in two successive windows, m.
+    Shapes: `before` (P, q), `after` (P, q).
     """
     largest = after.max()
     scatter = [float(window.max() - window.min()) for window in (before, after)]
@@ -55,9 +42,6 @@ def same_statistics(before: Array, after: Array) -> bool:
 def same_mean(before: Array, after: Array) -> bool:
     """Whether two windows of a motion have the same mean amplitude.
 
-    Parameters
-    ----------
-    before, after : (P, q) float
-        As in `same_statistics`.
+    Shapes: `before` (P, q), `after` (P, q).
     """
     return bool(abs(after.mean() - before.mean()) <= SAME_MEAN * after.mean())

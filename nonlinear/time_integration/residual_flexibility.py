@@ -40,31 +40,14 @@ class RetainedModes:
 
     Without the residual flexibility a stiff contact spring on the small mass of a node would set the step. With it
     the spring acts in series with the local flexibility of the blade.
-
-    Attributes
-    ----------
-    ring : Ring
-        The ring.
-    highest : float
-        Natural frequency up to which modes are integrated, rad/s.
     """
 
-    ring: Ring
-    highest: float
+    ring: Ring  # the ring
+    highest: float  # natural frequency up to which modes are integrated, rad/s
 
     @classmethod
     def of(cls, ring: Ring, omega: float, retention: float = RETENTION) -> "RetainedModes":
-        """Choose the modes.
-
-        Parameters
-        ----------
-        ring : Ring
-            The ring.
-        omega : float
-            Excitation frequency, rad/s.
-        retention : float
-            Highest natural frequency retained, in multiples of omega.
-        """
+        """Choose the modes."""
         lowest = ring.modal.at(ring.excitation.engine_order).angular_frequency[0]
         return cls(ring, max(retention * omega, float(lowest)))
 
@@ -100,18 +83,7 @@ class RetainedModes:
         return math.sqrt(highest)
 
     def steps(self, omega: float) -> int:
-        """Steps a period: enough for the fastest mode, and a multiple of the blades of the wave.
-
-        Parameters
-        ----------
-        omega : float
-            Excitation frequency, rad/s.
-
-        Raises
-        ------
-        StepError
-            More than `MOST_STEPS` would be needed.
-        """
+        """Steps a period: enough for the fastest mode, and a multiple of the blades of the wave."""
         least = max(LEAST_STEPS, math.ceil(2.0 * math.pi * self.fastest() / (omega * LARGEST_ANGLE)))
         if least > MOST_STEPS:
             raise StepError(

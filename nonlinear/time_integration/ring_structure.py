@@ -10,14 +10,6 @@ Kernel = BladeKernel | SectorKernel
 
 
 def ring_structure(modes: RetainedModes, n_blades: int) -> RingStructure:
-    """The structure of q blades.
-
-    Parameters
-    ----------
-    modes : RetainedModes
-        The ring, and its modes that are integrated.
-    n_blades : int
-        Number q of blades.
-    """
+    """The structure of q blades."""
     modal = modes.ring.modal
     return ClampedBlades(modal, modes, n_blades) if isinstance(modal, ModalModel) else JoinedSectors(modes, n_blades)

@@ -20,22 +20,7 @@ MAX_ITERATIONS = 12
 def with_more_harmonics(ring: Ring, omega: float, displacement: Array, harmonics: int = HARMONICS) -> Array:
     """The periodic solution with more harmonics near one with few.
 
-    Parameters
-    ----------
-    ring : Ring
-        The ring.
-    omega : float
-        Excitation frequency, rad/s.
-    displacement : (2H+1, n_c, 3) float
-        Real Fourier coefficients of the relative displacement, m.
-    harmonics : int
-        Number of harmonics of the result.
-
-    Returns
-    -------
-    (2H'+1, n_c, 3) float
-        The solution with H' = `harmonics`; as it was where it has as many, or where Newton's method does not converge
-        or leads to another motion.
+    Shapes: `displacement` (2H+1, n_c, 3), returns (2H'+1, n_c, 3).
     """
     few = len(displacement)
     if few >= 2 * harmonics + 1:

@@ -22,20 +22,11 @@ class UnstableStretch:
 
     A point is exposed where no other solution of the same frequency is clearly higher: what the ring does there
     instead of the unstable motion may be higher than every stable solution.
-
-    Attributes
-    ----------
-    branch : int
-        Branch: 0, the main branch; k, detached branch k.
-    exposed : (k,) int
-        Indices of the exposed points, in the order of the branch.
-    height_m : float
-        Largest amplitude of the exposed points, m.
     """
 
-    branch: int
-    exposed: NDArray[np.int64]
-    height_m: float
+    branch: int  # branch: 0, the main branch; k, detached branch k
+    exposed: NDArray[np.int64]  # (k,), indices of the exposed points, in the order of the branch
+    height_m: float  # largest amplitude of the exposed points, m
 
 
 def branches_of(curve: ResponseCurve) -> tuple[ResponseCurve, ...]:

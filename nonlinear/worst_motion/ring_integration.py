@@ -30,24 +30,12 @@ VISIBLE = 0.02  # disturbance relative to the vibration, where no growth rate is
 
 @dataclass(frozen=True)
 class Solution:
-    """A periodic solution of the balance at one frequency.
+    """A periodic solution of the balance at one frequency."""
 
-    Attributes
-    ----------
-    omega : float
-        Excitation frequency, rad/s.
-    displacement : (2H+1, n_c, 3) float
-        Real Fourier coefficients of d, m.
-    growth_rate : float
-        Largest growth rate of a perturbation, 1/s.
-    nodal_diameter : int
-        k of that perturbation; below 0: not known.
-    """
-
-    omega: float
-    displacement: Array
-    growth_rate: float
-    nodal_diameter: int
+    omega: float  # excitation frequency, rad/s
+    displacement: Array  # (2H+1, n_c, 3), real Fourier coefficients of d, m
+    growth_rate: float  # largest growth rate of a perturbation, 1/s
+    nodal_diameter: int  # k of that perturbation; below 0: not known
 
     @classmethod
     def of(cls, branch: ResponseCurve, index: int) -> "Solution":
@@ -62,17 +50,10 @@ class Solution:
 
 
 class Integrated(NamedTuple):
-    """What time integration from a solution gave.
+    """What time integration from a solution gave."""
 
-    Attributes
-    ----------
-    motion : RingMotion or None
-        The motion that the ring reaches; None where there is none.
-    failure : str
-        What was not integrated and why, such as "of 24 blades would take too long"; "" where nothing is left open.
-    """
-
-    motion: RingMotion | None
+    motion: RingMotion | None  # the motion that the ring reaches; None where there is none
+    # what was not integrated and why, such as "of 24 blades would take too long"; "" where nothing is left open
     failure: str = ""
 
 
@@ -106,25 +87,6 @@ class RingIntegration:
 
         A pattern that needs too many blades is replaced by one that grows slower, and this is said. A motion higher
         than all that are known is followed on: what has settled beside an unstable motion may leave it late.
-
-        Parameters
-        ----------
-        solution : Solution
-            Where the ring starts.
-        blade_periods : int
-            Number of periods times number of blades that may be integrated.
-        height_m : float
-            Amplitude of the highest motion known, m.
-
-        Returns
-        -------
-        Integrated
-            Without a motion where that is too little for every pattern that grows.
-
-        Raises
-        ------
-        ArithmeticError
-            The time integration failed.
         """
         pattern, failure = self.pattern(solution), ""
         blades = self.ring.blades(pattern)

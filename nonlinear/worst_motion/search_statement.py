@@ -22,21 +22,7 @@ def searched(
     departures: Sequence[Departure],
     lacking: bool = False,
 ) -> str:
-    """What was searched (branches, stability, harmonics, time integration), and what was not, parted by semicolons.
-
-    Parameters
-    ----------
-    curve : ResponseCurve
-        The curve with its detached branches.
-    options : SolverOptions
-        Its options.
-    n_blades : int or None
-        Number of blades of the ring.
-    departures : sequence of Departure
-        The unstable solutions from which time integration started.
-    lacking : bool
-        Whether there are others that could matter.
-    """
+    """What was searched (branches, stability, harmonics, time integration), and what was not, by semicolons."""
     parts = [_branches(curve, options), _stability(options, n_blades), f"harmonics 0 to {curve.harmonics}"]
     motions = [each.motion for each in departures if each.motion is not None]
     if motions:
@@ -79,19 +65,7 @@ def _integrated(motions: Sequence[RingMotion]) -> str:
 
 
 def unresolved(curve: ResponseCurve, departures: Sequence[Departure], left_out: Sequence[float], reason: str) -> str:
-    """What was left open; "" where nothing.
-
-    Parameters
-    ----------
-    curve : ResponseCurve
-        The curve with its detached branches.
-    departures : sequence of Departure
-        The unstable solutions from which time integration started.
-    left_out : sequence of float
-        Amplitudes of unstable solutions that could matter, without time integration, m.
-    reason : str
-        Why there was none.
-    """
+    """What was left open; "" where nothing."""
     found = []
     if not curve.termination.complete:
         found.append("the main branch is incomplete")

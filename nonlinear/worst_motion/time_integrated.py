@@ -34,31 +34,16 @@ Integrate = Callable[[Place, int, float], Integrated]
 
 @dataclass(frozen=True)
 class Departure:
-    """What the ring does from an unstable solution.
+    """What the ring does from an unstable solution."""
 
-    Attributes
-    ----------
-    place : (int, int)
-        Branch and index of the solution.
-    frequency_hz : float
-        Its frequency, Hz.
-    motion : RingMotion or None
-        The motion that the ring reaches; None where there is none.
-    known : bool
-        Whether that is a stable solution of the branches.
-    falls : bool
-        Whether the ring fell below what was worth following, or was still falling at the end, and not higher then
-        than the highest motion known.
-    failure : str
-        Why there is no motion, or none of the pattern that grows fastest.
-    """
-
-    place: Place
-    frequency_hz: float
-    motion: RingMotion | None
-    known: bool = False
+    place: Place  # branch and index of the solution
+    frequency_hz: float  # its frequency, Hz
+    motion: RingMotion | None  # the motion that the ring reaches; None where there is none
+    known: bool = False  # whether that is a stable solution of the branches
+    # whether the ring fell below what was worth following, or was still falling at the end, and not higher then than
+    # the highest motion known
     falls: bool = False
-    failure: str = ""
+    failure: str = ""  # why there is no motion, or none of the pattern that grows fastest
 
     @property
     def new_height(self) -> float:
@@ -74,28 +59,16 @@ class Departure:
 
 @dataclass
 class DepartureSearch:
-    """Time integration from the unstable stretches of a curve.
+    """Time integration from the unstable stretches of a curve."""
 
-    Attributes
-    ----------
-    branches : sequence of ResponseCurve
-        Main branch and detached ones.
-    integrate : callable
-        Integrates the ring from a solution (branch, index), disturbed in its worst pattern, for so many blades times
-        periods at most, where the highest motion known has an amplitude, m.
-    height_m : float
-        Amplitude of the highest stable solution, m.
-    tolerance : float
-        Relative difference of amplitudes up to which a periodic motion counts as a stable solution.
-    blade_periods : int
-        Blades times periods that are left.
-    """
-
-    branches: Sequence[ResponseCurve]
+    branches: Sequence[ResponseCurve]  # main branch and detached ones
+    # integrates the ring from a solution (branch, index), disturbed in its worst pattern, for so many blades times
+    # periods at most, where the highest motion known has an amplitude, m
     integrate: Integrate
-    height_m: float
+    height_m: float  # amplitude of the highest stable solution, m
+    # relative difference of amplitudes up to which a periodic motion counts as a stable solution
     tolerance: float = SAME_AMPLITUDE
-    blade_periods: int = BLADE_PERIODS
+    blade_periods: int = BLADE_PERIODS  # blades times periods that are left
     _highest: float = field(default=0.0, init=False)  # of the motions found
 
     def __post_init__(self) -> None:

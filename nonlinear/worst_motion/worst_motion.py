@@ -77,21 +77,7 @@ def find_worst_motion(problem: Problem, curve: ResponseCurve) -> WorstMotion | N
 def worst_of(
     curve: ResponseCurve, options: SolverOptions, n_blades: int | None, integrate: Integrate | None, reason: str = ""
 ) -> WorstMotion:
-    """The worst motion with a given time integration; without one, `reason` says why.
-
-    Parameters
-    ----------
-    curve : ResponseCurve
-        The solved curve with its detached branches, with points.
-    options : SolverOptions
-        Options of the curve.
-    n_blades : int or None
-        Number of blades of the ring.
-    integrate : callable or None
-        Integrates the ring from a point, given as branch and index.
-    reason : str
-        Why there is no time integration.
-    """
+    """The worst motion with a given time integration; without one, `reason` says why."""
     tolerance = max(options.harmonic_tolerance, TRUNCATION_TOLERATED)
     branches, doubtful = without_doubtful(branches_of(curve), tolerance)
     place = highest_persistent(branches)

@@ -20,49 +20,23 @@ MOST_PERIODS = 3000
 
 @dataclass(frozen=True)
 class CheckedPoint:
-    """Which motion to check.
+    """Which motion to check."""
 
-    Attributes
-    ----------
-    curve : int
-        Number of the curve, from 0.
-    frequency_hz : float
-        Excitation frequency, Hz.
-    branch : int or None
-        0: main branch, k: detached branch k; None: all.
-    solution : int
-        Number of the solution among those at the frequency, from 1, the highest.
-    """
-
-    curve: int
-    frequency_hz: float
-    branch: int | None = None
-    solution: int = 1
+    curve: int  # number of the curve, from 0
+    frequency_hz: float  # excitation frequency, Hz
+    branch: int | None = None  # 0: main branch, k: detached branch k; None: all
+    solution: int = 1  # number of the solution among those at the frequency, from 1, the highest
 
 
 @dataclass(frozen=True)
 class Check:
-    """The answer.
+    """The answer."""
 
-    Attributes
-    ----------
-    point : CheckedPoint
-        Which motion was checked.
-    label : str
-        Swept parameters of the curve.
-    solutions : list of FoundSolution
-        All solutions at the frequency, the highest first.
-    motion : RingMotion
-        What the ring did.
-    predicted_rate : float
-        Growth rate of the disturbance from the Floquet exponents, 1/s.
-    """
-
-    point: CheckedPoint
-    label: str
-    solutions: list[FoundSolution]
-    motion: RingMotion
-    predicted_rate: float
+    point: CheckedPoint  # which motion was checked
+    label: str  # swept parameters of the curve
+    solutions: list[FoundSolution]  # all solutions at the frequency, the highest first
+    motion: RingMotion  # what the ring did
+    predicted_rate: float  # growth rate of the disturbance from the Floquet exponents, 1/s
 
     @property
     def checked(self) -> FoundSolution:
@@ -71,13 +45,7 @@ class Check:
 
 
 def refuse(request: Request, point: CheckedPoint) -> None:
-    """Refuse a point that no result of the scene can have, before anything is computed.
-
-    Raises
-    ------
-    InputError
-        Names the option.
-    """
+    """Refuse a point that no result of the scene can have, before anything is computed."""
     members = request.scene.members
     if point.curve >= len(members):
         last = len(members) - 1
@@ -93,22 +61,7 @@ def refuse(request: Request, point: CheckedPoint) -> None:
 
 
 def check_point(point: CheckedPoint, curve: CurveResult, label: str) -> Check:
-    """Find the solutions of a solved curve at the frequency and integrate the ring from one of them.
-
-    Parameters
-    ----------
-    point : CheckedPoint
-        Which motion.
-    curve : CurveResult
-        The curve.
-    label : str
-        Its swept parameters.
-
-    Raises
-    ------
-    InputError
-        There is no such curve, branch or solution; or the ring cannot be integrated.
-    """
+    """Find the solutions of a solved curve at the frequency and integrate the ring from one of them."""
     from nonlinear import RingIntegration, RingPatterns, SolutionSearch
     from rom import one_blas_thread
 

@@ -27,24 +27,7 @@ class CheckOutcome:
 
 
 def run_check(request: Request, point: CheckedPoint, reporter: Reporter) -> CheckOutcome:
-    """Check one motion of a scene, computing what is missing of its results.
-
-    Parameters
-    ----------
-    request : Request
-        Scene and output folder.
-    point : CheckedPoint
-        Which motion.
-    reporter : Reporter
-        Says what is going on.
-
-    Raises
-    ------
-    InputError
-        The scene is not usable, or it has no such curve, frequency, branch or solution.
-    StorageError
-        There is no room for the results.
-    """
+    """Check one motion of a scene, computing what is missing of its results."""
     refuse(request, point)
     with solved_curves(request, reporter) as (run, outcome):
         curve = outcome.curves[point.curve]

@@ -62,22 +62,6 @@ class ClusterExecutor:
 
     No more tasks are at the scheduler than the workers need; the others wait here. A task is begun again on another
     worker where its own one is lost while it runs.
-
-    Parameters
-    ----------
-    scheduler : str
-        Address of its scheduler, or its scheduler file.
-    scratch : Path
-        Where the folders of results are made.
-    interrupts : Interrupts
-        Requests to stop.
-    say : callable
-        Takes a line for the user.
-
-    Raises
-    ------
-    InputError
-        The text is no address.
     """
 
     def __init__(
@@ -110,13 +94,7 @@ class ClusterExecutor:
         return max(1, len(self._workers))
 
     def prepare(self, processes: int, preparation: Preparation | None = None) -> None:
-        """Connect to the cluster and look at its workers.
-
-        Raises
-        ------
-        InputError
-            There is no such cluster, or it cannot run this program.
-        """
+        """Connect to the cluster and look at its workers."""
         if preparation is not None:
             self._preparation = preparation
         if self._cluster is not None:
@@ -307,13 +285,7 @@ class ClusterExecutor:
         return True
 
     def _look_after(self) -> None:
-        """Look at scheduler and workers from time to time.
-
-        Raises
-        ------
-        ExecutorLost
-            The scheduler is gone, or there has been no worker for long.
-        """
+        """Look at scheduler and workers from time to time."""
         assert self._cluster is not None
         if time.monotonic() - self._looked < _LOOK_AT_WORKERS:
             return

@@ -16,13 +16,7 @@ SCHEDULER, CLUSTER = "--scheduler", "--cluster"
 
 
 def check_cluster(scheduler: str | None, cluster: str | None, jobs: int | None) -> None:
-    """Refuse options that contradict each other, and addresses that cannot be any.
-
-    Raises
-    ------
-    InputError
-        Names the option.
-    """
+    """Refuse options that contradict each other, and addresses that cannot be any."""
     if scheduler is not None and cluster is not None:
         raise input_error(CLUSTER, "", f"{shown(cluster)} beside {SCHEDULER}", "one of the two")
     if jobs is not None and (scheduler is not None or cluster is not None):
@@ -35,13 +29,7 @@ def check_cluster(scheduler: str | None, cluster: str | None, jobs: int | None) 
 
 
 def scheduler_address(text: str) -> str:
-    """Address of a scheduler, from the text of an address or from the scheduler file of that name.
-
-    Raises
-    ------
-    InputError
-        It is neither.
-    """
+    """Address of a scheduler, from the text of an address or from the scheduler file of that name."""
     if _ADDRESS.fullmatch(text):
         return text.rstrip("/")
     if "://" in text or not text.endswith(".json"):
@@ -61,13 +49,7 @@ def scheduler_address(text: str) -> str:
 
 
 def local_workers(text: str) -> int:
-    """Number of workers of `local:N`.
-
-    Raises
-    ------
-    InputError
-        The text is another one.
-    """
+    """Number of workers of `local:N`."""
     found = _LOCAL.fullmatch(text)
     if found is None or not 1 <= int(found[1]) <= MOST_WORKERS:
         raise input_error(CLUSTER, "", shown(text), f"local:N, a number N of workers from 1 to {MOST_WORKERS}")

@@ -25,18 +25,10 @@ _SILENT = logging.CRITICAL + 1  # what a user needs to know is said here
 
 @dataclass(frozen=True)
 class Cluster:
-    """A client of a scheduler.
+    """A client of a scheduler."""
 
-    Attributes
-    ----------
-    client : Client
-        Client of dask.distributed.
-    name : str
-        What messages call it.
-    """
-
-    client: Client
-    name: str
+    client: Client  # client of dask.distributed
+    name: str  # what messages call it
 
     def close(self) -> None:
         """Leave the cluster."""
@@ -44,13 +36,7 @@ class Cluster:
 
 
 def connected(scheduler: str) -> Cluster:
-    """Connect to the cluster of a scheduler, by its address or its scheduler file.
-
-    Raises
-    ------
-    InputError
-        There is no such cluster.
-    """
+    """Connect to the cluster of a scheduler, by its address or its scheduler file."""
     try:
         import dask
         from distributed import Client
@@ -77,13 +63,7 @@ def check_workers(
     check: Callable[[], None],
     say: Callable[[str], None],
 ) -> None:
-    """Wait for workers, refuse those that would compute other numbers, and say what there is.
-
-    Raises
-    ------
-    InputError
-        There is no worker, or one cannot be used.
-    """
+    """Wait for workers, refuse those that would compute other numbers, and say what there is."""
     _wait(cluster, check, say)
     answers: dict[str, Any] = cluster.client.run(described, preparation, on_error="return")
     found = {worker: facts for worker, facts in answers.items() if not isinstance(facts, OSError)}  # others have left

@@ -20,57 +20,26 @@ MOST_FILES = 512  # of them; those not read for longest are removed
 
 @dataclass(frozen=True)
 class Parcel:
-    """A task on its way to a worker.
+    """A task on its way to a worker."""
 
-    Attributes
-    ----------
-    topic : str
-        Where the beginning of the task is reported.
-    preparation : Preparation
-        What the worker has to call first, once.
-    function : callable
-        See `Task`.
-    names : mapping of str to str
-        Hashes of its files by their names.
-    args : tuple
-        See `Task`.
-    contents : mapping of str to bytes
-        Files by their hashes, as far as the workers are not known to have them.
-    """
-
-    topic: str
-    preparation: Preparation
-    function: Callable[..., None]
-    names: Mapping[str, str]
-    args: tuple[Any, ...]
-    contents: Mapping[str, bytes]
+    topic: str  # where the beginning of the task is reported
+    preparation: Preparation  # what the worker has to call first, once
+    function: Callable[..., None]  # see `Task`
+    names: Mapping[str, str]  # hashes of its files by their names
+    args: tuple[Any, ...]  # see `Task`
+    contents: Mapping[str, bytes]  # files by their hashes, as far as the workers are not known to have them
 
 
 @dataclass(frozen=True)
 class Returned:
-    """What a worker sends back.
+    """What a worker sends back."""
 
-    Attributes
-    ----------
-    worker : str
-        Its address.
-    seconds : float
-        How long the task ran.
-    contents : mapping of str to bytes
-        Files of the result by their names.
-    missing : tuple of str
-        Hashes of files that the worker does not have: it has not run the task.
-    full : str
-        Why the disk of the worker takes no more, or an empty text.
-    versions : mapping of str to str
-        Versions of the worker, where they are others than those asked for: it has not run the task.
-    """
-
-    worker: str
-    seconds: float = 0.0
-    contents: Mapping[str, bytes] = field(default_factory=dict)
-    missing: tuple[str, ...] = ()
-    full: str = ""
+    worker: str  # its address
+    seconds: float = 0.0  # how long the task ran
+    contents: Mapping[str, bytes] = field(default_factory=dict)  # files of the result by their names
+    missing: tuple[str, ...] = ()  # hashes of files that the worker does not have: it has not run the task
+    full: str = ""  # why the disk of the worker takes no more, or an empty text
+    # versions of the worker, where they are others than those asked for: it has not run the task
     versions: Mapping[str, str] = field(default_factory=dict)
 
 
@@ -84,20 +53,7 @@ def content_hash(content: bytes) -> str:
 
 
 def run_parcel(parcel: Parcel, expected: Mapping[str, str]) -> Returned:
-    """Run a task on the worker that calls this.
-
-    Parameters
-    ----------
-    parcel : Parcel
-        The task.
-    expected : mapping of str to str
-        Versions that the worker is to have.
-
-    Raises
-    ------
-    TaskFailed
-        The task raised an exception.
-    """
+    """Run a task on the worker that calls this."""
     from distributed import get_worker
 
     worker = get_worker()
@@ -133,21 +89,11 @@ def other_versions(expected: Mapping[str, str], found: Mapping[str, str]) -> dic
 
 @dataclass(frozen=True)
 class WorkerFacts:
-    """What a worker is.
+    """What a worker is."""
 
-    Attributes
-    ----------
-    versions : mapping of str to str
-        Versions of what decides numbers.
-    threads : int
-        Number of tasks that it runs at the same time.
-    memory : int
-        Bytes that it may use, 0 where that is not bounded.
-    """
-
-    versions: Mapping[str, str]
-    threads: int
-    memory: int
+    versions: Mapping[str, str]  # versions of what decides numbers
+    threads: int  # number of tasks that it runs at the same time
+    memory: int  # bytes that it may use, 0 where that is not bounded
 
 
 def described(preparation: Preparation, dask_worker: Any) -> WorkerFacts:

@@ -25,27 +25,14 @@ _SHARE = 0.9  # of the memory of this machine, for a fixed number of workers tog
 
 @dataclass
 class LocalExecutor:
-    """Runs tasks one by one here, or `count` at a time in worker processes.
+    """Runs tasks one by one here, or `count` at a time in worker processes."""
 
-    Attributes
-    ----------
-    pool : Workers
-        The processes of the run.
-    scratch : Path
-        Where the folders of results are made.
-    interrupts : Interrupts
-        Requests to stop.
-    say : callable
-        Takes a line for the user.
-    fixed : int or None
-        Number of worker processes, whatever the work; each may use its share of the memory. None: as many as the work
-        is worth.
-    """
-
-    pool: Workers
-    scratch: Path
-    interrupts: Interrupts
-    say: Callable[[str], None]
+    pool: Workers  # the processes of the run
+    scratch: Path  # where the folders of results are made
+    interrupts: Interrupts  # requests to stop
+    say: Callable[[str], None]  # takes a line for the user
+    # number of worker processes, whatever the work; each may use its share of the memory. None: as many as the work
+    # is worth
     fixed: int | None = None
     count: int = 1
     _here: list[tuple[tuple[float, ...], int, Task]] = field(default_factory=list)

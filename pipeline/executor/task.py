@@ -23,60 +23,33 @@ Progress = Callable[[float, int], None]
 
 @dataclass(frozen=True)
 class Task:
-    """One curve or one reduced model: files in, files out, wherever it runs.
+    """One curve or one reduced model: files in, files out, wherever it runs."""
 
-    Attributes
-    ----------
-    label : str
-        What messages call it.
-    function : callable
-        `function(folder, files, *args, progress)` writes the result into `folder`; a function of a module. It depends
-        on the contents of `files` and on `args` only. It calls `progress` with the frequency reached, Hz, and the
-        number of points.
-    files : mapping of str to Path
-        The files that it reads, by names of its own.
-    args : tuple
-        Further arguments, which can be pickled.
-    order : tuple of float
-        Of the tasks that wait, the one with the smallest is begun first.
-    """
-
-    label: str
+    label: str  # what messages call it
+    # `function(folder, files, *args, progress)` writes the result into `folder`; a function of a module. It depends
+    # on the contents of `files` and on `args` only. It calls `progress` with the frequency reached, Hz, and the
+    # number of points
     function: Callable[..., None]
-    files: Mapping[str, Path]
-    args: tuple[Any, ...] = ()
-    order: tuple[float, ...] = ()
+    files: Mapping[str, Path]  # the files that it reads, by names of its own
+    args: tuple[Any, ...] = ()  # further arguments, which can be pickled
+    order: tuple[float, ...] = ()  # of the tasks that wait, the one with the smallest is begun first
 
 
 @dataclass(frozen=True)
 class TaskResult:
-    """Files of a result.
+    """Files of a result."""
 
-    Attributes
-    ----------
-    folder : Path
-        A folder on this machine with the files, for the receiver to keep or to remove.
-    seconds : float
-        How long the task ran.
-    """
-
-    folder: Path
-    seconds: float
+    folder: Path  # A folder on this machine with the files, for the receiver to keep or to remove
+    seconds: float  # how long the task ran
 
 
 @dataclass(frozen=True)
 class Preparation:
-    """What a worker needs before its first task.
+    """What a worker needs before its first task."""
 
-    Attributes
-    ----------
-    call : Call
-        Called once in each worker: imports, and kernels to compile or to load.
-    versions : callable
-        Gives the versions of what decides numbers, by name; a worker with others is refused.
-    """
-
+    # called once in each worker: imports, and kernels to compile or to load
     call: Call[Any] = field(default_factory=lambda: Call(dict))
+    # gives the versions of what decides numbers, by name; a worker with others is refused
     versions: Callable[[], dict[str, str]] = dict
 
 
@@ -92,13 +65,7 @@ class Executor(Protocol):
         """Number of tasks that run at the same time."""
 
     def prepare(self, processes: int, preparation: Preparation | None = None) -> None:
-        """Get workers ready, for work that is worth this number of processes on one machine.
-
-        Raises
-        ------
-        InputError
-            There is no such cluster, or it cannot run this program.
-        """
+        """Get workers ready, for work that is worth this number of processes on one machine."""
 
     def submit(self, task: Task) -> Future[TaskResult]:
         """Queue a task.
@@ -108,20 +75,7 @@ class Executor(Protocol):
         """
 
     def completed(self, within: Callable[[str], None]) -> Iterator[Future[TaskResult]]:
-        """The futures as they are done, until none is left; more may be submitted meanwhile.
-
-        Parameters
-        ----------
-        within : callable
-            Called with the state of a task that is being worked on, where that is known.
-
-        Raises
-        ------
-        Stopped
-            A signal has been received.
-        ExecutorLost
-            No further task can run.
-        """
+        """The futures as they are done, until none is left; more may be submitted meanwhile."""
 
     def close(self) -> None:
         """End all tasks, and the workers that were started here."""
@@ -145,15 +99,7 @@ def run_task(
     args: tuple[Any, ...],
     progress: Progress | None = None,
 ) -> TaskResult:
-    """Run a task where its files are; `folder` is made anew, and removed where it fails.
-
-    Raises
-    ------
-    StorageError
-        The disk below `folder` takes no more.
-    TaskFailed
-        The task raised any other exception.
-    """
+    """Run a task where its files are; `folder` is made anew, and removed where it fails."""
     start = time.perf_counter()
     try:
         shutil.rmtree(folder, ignore_errors=True)  # of an attempt whose process died

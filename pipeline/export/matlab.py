@@ -21,13 +21,6 @@ def write_matlab(source: Path, target: Path) -> str:
     A response becomes the cell array `curve`: structures with the name of a curve or branch (`0`, `0/branch/1`), its
     datasets and, in `parameter`, its attributes with underscores for dots. A reduced model becomes variables named
     as in `ReducedModel`.
-
-    Raises
-    ------
-    InputError
-        The source is damaged, or the name of an output is not valid in MATLAB.
-    OSError
-        The target cannot be written.
     """
     from scipy.io import savemat
 

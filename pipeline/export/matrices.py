@@ -39,13 +39,7 @@ _LONGEST = 8
 
 
 def matrix_format(target: Path, wanted: str | None) -> str | None:
-    """The format of `write_matrix_files` for a target; None where its suffix or MATLAB level 5 is not one of them.
-
-    Raises
-    ------
-    InputError
-        The format does not go with the suffix.
-    """
+    """The format of `write_matrix_files` for a target; None where its suffix or MATLAB level 5 is not one of them."""
     suffix = target.suffix.lower()
     if wanted is None:
         return BY_SUFFIX[suffix] if suffix in (".mtx", ".op4") else None
@@ -57,15 +51,7 @@ def matrix_format(target: Path, wanted: str | None) -> str | None:
 
 
 def write_matrix_files(source: Path, target: Path, file_format: str) -> tuple[str, list[Path]]:
-    """Write the matrices of a reduced model; returns a summary in words and the files.
-
-    Raises
-    ------
-    InputError
-        The source is no reduced model, or a package is missing.
-    OSError
-        A file cannot be written.
-    """
+    """Write the matrices of a reduced model; returns a summary in words and the files."""
     from rom import MatrixFileError, write_matrices
 
     if kind_of(source) is not Kind.model:
@@ -84,13 +70,7 @@ def write_matrix_files(source: Path, target: Path, file_format: str) -> tuple[st
 
 
 def single_model(source: Path) -> ReducedModel:
-    """A reduced model whose matrices are those of the whole ring.
-
-    Raises
-    ------
-    InputError
-        It has a superelement for each nodal diameter.
-    """
+    """A reduced model whose matrices are those of the whole ring."""
     model = read_given_model(source)
     if model.wave_blocks:
         allowed = "a reduced model with one pair of matrices"

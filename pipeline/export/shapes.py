@@ -18,24 +18,6 @@ def write_shapes(source: Path, sector_file: Path | None, target: Path, count: in
     """Write the lowest mode shapes with free shrouds as point data, `mode_01_202.9_Hz`, ...; returns a summary.
 
     Of a disk those of nodal diameter 0.
-
-    Parameters
-    ----------
-    source : Path
-        Reduced model with a basis.
-    sector_file : Path or None
-        Mesh of the model: sector.h5, mesh.vtu or mesh.msh of the same run.
-    target : Path
-        VTU file to write.
-    count : int
-        Number of modes.
-
-    Raises
-    ------
-    InputError
-        The source is no reduced model with a basis, or the mesh is not its own.
-    OSError
-        The target cannot be written.
     """
     from geometry import MESHIO_CELLS, SectorFileError, cell_library, import_sector
     from rom import ReducedModelError, load_sector, mode_shapes

@@ -30,13 +30,7 @@ class Kind(StrEnum):
 
 
 def kind_of(path: Path) -> Kind:
-    """Whether the file holds a response or a reduced model.
-
-    Raises
-    ------
-    InputError
-        It cannot be read or holds neither.
-    """
+    """Whether the file holds a response or a reduced model."""
     return read_apart(path, _ALLOWED, lambda: _kind(path))
 
 
@@ -57,11 +51,6 @@ def curves(path: Path) -> list[Curve]:
     """Name, datasets and attributes of every curve and detached branch of a response, in their order.
 
     A branch has a name such as `0/branch/1` and the attributes of its curve.
-
-    Raises
-    ------
-    InputError
-        The file is damaged.
     """
     return read_apart(path, _ALLOWED, lambda: list(_curves(path)))
 

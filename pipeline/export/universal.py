@@ -21,13 +21,6 @@ def write_universal(source: Path, target: Path) -> str:
     """Write x^(h) / F (m/N) of every curve, branch and harmonic h of the output; returns a summary in words.
 
     A curve with folds has several values at a frequency, so the abscissa is uneven and not monotonic.
-
-    Raises
-    ------
-    InputError
-        The source is no response, or the package pyuff is not installed.
-    OSError
-        The target cannot be written.
     """
     if kind_of(source) is not Kind.response:
         raise input_error(source, "", "a reduced model", "a response (response.h5)")

@@ -18,27 +18,6 @@ def export(source: Path, target: Path, sector_file: Path | None = None, file_for
     """Export a response or a reduced model; returns a summary in words.
 
     The target is replaced in one step, or left as it is.
-
-    Parameters
-    ----------
-    source : Path
-        A response (response.h5), a reduced model (rom.h5), or the output folder of a run: its response, or for .vtu,
-        .op4 and .mtx its first reduced model (with its mesh).
-    target : Path
-        Its suffix chooses the format: .mat for both kinds (`write_matlab`), .uff or .unv for a response
-        (`write_universal`), .vtu for a reduced model with its mesh (`write_shapes`), .op4 and .mtx for matrices of
-        a reduced model (`write_matrix_files`), of which .mtx has a file for each.
-    sector_file : Path, optional
-        The mesh, for .vtu.
-    file_format : {"matrix-market", "abaqus", "mat-7.3"}, optional
-        The format where the suffix leaves a choice.
-
-    Raises
-    ------
-    InputError
-        A file cannot be read or written, or format and kind do not match.
-    StorageError
-        The disk is full.
     """
     from pipeline.export.matrices import matrix_format, moved
 

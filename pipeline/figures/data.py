@@ -27,33 +27,18 @@ CLOSED = "closed"  # in the reason why a branch ended
 
 @dataclass(frozen=True)
 class SweepPoint:
-    """The numbers of one curve that need no points: its place in the sweep, its peak and its worst motion.
+    """The numbers of one curve that need no points: its place in the sweep, its peak and its worst motion."""
 
-    Attributes
-    ----------
-    index : int
-        Number of the curve in the sweep.
-    label : str
-        Its swept parameters.
-    parameters : mapping of str to value
-        Swept keys and values.
-    peak, worst : (float, float)
-        Frequency, Hz, and amplitude, m, of the peak of the main branch and of the worst motion; nan where not known.
-    worst_open : bool
-        Whether the worst motion may be higher than that.
-    mark : str
-        What is said beside the worst motion; see `height_mark`.
-    peak_at_end : bool
-        Whether the highest amplitude of the main branch lies at an end of the frequency range, and is no peak.
-    """
-
-    index: int
-    label: str
-    parameters: Mapping[str, Any]
+    index: int  # number of the curve in the sweep
+    label: str  # its swept parameters
+    parameters: Mapping[str, Any]  # swept keys and values
+    # frequency, Hz, and amplitude, m, of the peak of the main branch and of the worst motion; nan where not known
     peak: tuple[float, float]
+    # frequency, Hz, and amplitude, m, of the peak of the main branch and of the worst motion; nan where not known
     worst: tuple[float, float]
-    worst_open: bool
-    mark: str = ""
+    worst_open: bool  # whether the worst motion may be higher than that
+    mark: str = ""  # what is said beside the worst motion; see `height_mark`
+    # whether the highest amplitude of the main branch lies at an end of the frequency range, and is no peak
     peak_at_end: bool = False
 
     @property
@@ -76,88 +61,54 @@ class PlottedBranch:
 
 @dataclass(frozen=True)
 class ResidualBand:
-    """Bounds of a curve over residual tractions.
+    """Bounds of a curve over residual tractions."""
 
-    Attributes
-    ----------
-    lowest, highest : (P,) array
-        Lowest and highest amplitude at the points of the curve, interpolated between those that were solved, m.
-    peaks : tuple of (float, float)
-        Frequency, Hz, and amplitude, m, of the lowest and of the highest peak.
-    """
-
+    # (P,), lowest and highest amplitude at the points of the curve, interpolated between those that were solved, m
     lowest: Array
+    # (P,), lowest and highest amplitude at the points of the curve, interpolated between those that were solved, m
     highest: Array
+    # frequency, Hz, and amplitude, m, of the lowest and of the highest peak
     peaks: tuple[tuple[float, float], tuple[float, float]]
 
 
 @dataclass(frozen=True)
 class PlottedCurve:
-    """One response curve with P points.
+    """One response curve with P points."""
 
-    Attributes
-    ----------
-    index : int
-        Number of the curve in the sweep.
-    label : str
-        Its swept parameters.
-    scene : Scene
-        Its scene.
-    parameters : dict
-        Swept keys and values.
-    rom : Path
-        File of its reduced model.
-    frequency_hz, amplitude_m, stable, nodal_diameter, dissipated_j : (P,) arrays
-        Frequency, amplitude, stability, nodal diameter of the least stable perturbation beside that of the wave, and
-        friction work per cycle of each point.
-    peak_index : int
-        Row of the highest point, -1 without points.
-    peak_displacement : (H+1, n_c, 3) complex or None
-        Coefficients of the relative displacement there, m.
-    residual : ResidualBand or None
-        Bounds over residual tractions, where they were asked for.
-    contact : Contact
-        Contact parameters of the curve.
-    contact_area : (n_c,) array or None
-        Areas of the contact nodes, m^2; None where the model does not know them.
-    branches : tuple of PlottedBranch
-        Detached branches.
-    bifurcations : tuple of dict
-        Kind, frequency and amplitude of each bifurcation.
-    worst : (float, float)
-        Frequency, Hz, and amplitude, m, of the worst motion; nan where it is not known.
-    worst_open : bool
-        Whether the worst motion may be higher than that, because the search left something open.
-    outputs : mapping of str to (P,) array
-        Largest values of the further outputs over a period.
-    joined : bool
-        Whether the sector is that of a bladed disk: each wave has modes of its own.
-    peak_at_end : bool
-        Whether the highest point lies at an end of the frequency range, and is no peak.
-    """
-
-    index: int
-    label: str
-    scene: Scene
-    parameters: dict[str, Any]
-    rom: Path
+    index: int  # number of the curve in the sweep
+    label: str  # its swept parameters
+    scene: Scene  # its scene
+    parameters: dict[str, Any]  # swept keys and values
+    rom: Path  # file of its reduced model
+    # (P,), frequency, amplitude, stability, nodal diameter of the least stable perturbation beside that of the wave,
+    # and friction work per cycle of each point
     frequency_hz: Array
+    # (P,), frequency, amplitude, stability, nodal diameter of the least stable perturbation beside that of the wave,
+    # and friction work per cycle of each point
     amplitude_m: Array
+    # (P,), frequency, amplitude, stability, nodal diameter of the least stable perturbation beside that of the wave,
+    # and friction work per cycle of each point
     stable: NDArray[np.bool_]
+    # (P,), frequency, amplitude, stability, nodal diameter of the least stable perturbation beside that of the wave,
+    # and friction work per cycle of each point
     nodal_diameter: NDArray[np.int64]
+    # (P,), frequency, amplitude, stability, nodal diameter of the least stable perturbation beside that of the wave,
+    # and friction work per cycle of each point
     dissipated_j: Array
-    peak_index: int
+    peak_index: int  # row of the highest point, -1 without points
+    # (H+1, n_c, 3), coefficients of the relative displacement there, m
     peak_displacement: NDArray[np.complex128] | None
-    residual: ResidualBand | None
-    contact: Contact
-    contact_area: Array | None
-    branches: tuple[PlottedBranch, ...]
-    bifurcations: tuple[dict[str, Any], ...]
-    worst: tuple[float, float]
-    worst_open: bool
+    residual: ResidualBand | None  # bounds over residual tractions, where they were asked for
+    contact: Contact  # contact parameters of the curve
+    contact_area: Array | None  # (n_c,), areas of the contact nodes, m^2; None where the model does not know them
+    branches: tuple[PlottedBranch, ...]  # detached branches
+    bifurcations: tuple[dict[str, Any], ...]  # kind, frequency and amplitude of each bifurcation
+    worst: tuple[float, float]  # frequency, Hz, and amplitude, m, of the worst motion; nan where it is not known
+    worst_open: bool  # whether the worst motion may be higher than that, because the search left something open
+    # (P,), largest values of the further outputs over a period
     outputs: Mapping[str, Array] = field(default_factory=dict)
-    joined: bool = False
-    peak_at_end: bool = False
+    joined: bool = False  # whether the sector is that of a bladed disk: each wave has modes of its own
+    peak_at_end: bool = False  # whether the highest point lies at an end of the frequency range, and is no peak
 
     def contact_parameters(self, n_contacts: int) -> ContactParameters:
         """Contact parameters of each of the contact nodes."""

@@ -112,19 +112,7 @@ def linear_limit(
     problem: tuple[RingModes, ContactParameters, Excitation],
     frequency_hz: tuple[float, float],
 ) -> tuple[Array, Array]:
-    """Frequency, Hz, and amplitude, m, of the linear response with free or stuck contacts, (F,) each.
-
-    Parameters
-    ----------
-    kind : {"free", "stuck"}
-        Without contact, or with all contact springs.
-    model : ReducedModel
-        The reduced model.
-    problem : tuple
-        Its modes, contact and excitation.
-    frequency_hz : (float, float)
-        Frequency range, Hz.
-    """
+    """Frequency, Hz, and amplitude, m, of the linear response with free or stuck contacts, (F,) each."""
     from rom import RelativeReceptance, linear_response, natural_frequencies
 
     modal, contact, wave = problem

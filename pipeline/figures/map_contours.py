@@ -115,23 +115,7 @@ def levels_of(values: Array) -> MapLevels:
 def draw_contours(axes: Axes, shape: MapShape, values: Array, levels: MapLevels, colours: str) -> Any:
     """Filled contours where neighbouring points continue each other, elsewhere the colour of the nearest point.
 
-    Parameters
-    ----------
-    axes : Axes
-        Where to draw.
-    shape : MapShape
-        The map.
-    values : (n,) array
-        The quantity at its points; nan where not known.
-    levels : MapLevels
-        Limits of the colours.
-    colours : str
-        Name of a colour map.
-
-    Returns
-    -------
-    ScalarMappable
-        For the colour bar.
+    Shapes: `values` (n,).
     """
     import matplotlib as mpl
     from matplotlib.cm import ScalarMappable

@@ -33,20 +33,7 @@ SMALLEST_NAMED = 0.02  # part of the map that a region covers whose name is writ
 
 
 def map_figure(result: WorstMotionMap, title: str) -> Figure:
-    """Filled contours of the worst amplitude beside those of its frequency.
-
-    Parameters
-    ----------
-    result : WorstMotionMap
-        The map.
-    title : str
-        Heading.
-
-    Returns
-    -------
-    Figure
-        With lines between contact states, hatched where the worst motion lies on a detached branch or may be higher.
-    """
+    """Filled contours of the worst amplitude beside those of its frequency."""
     shape = MapShape(result)
     heights = known_heights(result.points)
     factor, unit = scale(heights, "m")

@@ -19,21 +19,7 @@ FAR = 2.0  # bound over the largest factor, above which the factors would be squ
 
 
 def mistuning_figure(result: MistuningResult, title: str) -> Figure:
-    """The response of mistuned rings.
-
-    Parameters
-    ----------
-    result : MistuningResult
-        The result of the study.
-    title : str
-        Heading of the figure.
-
-    Returns
-    -------
-    Figure
-        Four panels: tuned curve and envelope of the ring with the highest peak over the frequency; distribution of
-        the amplification factor; amplitudes of the blades at that peak, and deviations of their frequencies.
-    """
+    """The response of mistuned rings."""
     figure, axes = subplots(2, 2, size=(11.0, 7.0))
     factor, unit = scale([*result.highest.envelope_m, result.tuned.peak_m], "m")
     _draw_curves(axes[0, 0], result, factor, unit)

@@ -15,38 +15,19 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class OptimumCurves:
-    """The worst motion over one key; values in the unit of the key.
+    """The worst motion over one key; values in the unit of the key."""
 
-    Attributes
-    ----------
-    key : str
-        Dotted key.
-    envelope : WorstEnvelope
-        The worst motion.
-    peaks : tuple of PeakCurve
-        The peaks followed.
-    responses : tuple of SolvedResponse
-        The responses solved.
-    elasticities : mapping of str to float
-        Relative derivatives of the worst motion at the optimum by dotted keys, in % per %; those of parameters that
-        are 0 are left out, and all where it is no followed peak.
-    """
-
-    key: str
-    envelope: WorstEnvelope
-    peaks: tuple[PeakCurve, ...]
-    responses: tuple[SolvedResponse, ...]
+    key: str  # dotted key
+    envelope: WorstEnvelope  # the worst motion
+    peaks: tuple[PeakCurve, ...]  # the peaks followed
+    responses: tuple[SolvedResponse, ...]  # the responses solved
+    # relative derivatives of the worst motion at the optimum by dotted keys, in % per %; those of parameters that are
+    # 0 are left out, and all where it is no followed peak
     elasticities: Mapping[str, float]
 
 
 def optimum_curves(result: OptimumResult) -> OptimumCurves | None:
-    """What there is to show of an optimum; None where no peaks were followed.
-
-    Parameters
-    ----------
-    result : OptimumResult
-        The optimum.
-    """
+    """What there is to show of an optimum; None where no peaks were followed."""
     found, factor = result.search, result.per_unit
     if found is None:
         return None
@@ -60,13 +41,7 @@ def optimum_curves(result: OptimumResult) -> OptimumCurves | None:
 
 
 def elasticities_of(result: OptimumResult) -> dict[str, float]:
-    """Relative derivatives of the worst motion by dotted keys, in % per %, without parameters that are 0.
-
-    Parameters
-    ----------
-    result : OptimumResult
-        The optimum, over one key or several; empty where no peaks were followed.
-    """
+    """Relative derivatives of the worst motion by dotted keys, in % per %, without parameters that are 0."""
     found = result.search if result.search is not None else result.joint
     keys = {name: key for key, name in SOLVER_KEYS.items()}
     return {} if found is None else {keys[name]: size for name, size in found.elasticities.items() if size != 0.0}

@@ -79,20 +79,7 @@ _RANGE: dict[str, Any] = {"color": DISTINCT[2], "alpha": 0.13, "linewidth": 0.0,
 
 
 def optimum_figure(result: OptimumResult, title: str) -> Figure | None:
-    """The figure of the study: the worst motion over one key, or the values tried of several.
-
-    Parameters
-    ----------
-    result : OptimumResult
-        The optimum.
-    title : str
-        Title of the scene.
-
-    Returns
-    -------
-    Figure or None
-        The figure; None where neither peaks were followed nor values tried.
-    """
+    """The figure of the study: the worst motion over one key, or the values tried of several."""
     curves = optimum_curves(result)
     if curves is not None:
         return curves_figure(result, curves, title)
@@ -100,17 +87,7 @@ def optimum_figure(result: OptimumResult, title: str) -> Figure | None:
 
 
 def curves_figure(result: OptimumResult, curves: OptimumCurves, title: str) -> Figure:
-    """Amplitude and frequency of the worst motion over a key; beside them the logarithmic derivatives.
-
-    Parameters
-    ----------
-    result : OptimumResult
-        The optimum, and the motion with the scene's own value.
-    curves : OptimumCurves
-        What was followed and solved.
-    title : str
-        Title of the scene.
-    """
+    """Amplitude and frequency of the worst motion over a key; beside them the logarithmic derivatives."""
     figure, axes = subplots(2, 2, size=(10.4, 6.2), sharex="col")
     upper, lower, grid = axes[0, 0], axes[1, 0], axes[0, 0].get_gridspec()
     grid.set_width_ratios((2.5, 1.0))
@@ -190,23 +167,7 @@ def _draw_responses(axes: Axes, curves: OptimumCurves, name: str, at: float, siz
 
 
 def draw_marks(axes: Axes, result: OptimumResult, key: str, name: str, size: float, others: bool = True) -> None:
-    """The range within 10 %, the scene's own value and the optimum.
-
-    Parameters
-    ----------
-    axes : Axes
-        Where to draw.
-    result : OptimumResult
-        The optimum.
-    key : str
-        Dotted key along the axis.
-    name : str
-        "amplitude_m" or "frequency_hz".
-    size : float
-        Factor from SI units to those of the axis.
-    others : bool
-        Whether all other keys are at the optimum: the scene's own motion is drawn where there are none.
-    """
+    """The range within 10 %, the scene's own value and the optimum."""
     named = quantity(key)
     at = named.factor
     if key in result.within:
@@ -241,15 +202,7 @@ def _set_axes(upper: Axes, lower: Axes, envelope: WorstEnvelope, at: float, fact
 
 
 def draw_elasticities(axes: Axes, elasticities: Mapping[str, float]) -> None:
-    """Horizontal bars of the logarithmic derivatives, the largest on top, with their sizes beside them.
-
-    Parameters
-    ----------
-    axes : Axes
-        Where to draw.
-    elasticities : mapping of str to float
-        p / A dA/dp by the dotted key of the parameter.
-    """
+    """Horizontal bars of the logarithmic derivatives, the largest on top, with their sizes beside them."""
     ranked = sorted(elasticities.items(), key=lambda item: abs(item[1]))
     sizes = np.array([size for _, size in ranked])
     keys = [key for key, _ in ranked]
@@ -271,15 +224,7 @@ def draw_elasticities(axes: Axes, elasticities: Mapping[str, float]) -> None:
 
 
 def trials_figure(result: OptimumResult, title: str) -> Figure:
-    """The worst motion with the values that were tried, over each of the keys.
-
-    Parameters
-    ----------
-    result : OptimumResult
-        The optimum with the values tried.
-    title : str
-        Title of the scene.
-    """
+    """The worst motion with the values that were tried, over each of the keys."""
     keys = list(result.values)
     figure, axes = subplots(1, len(keys), size=(4.6 * len(keys) + 1.4, 4.6), sharey="row", squeeze=False)
     known = [trial for trial in result.trials if math.isfinite(trial.amplitude_m)]

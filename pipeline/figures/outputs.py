@@ -22,15 +22,7 @@ STRAIN = 1e6, "µm/m"  # factor and unit
 
 
 def outputs_figure(curves: Sequence[PlottedCurve], title: str) -> Figure | None:
-    """Largest value over a period of every further output; None where none is recorded.
-
-    Parameters
-    ----------
-    curves : sequence of PlottedCurve
-        The curves.
-    title : str
-        Heading.
-    """
+    """Largest value over a period of every further output; None where none is recorded."""
     units = {output.name: output.unit for curve in curves for output in curve.scene.output}
     found = dict.fromkeys([*units, *(name for curve in curves for name in curve.outputs)])
     names = [name for name in found if any(name in curve.outputs for curve in curves)][:MOST_PANELS]

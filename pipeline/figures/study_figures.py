@@ -52,24 +52,7 @@ def figure_file(study: str) -> str:
 
 
 def study_figures(run: Run, studies: Mapping[str, StudyOutcome], title: str, formats: Sequence[str]) -> list[Path]:
-    """The figures of these studies in the output folder; those that are missing are drawn.
-
-    Parameters
-    ----------
-    run : Run
-        The run.
-    studies : mapping of str to StudyOutcome
-        Results of the studies by their names.
-    title : str
-        Heading of the figures.
-    formats : sequence of str
-        "png", "svg".
-
-    Raises
-    ------
-    PicturesMissing
-        A figure could not be drawn; the others are there.
-    """
+    """The figures of these studies in the output folder; those that are missing are drawn."""
     folder = run.request.out / "figures"
     attempts, files = Attempts(folder), []
     for name, study in studies.items():

@@ -25,21 +25,7 @@ BAR = 0.36  # height of a bar; two lie beside each other
 
 
 def uncertainty_figure(result: UncertaintyResult, title: str) -> Figure:
-    """The distribution of the worst motion.
-
-    Parameters
-    ----------
-    result : UncertaintyResult
-        The result of the study.
-    title : str
-        Heading of the figure.
-
-    Returns
-    -------
-    Figure
-        Six panels: distribution functions of amplitude and frequency with their quantiles, sensitivities; convergence
-        of the quantiles of both, and the amplitude over the parameter that it depends on most.
-    """
+    """The distribution of the worst motion."""
     figure, axes = subplots(2, 3, size=(12.5, 7.2))
     factor, unit = scale(result.amplitude_m, "m")
     labels = f"worst amplitude [{unit}]", "its frequency [Hz]"

@@ -27,16 +27,7 @@ def mesh_picture(
 ) -> bytes:
     """PNG of the boundary of a mesh from both sides.
 
-    Parameters
-    ----------
-    points : (N, 3) array
-        Nodes: x engine axis, y circumferential, z radial where that is known.
-    blocks : tuple of ElementBlock
-        Elements.
-    marked : mapping of str to (k,) array
-        Nodes of `contact_right`, `contact_left` and `root`, of those that are known.
-    title : str
-        Heading.
+    Shapes: `points` (N, 3), `marked` (k,).
     """
     from matplotlib.figure import Figure
 

@@ -44,30 +44,15 @@ MOST_SETS = 12  # that are listed
 
 @dataclass(frozen=True)
 class Guess:
-    """What a scene says about a mesh file, as far as it can be told from the file.
+    """What a scene says about a mesh file, as far as it can be told from the file."""
 
-    Attributes
-    ----------
-    unit, axis : str
-        As in [mesh].
-    n_blades : int or None
-        Number of blades; None where no pair of faces tells.
-    sets : mapping of str to str
-        Names of sets by role.
-    why : tuple of str
-        What each of these was told from, one line each.
-    axis_point : tuple of float
-        A point of the axis, in the unit of the file.
-    numbers : mapping of str to mapping of str to float
-        Numbers of materials, in SI units, that are in other units in the file.
-    """
-
-    unit: str
-    axis: str
-    n_blades: int | None
-    sets: Mapping[str, str]
-    why: tuple[str, ...]
-    axis_point: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    unit: str  # as in [mesh]
+    axis: str  # as in [mesh]
+    n_blades: int | None  # number of blades; None where no pair of faces tells
+    sets: Mapping[str, str]  # names of sets by role
+    why: tuple[str, ...]  # what each of these was told from, one line each
+    axis_point: tuple[float, float, float] = (0.0, 0.0, 0.0)  # A point of the axis, in the unit of the file
+    # numbers of materials, in SI units, that are in other units in the file
     numbers: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
 

@@ -37,48 +37,24 @@ BELOW, ABOVE = 0.6, 1.4  # of the frequency range, over the lowest free and stuc
 
 @dataclass(frozen=True)
 class MeshOptions:
-    """What the command line says about a mesh file; None: to be told from the file.
+    """What the command line says about a mesh file; None: to be told from the file."""
 
-    Attributes
-    ----------
-    unit, axis : str or None
-        As in [mesh].
-    n_blades : int or None
-        Number of blades.
-    """
-
-    unit: str | None = None
-    axis: str | None = None
-    n_blades: int | None = None
+    unit: str | None = None  # as in [mesh]
+    axis: str | None = None  # as in [mesh]
+    n_blades: int | None = None  # number of blades
 
 
 @dataclass(frozen=True)
 class NewScene:
-    """What was written, and what was found.
+    """What was written, and what was found."""
 
-    Attributes
-    ----------
-    files : tuple of Path
-        Scene, schema and picture.
-    found : tuple of str
-        What is in the file, a line each.
-    problem : str
-        Why the file does not make a sector yet, with what to change; empty where it does.
-    """
-
-    files: tuple[Path, ...]
-    found: tuple[str, ...]
-    problem: str
+    files: tuple[Path, ...]  # scene, schema and picture
+    found: tuple[str, ...]  # what is in the file, a line each
+    problem: str  # why the file does not make a sector yet, with what to change; empty where it does
 
 
 def new_scene_of_mesh(folder: Path, title: str, file: Path, options: MeshOptions) -> NewScene:
-    """Look at a mesh file, write a scene for it and a picture into a folder.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, or files are in the way.
-    """
+    """Look at a mesh file, write a scene for it and a picture into a folder."""
     if not file.is_file():
         raise input_error(file, "", "no such file", "a mesh file (.inp, .bdf, .cdb, .msh, .vtu, .med)")
     mesh = read_mesh_file(str(file))

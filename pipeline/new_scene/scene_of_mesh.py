@@ -21,46 +21,19 @@ COLUMN = 30
 
 @dataclass(frozen=True)
 class StartingValues:
-    """Numbers of a scene that are told from the mesh.
+    """Numbers of a scene that are told from the mesh."""
 
-    Attributes
-    ----------
-    material : mapping of str to float or None
-        A material of the file in SI units, where it has all numbers.
-    area : float or None
-        Area of a contact face, m^2.
-    frequency : (float, float) or None
-        Range around the first natural frequency, Hz.
-    general : bool
-        Whether elements need [material].
-    incomplete : mapping of str to tuple of str
-        By material of the file: numbers that the user has to give.
-    modulus : float or None
-        Young's modulus of a material of the file, Pa.
-    """
-
-    material: Mapping[str, float] | None = None
-    area: float | None = None
-    frequency: tuple[float, float] | None = None
-    general: bool = True
+    material: Mapping[str, float] | None = None  # A material of the file in SI units, where it has all numbers
+    area: float | None = None  # area of a contact face, m^2
+    frequency: tuple[float, float] | None = None  # range around the first natural frequency, Hz
+    general: bool = True  # whether elements need [material]
+    # by material of the file: numbers that the user has to give
     incomplete: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    modulus: float | None = None
+    modulus: float | None = None  # young's modulus of a material of the file, Pa
 
 
 def scene_of_mesh(name: str, title: str, file: str, guess: Guess, values: StartingValues) -> str:
-    """The scene as TOML.
-
-    Parameters
-    ----------
-    name, title : str
-        Name of the scene and heading of the figures.
-    file : str
-        The mesh file as the scene names it.
-    guess : Guess
-        What is said about it.
-    values : StartingValues
-        Numbers to start with.
-    """
+    """The scene as TOML."""
     blades = guess.n_blades
     order = 1 if blades is None else blades // 2
     material = {key: (values.material or STEEL)[key] for key in STEEL}

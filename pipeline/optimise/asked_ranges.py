@@ -30,18 +30,7 @@ SHARE = 0.2  # of the value, on each side, for all other keys
 
 
 def asked_ranges(options: Sequence[str]) -> dict[str, Range | None]:
-    """The keys of the options with their ranges; None where the range is left to the program.
-
-    Parameters
-    ----------
-    options : sequence of str
-        Values of `--over`.
-
-    Raises
-    ------
-    InputError
-        An option is not written so, or a key is unknown or given twice.
-    """
+    """The keys of the options with their ranges; None where the range is left to the program."""
     found: dict[str, Range | None] = {}
     for text in options:
         key, given, limits = text.partition("=")
@@ -57,37 +46,13 @@ def asked_ranges(options: Sequence[str]) -> dict[str, Range | None]:
 
 
 def check_ranges(file: SceneFile, given_model: bool) -> None:
-    """Refuse ranges of the command line that do not fit the scene.
-
-    Raises
-    ------
-    InputError
-        As of [optimum], in the words of the command line.
-    """
+    """Refuse ranges of the command line that do not fit the scene."""
     for error in unfit_optimum_keys(file, given_model):
         raise _of_command_line(error)
 
 
 def default_range(file: SceneFile, key: str, now: float | None, static: Range | None) -> Range:
-    """The range of a key that was given none.
-
-    Parameters
-    ----------
-    file : SceneFile
-        The scene with its sweep.
-    key : str
-        The key. Swept: from the lowest to the highest value. Friction: 0.05 to 1. Interference and preload: `static`.
-        Stiffness, force, damping, Young's modulus: a decade each way. Others: 20 % each way.
-    now : float or None
-        Its value in the scene.
-    static : (float, float) or None
-        From the values at which the contacts never touch to those at which they always stick.
-
-    Raises
-    ------
-    InputError
-        The value of the scene tells no range.
-    """
+    """The range of a key that was given none."""
     swept = [key_value(member.scene, key) for member in file.members] if key in file.swept else []
     values = [value for value in swept if value is not None]
     if len(set(values)) > 1:

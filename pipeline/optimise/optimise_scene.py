@@ -29,49 +29,18 @@ STUDY = "optimum"
 
 @dataclass(frozen=True)
 class Optimised:
-    """What the command prints.
+    """What the command prints."""
 
-    Attributes
-    ----------
-    lines : tuple of str
-        The optimum in words; empty where there is none.
-    values : mapping
-        Content of optimum.json; empty where there is none.
-    files : tuple of str
-        Files written, by their names in the output folder.
-    problems : tuple of str
-        What could not be computed, one line each.
-    """
-
-    lines: tuple[str, ...]
-    values: dict[str, Any]
-    files: tuple[str, ...]
-    problems: tuple[str, ...]
+    lines: tuple[str, ...]  # the optimum in words; empty where there is none
+    values: dict[str, Any]  # content of optimum.json; empty where there is none
+    files: tuple[str, ...]  # files written, by their names in the output folder
+    problems: tuple[str, ...]  # what could not be computed, one line each
 
 
 def optimise(
     request: Request, over: Sequence[str], reporter: Reporter, objective: Objective | None = None
 ) -> Optimised:
-    """Find the optimum of a scene, and write optimum.json and its figure.
-
-    Parameters
-    ----------
-    request : Request
-        Scene and output folder, up to the stage "respond".
-    over : sequence of str
-        Keys with their ranges as on the command line; none: those of the section [optimum].
-    reporter : Reporter
-        Says what is going on.
-    objective : str, optional
-        What is made low; None: as in the section [optimum], the largest displacement without one.
-
-    Raises
-    ------
-    InputError
-        The scene or a key is not usable.
-    StorageError
-        There is no room for the results.
-    """
+    """Find the optimum of a scene, and write optimum.json and its figure."""
     file, asked = request.scene, asked_ranges(over)
     if not asked and file.first.optimum is None:
         allowed = "a table [optimum] in the scene, or --over KEY=LOW:HIGH"
@@ -143,13 +112,7 @@ def optimum_text(found: Optimised, out: Path) -> str:
 
 
 def objective_asked(text: str | None) -> Objective | None:
-    """The objective of the command line.
-
-    Raises
-    ------
-    InputError
-        There is none of this name.
-    """
+    """The objective of the command line."""
     if text is not None and text not in get_args(Objective):
         raise input_error("shroud", "--objective", text, " or ".join(get_args(Objective)))
     return cast("Objective | None", text)

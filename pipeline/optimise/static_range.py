@@ -40,16 +40,6 @@ def static_ranges(context: StudyContext) -> dict[str, Range]:
     """The ranges of `contact.interference`, m, and `contact.preload`, N, in which the contacts are not linear.
 
     The range of a key that does nothing, as of the interference without a normal stiffness, is left out.
-
-    Parameters
-    ----------
-    context : StudyContext
-        The scene, and what solves its curves.
-
-    Raises
-    ------
-    StudyError
-        A linear response could not be computed.
     """
     from rom import read_reduced_model
 

@@ -12,51 +12,23 @@ from pipeline.process.workers import Call, WorkerDied, workers
 
 @dataclass(frozen=True)
 class Work:
-    """A piece of work: `function(*args, progress=None)` returns why it failed, or an empty text.
+    """A piece of work: `function(*args, progress=None)` returns why it failed, or an empty text."""
 
-    Attributes
-    ----------
-    label : str
-        What progress calls it.
-    function : callable
-        A function of a module, so that a worker process finds it.
-    args : tuple
-        Its arguments, which can be pickled.
-    """
-
-    label: str
-    function: Callable[..., str]
-    args: tuple[Any, ...]
+    label: str  # what progress calls it
+    function: Callable[..., str]  # A function of a module, so that a worker process finds it
+    args: tuple[Any, ...]  # its arguments, which can be pickled
 
 
 @dataclass(frozen=True)
 class CountedCalls:
-    """Does pieces of work, `at_once` at a time: with 1 in this process, otherwise in worker processes.
+    """Does pieces of work, `at_once` at a time: with 1 in this process, otherwise in worker processes."""
 
-    Attributes
-    ----------
-    reporter : Reporter
-        Reports progress and notices interrupts.
-    text : str
-        What is counted.
-    at_once : int
-        Number of processes.
-    """
-
-    reporter: Reporter
-    text: str
-    at_once: int
+    reporter: Reporter  # reports progress and notices interrupts
+    text: str  # what is counted
+    at_once: int  # number of processes
 
     def run(self, works: Mapping[str, Work], line: Callable[[str], str]) -> dict[str, str]:
-        """Do all of it; the reason of every piece that failed.
-
-        Parameters
-        ----------
-        works : mapping of str to Work
-            The pieces of work by their keys.
-        line : callable
-            What to say of the piece with a key when it is done, after its label.
-        """
+        """Do all of it; the reason of every piece that failed."""
         if not works:
             return {}
         return self._one_by_one(works, line) if self.at_once == 1 else self._in_workers(works, line)

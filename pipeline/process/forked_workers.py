@@ -26,22 +26,13 @@ def can_fork() -> bool:
 
 @dataclass
 class PreparedProcess:
-    """A process that makes a call and then forks workers; it stays, to tell how each of them ends.
+    """A process that makes a call and then forks workers; it stays, to tell how each of them ends."""
 
-    Attributes
-    ----------
-    process : SpawnProcess
-        The process.
-    reports : Connection
-        From it come (number of the worker, its process id, None) and (number, process id, exit code).
-    pids, codes : dict
-        What has come so far, by the numbers of the workers.
-    """
-
-    process: SpawnProcess
+    process: SpawnProcess  # the process
+    # from it come (number of the worker, its process id, None) and (number, process id, exit code)
     reports: Connection
-    pids: dict[int, int] = field(default_factory=dict)
-    codes: dict[int, int] = field(default_factory=dict)
+    pids: dict[int, int] = field(default_factory=dict)  # what has come so far, by the numbers of the workers
+    codes: dict[int, int] = field(default_factory=dict)  # what has come so far, by the numbers of the workers
 
     def look(self, timeout: float | None) -> bool:
         """Take in the next report, if one comes in time; False where none can come any more."""
@@ -96,24 +87,7 @@ def fork_workers(
 ) -> list[tuple[ForkedWorker, Connection]]:
     """Start a process that calls a function, whatever comes of it, and then forks workers; nothing is waited for.
 
-    Parameters
-    ----------
-    count : int
-        Number of workers.
-    function, args
-        The call.
-    quiet : bool
-        Whether the workers ignore warnings.
-
-    Returns
-    -------
-    list of (ForkedWorker, Connection)
-        The workers with our ends of their pipes. Each sends (None, None) first, and (True, None) for the call.
-
-    Raises
-    ------
-    OSError
-        The process cannot be started.
+    Shapes: returns (ForkedWorker, Connection).
     """
     ends = [Pipe() for _ in range(count)]
     reports, told = Pipe(duplex=False)

@@ -33,26 +33,7 @@ CRASHES = (signal.SIGSEGV, signal.SIGABRT, signal.SIGBUS, signal.SIGFPE, signal.
 def read_apart(
     path: Path, allowed: str, read: Callable[[], T], reader: str = "the HDF5 library", memory: int | None = None
 ) -> T:
-    """The result of `read()`, which reads the file `path`, computed in a forked process.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    allowed : str
-        What the error message says is allowed.
-    read : callable
-        Reads the file; its exceptions are raised here.
-    reader : str
-        What reads it, for the error message.
-    memory : int, optional
-        Bytes that the process may take beyond those of this one; by default as the size of the file.
-
-    Raises
-    ------
-    InputError
-        It is a device or a pipe, or reading crashes, does not end, or takes too much memory.
-    """
+    """The result of `read()`, which reads the file `path`, computed in a forked process."""
     if path.exists() and not path.is_file() and not path.is_dir():
         raise input_error(path, "", "not a file but a device or a pipe", allowed)
     if not hasattr(os, "fork") or not path.is_file():
@@ -93,24 +74,12 @@ def read_apart(
 
 
 def read_given_model(path: Path) -> ReducedModel:
-    """A reduced model from elsewhere, read in isolation.
-
-    Raises
-    ------
-    InputError
-        It cannot be read, or is no reduced model.
-    """
+    """A reduced model from elsewhere, read in isolation."""
     return read_apart(path, "an HDF5 file with a reduced model", lambda: read_model(path))
 
 
 def read_model(path: Path) -> ReducedModel:
-    """The reduced model in a file, read in this process.
-
-    Raises
-    ------
-    InputError
-        It cannot be read, or is no reduced model.
-    """
+    """The reduced model in a file, read in this process."""
     from rom import ReducedModelError, read_reduced_model
 
     try:

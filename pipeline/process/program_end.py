@@ -14,11 +14,6 @@ def end_program(status: int) -> NoReturn:
     """End this process with an exit status, once its streams are flushed and what was registered for its end is done.
 
     Other threads that Python would wait for are waited for: the interpreter then ends as it always does.
-
-    Parameters
-    ----------
-    status : int
-        Exit status.
     """
     if any(not thread.daemon for thread in threading.enumerate() if thread is not threading.main_thread()):
         sys.exit(status)

@@ -24,23 +24,13 @@ _GROWTH = 3.0  # ratio of the pauses between such lines
 
 @dataclass
 class Reporter:
-    """Reports the progress of a run.
+    """Reports the progress of a run."""
 
-    Attributes
-    ----------
-    quiet : bool
-        Whether to write nothing but errors.
-    stream : file
-        Where to write, stderr by default; None, as stderr is where it was closed, writes nothing.
-    interrupts : Interrupts
-        Requests to stop the run.
-    live : bool
-        Whether a live line can be shown though the stream is no terminal, as in a notebook with widgets.
-    """
-
-    quiet: bool = False
+    quiet: bool = False  # whether to write nothing but errors
+    # where to write, stderr by default; None, as stderr is where it was closed, writes nothing
     stream: TextIO | None = field(default_factory=lambda: sys.stderr)
-    interrupts: Interrupts = field(default_factory=Interrupts)
+    interrupts: Interrupts = field(default_factory=Interrupts)  # requests to stop the run
+    # whether a live line can be shown though the stream is no terminal, as in a notebook with widgets
     live: bool = False
 
     def line(self, text: str) -> None:

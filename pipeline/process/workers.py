@@ -120,24 +120,7 @@ class Workers:
         attempts: int = ATTEMPTS,
         retried: Callable[[K, str], None] = lambda key, reason: None,
     ) -> Iterator[tuple[K, Future[T]]]:
-        """The keys of the calls as they are completed, each with its result or exception; until none is left.
-
-        Parameters
-        ----------
-        calls : mapping of key to Call
-            Calls to submit; they are begun in this order.
-        attempts : int
-            How often a call is begun whose process dies; afterwards its exception is WorkerDied.
-        retried : callable
-            Called with the key and the reason where a call is to be begun again.
-
-        Raises
-        ------
-        RuntimeError
-            A process ends before it can take a call.
-        OSError
-            No process can be started.
-        """
+        """The keys of the calls as they are completed, each with its result or exception; until none is left."""
         for key, call in (calls or {}).items():
             self.submit(key, call)
         while self._waiting or any(worker.busy and worker.key is not _PREPARATION for worker in self._all):
@@ -285,13 +268,7 @@ def own_workers(count: int, check: Callable[[], None] = lambda: None) -> Iterato
 
 
 def call_apart(function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
-    """Call the function in a process of its own, which can be stopped at any time.
-
-    Raises
-    ------
-    WorkerDied
-        The process died.
-    """
+    """Call the function in a process of its own, which can be stopped at any time."""
     with own_workers(1) as pool:
         ((_, future),) = pool.completed({None: Call(function, args, kwargs)}, attempts=1)
     return future.result()

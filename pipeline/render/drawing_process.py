@@ -32,28 +32,12 @@ class RenderError(Exception):
 
 
 def draw_apart(module: str, job: str, pictures: Sequence[Path]) -> None:
-    """Run `python -m module job`, which draws the pictures. It ends when this process does.
-
-    Raises
-    ------
-    RenderError
-        The process died or a picture is missing; the message names system libraries that are not there.
-    """
+    """Run `python -m module job`, which draws the pictures. It ends when this process does."""
     Drawing(module, job).finish(pictures)
 
 
 class Drawing:
-    """A process `python -m module job` that has started; it ends when this process does.
-
-    Parameters
-    ----------
-    module : str
-        The module to run.
-    job : str or None
-        The job that it is given; None: the process loads its libraries and waits for `begin`.
-    aside : bool
-        Whether it gives way to other processes that compute.
-    """
+    """A process `python -m module job` that has started; it ends when this process does."""
 
     def __init__(self, module: str, job: str | None, aside: bool = False) -> None:
         command, pipe = [sys.executable, "-m", module, *([] if job is None else [job])], subprocess.PIPE
@@ -66,25 +50,13 @@ class Drawing:
             )
 
     def begin(self, job: str) -> None:
-        """Give the job, on one line, to a process that waits for it.
-
-        Raises
-        ------
-        OSError
-            The process has died.
-        """
+        """Give the job, on one line, to a process that waits for it."""
         assert self._process.stdin is not None
         # not closed: by its end the process knows that its parent has ended
         self._process.stdin.write(f"{job}\n".encode())
 
     def finish(self, pictures: Sequence[Path]) -> None:
-        """Wait for the pictures.
-
-        Raises
-        ------
-        RenderError
-            The process died or a picture is missing; the message names system libraries that are not there.
-        """
+        """Wait for the pictures."""
         with self._process as process:
             try:
                 assert process.stdout is not None

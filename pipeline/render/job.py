@@ -23,74 +23,36 @@ class Job:
 
 @dataclass(frozen=True)
 class RenderJob(Job):
-    """Mode shapes of one reduced model.
+    """Mode shapes of one reduced model."""
 
-    Attributes
-    ----------
-    sector, rom : str
-        Files of the mesh and of the reduced model.
-    folder, prefix : str
-        Pictures are `<prefix>mode_<number>.png` in `folder`.
-    title : str
-        First part of the heading.
-    modes : tuple of int
-        Mode numbers, from 1.
-    deformation : float
-        Largest drawn displacement, m.
-    contact : str
-        State of the shrouds: free, sliding or stuck.
-    blades : int
-        Blades drawn side by side.
-    phase : float
-        Inter-blade phase angle, rad.
-    normal, tangential : tuple of float
-        Contact springs of each node, N/m.
-    stuck_normal, stuck_tangential : tuple of float
-        Those of stuck shrouds, whose modes are drawn too; empty where they are not.
-    """
-
-    sector: str
-    rom: str
-    folder: str
-    prefix: str
-    title: str
-    modes: tuple[int, ...]
-    deformation: float
-    contact: str
-    blades: int
-    phase: float
-    normal: tuple[float, ...]
-    tangential: tuple[float, ...]
+    sector: str  # files of the mesh and of the reduced model
+    rom: str  # files of the mesh and of the reduced model
+    folder: str  # pictures are `<prefix>mode_<number>.png` in `folder`
+    prefix: str  # pictures are `<prefix>mode_<number>.png` in `folder`
+    title: str  # first part of the heading
+    modes: tuple[int, ...]  # mode numbers, from 1
+    deformation: float  # largest drawn displacement, m
+    contact: str  # state of the shrouds: free, sliding or stuck
+    blades: int  # blades drawn side by side
+    phase: float  # inter-blade phase angle, rad
+    normal: tuple[float, ...]  # contact springs of each node, N/m
+    tangential: tuple[float, ...]  # contact springs of each node, N/m
+    # those of stuck shrouds, whose modes are drawn too; empty where they are not
     stuck_normal: tuple[float, ...] = ()
+    # those of stuck shrouds, whose modes are drawn too; empty where they are not
     stuck_tangential: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
 class OperatingJob(Job):
-    """The operating deflection shape of one curve: `<name>.png` and `<name>.gif` in `folder`.
+    """The operating deflection shape of one curve: `<name>.png` and `<name>.gif` in `folder`."""
 
-    Attributes
-    ----------
-    sector, rom, curve : str
-        Files of the mesh, of the reduced model and of the curve.
-    folder, name : str
-        Folder and base name of the pictures.
-    title : str
-        Heading.
-    deformation : float
-        Largest drawn displacement, m.
-    blades : int
-        Blades drawn side by side.
-    frames : int
-        Frames of the animation, one period.
-    """
-
-    sector: str
-    rom: str
-    curve: str
-    folder: str
-    name: str
-    title: str
-    deformation: float
-    blades: int
-    frames: int
+    sector: str  # files of the mesh, of the reduced model and of the curve
+    rom: str  # files of the mesh, of the reduced model and of the curve
+    curve: str  # files of the mesh, of the reduced model and of the curve
+    folder: str  # folder and base name of the pictures
+    name: str  # folder and base name of the pictures
+    title: str  # heading
+    deformation: float  # largest drawn displacement, m
+    blades: int  # blades drawn side by side
+    frames: int  # frames of the animation, one period

@@ -27,13 +27,7 @@ COLOURS = 256  # of the animation's palette
 
 
 def draw(job: OperatingJob) -> None:
-    """The instant of the largest displacement as `<name>.png`, one period as `<name>.gif`.
-
-    Raises
-    ------
-    ValueError
-        The curve has no peak.
-    """
+    """The instant of the largest displacement as `<name>.png`, one period as `<name>.gif`."""
     from rom import load_sector
 
     sector = load_sector(Path(job.sector))

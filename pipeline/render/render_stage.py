@@ -34,20 +34,11 @@ SPRINGS = "pipeline.stages.scene_to_solver"  # computes the springs of a job
 
 @dataclass
 class RenderingAhead:
-    """Mode shapes of the first model, drawn beside the curves by a process that gives way to those of the curves.
+    """Mode shapes of the first model, drawn beside the curves by a process that gives way to those of the curves."""
 
-    Attributes
-    ----------
-    run : Run
-        The run.
-    folder : Path
-        Where the pictures go until `render_stage` asks for them.
-    waiting : Drawing or None
-        The process, started while the model is built: it loads its libraries until there is something to draw.
-    """
-
-    run: Run
-    folder: Path
+    run: Run  # the run
+    folder: Path  # where the pictures go until `render_stage` asks for them
+    # the process, started while the model is built: it loads its libraries until there is something to draw
     waiting: Drawing | None = None
 
     def prepare(self) -> None:
@@ -94,13 +85,7 @@ _ahead: dict[str, tuple[Drawing, Path]] = {}  # processes that draw mode shapes,
 
 
 def render_stage(run: Run, models: Models, curves: Sequence[CurveResult]) -> list[Path]:
-    """The renders of the run; those that are missing are drawn. `curves` is empty where no curve was solved.
-
-    Raises
-    ------
-    PicturesMissing
-        Some could not be drawn.
-    """
+    """The renders of the run; those that are missing are drawn. `curves` is empty where no curve was solved."""
     files: list[Path] = []
     attempts = Attempts(run.request.out)
     for model, scene, prefix in _models_to_draw(run, models):

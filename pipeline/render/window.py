@@ -8,25 +8,13 @@ from typing import Any
 
 
 class Window:
-    """A window with views side by side, white and smoothed.
-
-    Parameters
-    ----------
-    size : (int, int)
-        Width and height, pixels.
-    widths : sequence of float
-        Share of each view in the width.
-
-    Attributes
-    ----------
-    plotter : pyvista.Plotter
-        Where a picture is composed; it is empty but for the lights after each.
-    """
+    """A window with views side by side, white and smoothed."""
 
     def __init__(self, size: tuple[int, int], widths: Sequence[float]) -> None:
         from pyvista import Plotter
 
         make: Any = Plotter  # the stubs of pyvista ask for whole numbers as proportions
+        # where a picture is composed; it is empty but for the lights after each
         self.plotter = make(
             off_screen=True, window_size=list(size), shape=(1, len(widths)), col_weights=tuple(widths), border=False
         )

@@ -17,31 +17,16 @@ NOTHING = 1e-9  # of the largest tangential force times the range of the motion
 
 @dataclass(frozen=True)
 class NodeCycle:
-    """One contact node over one period.
+    """One contact node over one period."""
 
-    Attributes
-    ----------
-    number : int
-        Number of the node, from 1.
-    row, column : int
-        Place in the grid of the face, along the radius and along the segment, from 0.
-    intervals : tuple of (str, float, float)
-        Stick, slip and separation intervals: state, start and end as shares of the period.
-    shares : dict
-        Share of the period in each state.
-    work_j : float
-        Friction work per cycle, J.
-    largest_normal_n : float
-        Largest normal force, N.
-    """
-
-    number: int
-    row: int
-    column: int
+    number: int  # number of the node, from 1
+    row: int  # place in the grid of the face, along the radius and along the segment, from 0
+    column: int  # place in the grid of the face, along the radius and along the segment, from 0
+    # stick, slip and separation intervals: state, start and end as shares of the period
     intervals: tuple[tuple[str, float, float], ...]
-    shares: dict[str, float]
-    work_j: float
-    largest_normal_n: float
+    shares: dict[str, float]  # share of the period in each state
+    work_j: float  # friction work per cycle, J
+    largest_normal_n: float  # largest normal force, N
 
 
 @dataclass(frozen=True)

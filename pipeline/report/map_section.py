@@ -16,13 +16,7 @@ CAPTION = (
 
 
 def map_section(result: WorstMotionMap) -> StudySection:
-    """Where the lowest worst motion lies, how wide its neighbourhood is, and which contact states there are.
-
-    Parameters
-    ----------
-    result : WorstMotionMap
-        The map.
-    """
+    """Where the lowest worst motion lies, how wide its neighbourhood is, and which contact states there are."""
     shares = ", ".join(
         f"{state} {100 * share:.2g} %" for state, share in sorted(result.shares.items(), key=lambda item: -item[1])
     )

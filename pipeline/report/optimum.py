@@ -32,13 +32,7 @@ ALIKE = 1.02  # ratio of two amplitudes that are said to be the same
 
 
 def optimum_section(result: OptimumResult) -> StudySection:
-    """Conclusion, caption and table of an optimum.
-
-    Parameters
-    ----------
-    result : OptimumResult
-        The optimum.
-    """
+    """Conclusion, caption and table of an optimum."""
     return StudySection(
         heading="Optimum",
         conclusion=tuple(filter(None, (_choice(result), _sharpness(result), _remarks(result)))),

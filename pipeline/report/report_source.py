@@ -23,56 +23,26 @@ _PAGE_MODULE = "pipeline.report.page"
 
 @dataclass(frozen=True)
 class ReportSource:
-    """Results of a run.
+    """Results of a run."""
 
-    Attributes
-    ----------
-    out : Path
-        Output folder.
-    scene_file, scene_text : Path, str
-        The scene.
-    swept : tuple of str
-        Swept keys.
-    curves : sequence of CurveResult
-        The response curves.
-    models : mapping of int to BuiltModel or None
-        Reduced model of each member of the sweep, by its index.
-    model_rows : sequence of dict
-        `models` of summary.json.
-    campbell : sequence of dict
-        `campbell` of summary.json.
-    pictures : mapping of str to bytes
-        Figures and stills that the page may show, by their names in `out`.
-    stress : sequence of dict
-        `stress` of summary.json.
-    studies : mapping of str to StudyOutcome
-        Results of the studies by their names.
-    verified : sequence of VerifiedCase
-        Errors found by `shroud verify`, empty where it has not been run.
-    costs, results : mapping of str
-        Seconds that the results of a stage took, in this run or an earlier one, and the number of results.
-    problems : sequence of str
-        What could not be computed, one line each.
-    results_key : str
-        Hash of the results, by which a later run knows whether the page is still about them.
-    """
-
-    out: Path
-    scene_file: Path
-    scene_text: str
-    swept: tuple[str, ...]
-    curves: Sequence[CurveResult]
-    models: Mapping[int, BuiltModel | None]
-    model_rows: Sequence[dict[str, Any]]
-    campbell: Sequence[dict[str, Any]]
-    pictures: Mapping[str, bytes]
-    stress: Sequence[dict[str, Any]]
-    studies: Mapping[str, StudyOutcome]
-    verified: Sequence[VerifiedCase]
+    out: Path  # output folder
+    scene_file: Path  # the scene
+    scene_text: str  # the scene
+    swept: tuple[str, ...]  # swept keys
+    curves: Sequence[CurveResult]  # the response curves
+    models: Mapping[int, BuiltModel | None]  # reduced model of each member of the sweep, by its index
+    model_rows: Sequence[dict[str, Any]]  # `models` of summary.json
+    campbell: Sequence[dict[str, Any]]  # `campbell` of summary.json
+    pictures: Mapping[str, bytes]  # figures and stills that the page may show, by their names in `out`
+    stress: Sequence[dict[str, Any]]  # `stress` of summary.json
+    studies: Mapping[str, StudyOutcome]  # results of the studies by their names
+    verified: Sequence[VerifiedCase]  # errors found by `shroud verify`, empty where it has not been run
+    # seconds that the results of a stage took, in this run or an earlier one, and the number of results
     costs: Mapping[str, float]
+    # seconds that the results of a stage took, in this run or an earlier one, and the number of results
     results: Mapping[str, int]
-    problems: Sequence[str]
-    results_key: str
+    problems: Sequence[str]  # what could not be computed, one line each
+    results_key: str  # hash of the results, by which a later run knows whether the page is still about them
 
     @property
     def first(self) -> Scene:

@@ -15,27 +15,13 @@ from pipeline.results.publishing import Attempts
 
 @dataclass(frozen=True)
 class StudySection:
-    """What the page says of a study.
+    """What the page says of a study."""
 
-    Attributes
-    ----------
-    heading : str
-        Heading of the section.
-    conclusion : tuple of str
-        One or two sentences, each a paragraph.
-    caption : str
-        What its figure shows.
-    headings : tuple of str
-        Headings of the columns of its table; none: no table.
-    rows : tuple of tuple of str
-        Cells of the table; the first column is text.
-    """
-
-    heading: str
-    conclusion: tuple[str, ...]
-    caption: str = ""
-    headings: tuple[str, ...] = ()
-    rows: tuple[tuple[str, ...], ...] = ()
+    heading: str  # heading of the section
+    conclusion: tuple[str, ...]  # one or two sentences, each a paragraph
+    caption: str = ""  # what its figure shows
+    headings: tuple[str, ...] = ()  # headings of the columns of its table; none: no table
+    rows: tuple[tuple[str, ...], ...] = ()  # cells of the table; the first column is text
 
 
 @dataclass(frozen=True)

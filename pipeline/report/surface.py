@@ -26,28 +26,14 @@ _TRIANGLES = {
 
 @dataclass(frozen=True)
 class Surface:
-    """Triangles on vertices of the mesh.
+    """Triangles on vertices of the mesh."""
 
-    Attributes
-    ----------
-    vertices : (n,) int
-        Rows of the points of the mesh; the last ones are the right and the left contact nodes.
-    triangles : (t, 3) int
-        Rows of `vertices`, as in the next four.
-    edges : (e, 2) int
-        Edges of the mesh; none where it was coarsened.
-    sharp : (s, 2) int
-        Sharp edges.
-    right, left : (n_c,) int
-        Contact nodes.
-    """
-
-    vertices: Indices
-    triangles: Indices
-    edges: Indices
-    sharp: Indices
-    right: Indices
-    left: Indices
+    vertices: Indices  # (n,), rows of the points of the mesh; the last ones are the right and the left contact nodes
+    triangles: Indices  # (t, 3), rows of `vertices`, as in the next four
+    edges: Indices  # (e, 2), edges of the mesh; none where it was coarsened
+    sharp: Indices  # (s, 2), sharp edges
+    right: Indices  # (n_c,), contact nodes
+    left: Indices  # (n_c,), contact nodes
 
 
 def outer_surface(sector: SectorMesh, most: int = MOST_TRIANGLES) -> Surface:

@@ -24,13 +24,7 @@ CAPTION = (
 
 
 def uncertainty_section(result: UncertaintyResult) -> StudySection:
-    """The section of a result.
-
-    Parameters
-    ----------
-    result : UncertaintyResult
-        The result of the study.
-    """
+    """The section of a result."""
     said = ", ".join(_distribution(marginal) for marginal in result.marginals)
     conclusion = (f"{_capital(result.message)}.", f"Uncertain: {said}. All are independent.")
     remarks = tuple(f"{_capital(remark)}." for remark in result.remarks)

@@ -223,17 +223,7 @@ class Curve(_Points):
 
 
 class Curves(Sequence[Curve]):
-    """The curves of a run, each made when it is asked for.
-
-    Parameters
-    ----------
-    folder : Path
-        The output folder.
-    table : CurveTable
-        Numbers of the curves.
-    reader : PointReader
-        Reads their points.
-    """
+    """The curves of a run, each made when it is asked for."""
 
     def __init__(self, folder: Path, table: CurveTable, reader: PointReader) -> None:
         self._folder, self._table, self._reader = folder, table, reader

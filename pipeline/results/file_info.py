@@ -27,13 +27,7 @@ _ALLOWED = "an HDF5 file with a response (response.h5) or a reduced model (rom.h
 
 
 def contents(path: Path) -> dict[str, Any]:
-    """Contents of a response, a reduced model or a run as values for JSON; `kind` says which it is, null: not known.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read or is neither, or the folder is not of a run.
-    """
+    """Contents of a response, a reduced model or a run as values for JSON; `kind` says which (null: not known)."""
     if path.is_dir():
         return _run(path)
     found = read_apart(path, _ALLOWED, lambda: _read(path))

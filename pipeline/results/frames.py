@@ -143,13 +143,7 @@ def _cells(values: Array) -> Array:
 
 
 def _optional(name: str) -> Any:
-    """A package that is no requirement of this one.
-
-    Raises
-    ------
-    InputError
-        It is missing.
-    """
+    """A package that is no requirement of this one."""
     try:
         return import_module(name)
     except ImportError:

@@ -46,15 +46,7 @@ class Resonance:
 
 
 def missing_warnings(members: Sequence[Member], resonances: Callable[[Member], Sequence[Resonance]]) -> list[str]:
-    """A line for each frequency range of a sweep that leaves out resonances between which peaks of its curves lie.
-
-    Parameters
-    ----------
-    members : sequence of Member
-        The curves of the scene.
-    resonances : callable
-        Gives the resonances of a member; none where they are not known.
-    """
+    """A line for each frequency range of a sweep that leaves out resonances between which peaks of its curves lie."""
     found: dict[tuple[float, float], dict[tuple[str, int, str], Resonance]] = {}
     step = -(-len(members) // MOST)
     for member in members[::step]:

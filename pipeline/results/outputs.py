@@ -44,27 +44,6 @@ def write_results(
     """Write response.h5, response.csv, curves.csv and summary.json, replaced together.
 
     Curves are read and written one by one, whatever their number.
-
-    Parameters
-    ----------
-    store : Store
-        The store, for temporary files.
-    out : Path
-        The output folder.
-    curves : sequence of CurveResult
-        The curves, n.
-    table : CurveTable
-        Their table, n rows.
-    summary : dict
-        Content of summary.json; the hashes of the other files are added as `response`. They tell whether the files
-        belong together.
-    provenance : mapping of str to str
-        Attributes of response.h5. Where the files stand there already with the same curves, they stay as they are.
-
-    Returns
-    -------
-    dict of str to str
-        SHA-256 of the first three files by name.
     """
     key = _results_key(curves, table)
     there = _written_before(store, out, key)

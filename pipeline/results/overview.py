@@ -21,13 +21,7 @@ ROWS = "curves.csv has all curves"
 
 
 def quantile_table(found: Mapping[str, Any]) -> Table:
-    """Quantiles over the curves, a row for each quantity.
-
-    Parameters
-    ----------
-    found : mapping
-        Result of `statistics`.
-    """
+    """Quantiles over the curves, a row for each quantity."""
     from rich.markup import escape
     from rich.table import Table
 
@@ -50,13 +44,7 @@ def quantile_table(found: Mapping[str, Any]) -> Table:
 
 
 def key_table(found: Mapping[str, Any]) -> Table:
-    """Best and worst value of each swept key, with the median and the highest of the curves that have it.
-
-    Parameters
-    ----------
-    found : mapping
-        Result of `statistics`.
-    """
+    """Best and worst value of each swept key, with the median and the highest of the curves that have it."""
     from rich.table import Table
 
     table = Table(header_style="bold", pad_edge=False)

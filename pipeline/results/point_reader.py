@@ -16,22 +16,7 @@ TABLE_HASH = "table_hash"  # attribute of response.h5, and key in summary.json
 
 
 class PointReader:
-    """An open response.h5 that belongs to a summary.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    table_hash : str
-        Hash of the table of curves, as in the summary.
-    sha256 : str
-        Hash of the whole file, as in the summary; not compared where the file is large.
-
-    Raises
-    ------
-    OSError, ValueError
-        The file cannot be read, or belongs to another summary.
-    """
+    """An open response.h5 that belongs to a summary."""
 
     def __init__(self, path: Path, table_hash: str, sha256: str) -> None:
         self._path, self._table_hash, self._sha256 = path, table_hash, sha256

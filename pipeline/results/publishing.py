@@ -23,12 +23,8 @@ T = TypeVar("T")
 class PicturesMissing(Exception):
     """Some pictures of a stage could not be made.
 
-    Attributes
-    ----------
-    files : list of Path
-        Those that could, in the output folder.
-    problems : list of str
-        One line for each of the others.
+    `files`: those that could, in the output folder.
+    `problems`: one line for each of the others.
     """
 
     def __init__(self, files: list[Path], problems: list[str]) -> None:
@@ -38,21 +34,11 @@ class PicturesMissing(Exception):
 
 @dataclass
 class Attempts:
-    """Pictures of which one may fail while the others are made; what the disk causes is raised.
+    """Pictures of which one may fail while the others are made; what the disk causes is raised."""
 
-    Attributes
-    ----------
-    folder : Path
-        Where they are written.
-    place : Path or None
-        The folder that an error of the disk names, where that is another one.
-    problems : list of str
-        One line for each that failed.
-    """
-
-    folder: Path
-    place: Path | None = None
-    problems: list[str] = field(default_factory=list)
+    folder: Path  # where they are written
+    place: Path | None = None  # the folder that an error of the disk names, where that is another one
+    problems: list[str] = field(default_factory=list)  # one line for each that failed
 
     def result(self, name: str, make: Callable[[], T]) -> T | None:
         """What `make` returns; None where it fails."""
@@ -70,28 +56,7 @@ class Attempts:
 def published(
     run: Run, stage: str, key: str, doing: str, build: Callable[[Path], list[str] | None], target: Path
 ) -> list[Path]:
-    """Files of a stage in the output folder.
-
-    Parameters
-    ----------
-    run : Run
-        The run; its log notes whether the files were computed or reused.
-    stage : str
-        Name of the stage.
-    key : str
-        Hash of the inputs.
-    doing : str
-        What progress says while the files are computed.
-    build : callable
-        Writes the files into the folder that it is given; returns the problems that it had, one line each.
-    target : Path
-        Folder to copy them to, each in one step.
-
-    Raises
-    ------
-    PicturesMissing
-        There were problems: the files that could be written are in `target`, and the next run tries again.
-    """
+    """Files of a stage in the output folder."""
     entry = run.store.find(stage, key)
     if entry is None:
         with run.reporter.working(doing):

@@ -80,13 +80,7 @@ class ModelFiles:
 
 
 def read_run_summary(folder: Path) -> dict[str, Any]:
-    """The summary of a run, whatever was done to its file: values of the right kinds, and files inside the folder.
-
-    Raises
-    ------
-    InputError
-        There is none in the folder, or it cannot be read or is not as a run writes it.
-    """
+    """The summary of a run, whatever was done to its file: values of the right kinds, and files inside the folder."""
     try:
         found: dict[str, Any] = read_json(folder / SUMMARY)
         _Summary.model_validate(found, context=folder)
@@ -102,13 +96,7 @@ def read_run_summary(folder: Path) -> dict[str, Any]:
 
 
 def read_json_of_run(folder: Path, name: str) -> Any:
-    """A further JSON file of a run.
-
-    Raises
-    ------
-    InputError
-        It cannot be read.
-    """
+    """A further JSON file of a run."""
     try:
         return read_json(path_inside(folder, name))
     except (OSError, ValueError) as error:
@@ -125,13 +113,7 @@ def _refusal(folder: Path, error: ValidationError) -> InputError:
 
 
 def models_of_run(folder: Path) -> list[ModelFiles]:
-    """The reduced models of a run in the order of the summary.
-
-    Raises
-    ------
-    InputError
-        As `read_run_summary`, or the run has no reduced model.
-    """
+    """The reduced models of a run in the order of the summary."""
     entries = [entry for entry in read_run_summary(folder)["models"] if entry.get("rom")]
     if not entries:
         raise input_error(folder, "", "holds no reduced model", "a run of the stage reduce or a later one")
@@ -142,13 +124,7 @@ def models_of_run(folder: Path) -> list[ModelFiles]:
 
 
 def response_of_run(folder: Path) -> Path:
-    """The response of a run.
-
-    Raises
-    ------
-    InputError
-        As `read_run_summary`, or the folder holds none.
-    """
+    """The response of a run."""
     read_run_summary(folder)
     if not (folder / RESPONSE).is_file():
         raise input_error(folder, "", f"holds no {RESPONSE}", "a run of the stage respond or a later one")

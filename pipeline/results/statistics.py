@@ -23,18 +23,6 @@ def statistics(table: CurveTable) -> dict[str, Any]:
     The height of a curve is its worst motion, or the peak of its main branch where that is not known. Of a swept key
     the best value is the one with the lowest height of its highest curve. What may be higher than found, an end of
     the frequency range for example, is never best; `lower_bounds` is the number of such curves.
-
-    Parameters
-    ----------
-    table : CurveTable
-        Numbers of the curves.
-
-    Returns
-    -------
-    dict
-        `curves` and `complete` (numbers), `levels` and for each quantity its quantiles at these levels, `best` and
-        `worst` curve, and `keys`: of each swept key its best and worst value with the median and the largest height.
-        Unknown numbers are None.
     """
     heights = table.heights
     found: dict[str, Any] = {"curves": len(table), "complete": int(np.sum(table.columns["complete"]))}

@@ -44,27 +44,7 @@ class _Found:
 
 
 def all_errors(path: Path, force: bool = False) -> tuple[SceneFile | None, list[str]]:
-    """Read and check a scene that describes a blade, going on after errors.
-
-    Parameters
-    ----------
-    path : Path
-        The scene file.
-    force : bool
-        Whether values beyond all experience are accepted.
-
-    Returns
-    -------
-    file : SceneFile or None
-        The scene; None where it has errors.
-    errors : list of str
-        One line for every error, with the line of the file, at most `MOST_ERRORS`.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, or is not TOML: there is nothing to go on with.
-    """
+    """Read and check a scene that describes a blade, going on after errors."""
     tables, text = load_tables(path)
     found, file = _Found(), None
     try:

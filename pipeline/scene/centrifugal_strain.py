@@ -17,13 +17,6 @@ def centrifugal_strain(scene: Scene, radii: tuple[float, float] | None = None) -
     """Strain at the root of a uniform blade, rho Omega^2 (r_tip^2 - r_hub^2) / (2 E); 0 for a scene without a blade.
 
     The platform and the taper of the airfoil are left out: an estimate that tells a mistyped speed from a real one.
-
-    Parameters
-    ----------
-    scene : Scene
-        The scene.
-    radii : (float, float), optional
-        Radii of hub and tip, m, of a mesh from a file; of the blade of the scene by default.
     """
     if radii is None and scene.blade is not None:
         radii = scene.blade.hub_radius, scene.blade.hub_radius + scene.blade.length
@@ -35,13 +28,7 @@ def centrifugal_strain(scene: Scene, radii: tuple[float, float] | None = None) -
 
 
 def check_speed(path: Path, member: Member) -> None:
-    """Refuse a speed at which the centrifugal strain is above `LARGEST_STRAIN`.
-
-    Raises
-    ------
-    InputError
-        With `load.speed_rpm` and the largest speed for this blade.
-    """
+    """Refuse a speed at which the centrifugal strain is above `LARGEST_STRAIN`."""
     strain = centrifugal_strain(member.scene)
     if strain > LARGEST_STRAIN:
         speed = member.scene.load.speed_rpm

@@ -34,13 +34,7 @@ Unfit = Iterator[InputError]
 
 
 def check_scene(file: SceneFile, force: bool = False) -> None:
-    """Check every member of a scene that describes a blade.
-
-    Raises
-    ------
-    InputError
-        The first key that is missing or does not fit.
-    """
+    """Check every member of a scene that describes a blade."""
     for error in unfit_keys(file, {}, force):
         raise _after_hint(file, error)
 
@@ -56,22 +50,7 @@ def _after_hint(file: SceneFile, error: InputError) -> InputError:
 
 
 def unfit_keys(file: SceneFile, broken: Mapping[int, Set[str]], force: bool = False) -> Unfit:
-    """Every key of a scene that is missing or does not fit the others.
-
-    Parameters
-    ----------
-    file : SceneFile
-        The scene; it describes a blade.
-    broken : mapping of int to set of str
-        By the index of a member: its sections that do not obey the schema. Checks that need one of them are left out.
-    force : bool
-        Whether values beyond all experience are accepted.
-
-    Yields
-    ------
-    InputError
-        As soon as it is found: only the first costs no more than the checks up to it.
-    """
+    """Every key of a scene that is missing or does not fit the others."""
     if not force:
         yield from far_beyond(file, broken)
     if not broken.get(0):
@@ -180,13 +159,7 @@ def _raised(check: Callable[..., Any], *arguments: Any) -> Unfit:
 
 
 def check_scene_for_model(file: SceneFile, n_contacts: int, has_area: bool) -> None:
-    """Check every member of a scene that runs on a given reduced model with `n_contacts` nodes on a face.
-
-    Raises
-    ------
-    InputError
-        The first key that does not fit the model.
-    """
+    """Check every member of a scene that runs on a given reduced model with `n_contacts` nodes on a face."""
     of_studies = (
         *unfit_optimum_keys(file, given_model=True),
         *unfit_map_keys(file, given_model=True),

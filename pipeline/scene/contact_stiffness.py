@@ -48,19 +48,7 @@ def stiff_contact(scene: Scene) -> StiffContact | None:
 
 
 def estimated_error(kind: str, grid: tuple[int, int], sides: tuple[float, float], ratio: float) -> float:
-    """Largest relative error of a stuck frequency, as a rule.
-
-    Parameters
-    ----------
-    kind : {"mortar", "patch", "nodal"}
-        Contact dofs.
-    grid : (int, int)
-        Contact nodes along the segment and along the radius.
-    sides : (float, float)
-        Lengths of the face in these directions, m.
-    ratio : float
-        Contact stiffness of the face over E sqrt(A).
-    """
+    """Largest relative error of a stuck frequency, as a rule."""
     longest = max(sides)
     errors = []
     for count, side in zip(grid, sides, strict=True):

@@ -18,17 +18,7 @@ DEPRECATED_VALUES: dict[str, dict[str, str]] = {
 def with_current_values(
     path: Path, raw: Mapping[str, Any], sweep: Mapping[str, list[Any]]
 ) -> tuple[dict[str, Any], dict[str, list[Any]], tuple[str, ...]]:
-    """Replace deprecated values in a raw scene and in the lists of its sweep.
-
-    Returns
-    -------
-    raw : dict
-        The scene with today's spellings.
-    sweep : dict
-        The swept lists with today's spellings.
-    notes : tuple of str
-        One line for every spelling that was replaced.
-    """
+    """Replace deprecated values in a raw scene and in the lists of its sweep."""
     raw, sweep = dict(raw), dict(sweep)
     notes: dict[str, None] = {}
     for key, spellings in DEPRECATED_VALUES.items():

@@ -11,13 +11,7 @@ from pipeline.scene.schema import Scene
 
 
 def unfit_beside_disk(file: SceneFile) -> Iterator[InputError]:
-    """A disk that nothing holds has no static response, which stresses need.
-
-    Yields
-    ------
-    InputError
-        As soon as it is found.
-    """
+    """A disk that nothing holds has no static response, which stresses need."""
     scene, name = file.first, free_bore(file.first)
     if name and scene.with_stress:
         section = "fatigue" if scene.stress is None else "stress"
@@ -31,13 +25,7 @@ def free_bore(scene: Scene) -> str | None:
 
 
 def unfit_disk_keys(path: Path, member: Member) -> Iterator[InputError]:
-    """Keys of a member that do not fit a disk.
-
-    Yields
-    ------
-    InputError
-        As soon as it is found.
-    """
+    """Keys of a member that do not fit a disk."""
     scene = member.scene
     waves = scene.rom.nodal_diameters
     if waves is None:

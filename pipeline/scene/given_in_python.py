@@ -25,23 +25,7 @@ def given_scene(
     overrides: Mapping[str, Any],
     given_model: bool = False,
 ) -> SceneFile:
-    """A scene as it is given in Python, validated.
-
-    Parameters
-    ----------
-    scene : SceneFile, mapping, str or path
-        A scene that has been read, its tables, or its file.
-    overrides : mapping of str to value
-        Dotted keys, tables or top-level keys with what replaces them; None removes one. A swept key that is replaced
-        is swept no longer.
-    given_model : bool
-        As for `read_scene`.
-
-    Raises
-    ------
-    InputError
-        As for `read_scene`, or an override of a key that a list of points or a Latin hypercube sweeps.
-    """
+    """A scene as it is given in Python, validated."""
     if isinstance(scene, SceneFile) and not overrides:
         return with_contents(scene, {})  # its files may have been written again
     if isinstance(scene, SceneFile):
@@ -59,24 +43,7 @@ def given_scene(
 
 
 def derived_member(file: SceneFile, values: Mapping[str, Any], place: str, given_model: bool = False) -> Member:
-    """The first member of a scene with other values of some keys; nothing is swept, no picture asked for.
-
-    Parameters
-    ----------
-    file : SceneFile
-        The scene.
-    values : mapping of str to value
-        Dotted keys with their values.
-    place : str
-        How messages name the table with these values.
-    given_model : bool
-        As for `read_scene`.
-
-    Raises
-    ------
-    InputError
-        A value is not allowed.
-    """
+    """The first member of a scene with other values of some keys; nothing is swept, no picture asked for."""
     tables = dict(parsed(file.path, file.text))
     for name in ("sweep", *NOT_SWEPT):
         tables.pop(name, None)

@@ -31,13 +31,7 @@ _Take = Callable[[Path, Path], Path | None]
 
 
 def open_regular(path: str | os.PathLike[str]) -> BinaryIO:
-    """A regular file, or a link to one, open for reading; nothing else is opened, nothing is waited for.
-
-    Raises
-    ------
-    OSError
-        It is none, is empty though it may have something to tell (a file of the system), or cannot be opened.
-    """
+    """A regular file, or a link to one, open for reading; nothing else is opened, nothing is waited for."""
     _check_regular(os.stat(path))
     number = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0))
     try:
@@ -57,15 +51,7 @@ def _check_regular(status: os.stat_result) -> None:
 
 
 def read_bytes(file: str, contents: Contents) -> bytes:
-    """The content of a file that includes none, as it was when the scene was read.
-
-    Raises
-    ------
-    InputError
-        It has changed since.
-    OSError
-        It cannot be read.
-    """
+    """The content of a file that includes none, as it was when the scene was read."""
     with open_regular(file) as opened:
         data = b"".join(_pieces(opened))
     if contents.get(file, content := _combined([hashlib.sha256(data).hexdigest()])) != content:
@@ -74,13 +60,7 @@ def read_bytes(file: str, contents: Contents) -> bytes:
 
 
 def file_parts(file: str) -> tuple[Path, ...]:
-    """A file and those that it includes, directly or not, in their order, as they are named.
-
-    Raises
-    ------
-    OSError
-        A file that is there cannot be read.
-    """
+    """A file and those that it includes, directly or not, in their order, as they are named."""
     return tuple(place for place, _ in _walk(file, lambda source, place: source if source.is_file() else None))
 
 
@@ -90,13 +70,7 @@ def file_size(file: str) -> int:
 
 
 def content_hash(file: str) -> str:
-    """SHA-256 of the content of a file and of those that it includes, whatever their names.
-
-    Raises
-    ------
-    OSError
-        A file cannot be read.
-    """
+    """SHA-256 of the content of a file and of those that it includes, whatever their names."""
     main, *others = [source for _, source in _walk(file, _if_there) if source is not None]
     return _combined([_hash(main), *(_hash(source) for source in others if source.is_file())])
 
@@ -114,18 +88,6 @@ def copies(files: Sequence[str], contents: Contents) -> Iterator[Callable[[str],
     """Within the block private copies of files, with what they include: a function from a file to its copy.
 
     Exceptions name the files, not the copies.
-
-    Parameters
-    ----------
-    files : sequence of str
-        The files; those that are none are left out.
-    contents : mapping of str to str
-        Hashes that they must have, where they are known.
-
-    Raises
-    ------
-    InputError
-        A file has changed since it was hashed.
     """
     with tempfile.TemporaryDirectory(prefix="shroud-") as folder:
         root = os.path.realpath(folder)

@@ -11,17 +11,7 @@ SHIFTED = ("contact.interference",)  # a list is shifted; lists of other keys ar
 
 
 def key_value(scene: Scene, key: str, contact: Contact | None = None) -> float | None:
-    """The value of a key as one number; None where it has none.
-
-    Parameters
-    ----------
-    scene : Scene
-        The scene.
-    key : str
-        A dotted key. Of a list node by node: the sum of a stiffness, the mean of other values.
-    contact : Contact
-        The section [contact] with numbers in place of "punch".
-    """
+    """The value of a key as one number; None where it has none."""
     section, _, name = key.partition(".")
     table: Any = contact if section == "contact" and contact is not None else getattr(scene, section)
     value = None if table is None else getattr(table, name)

@@ -20,28 +20,7 @@ _RANGE = "[low, high], two numbers, low below high"
 
 
 def sampled_columns(path: Path, table: Any, most: int) -> dict[str, list[float]]:
-    """The points of a Latin hypercube, a list for each key.
-
-    Parameters
-    ----------
-    path : Path
-        The scene file, for messages.
-    table : mapping
-        `samples` n, `seed`, `ranges` (dotted keys with [low, high]) and `logarithmic` (keys whose logarithm is
-        sampled).
-    most : int
-        Largest n.
-
-    Returns
-    -------
-    dict of str to list
-        n values in the range of each key, in SI units; the same ones for the same seed.
-
-    Raises
-    ------
-    InputError
-        An entry is missing, unknown or not allowed.
-    """
+    """The points of a Latin hypercube, a list for each key."""
     if not isinstance(table, Mapping):
         raise input_error(path, PLACE, shown(table), f"a table [{PLACE}] with {', '.join(KEYS)}")
     for key in table:

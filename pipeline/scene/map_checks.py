@@ -17,20 +17,7 @@ LEAST_STEP = 1e-9  # relative
 
 
 def unfit_map_keys(file: SceneFile, given_model: bool = False) -> Iterator[InputError]:
-    """Keys of [map] that cannot be mapped, and values that the scene does not allow.
-
-    Parameters
-    ----------
-    file : SceneFile
-        The scene.
-    given_model : bool
-        Whether it runs on a reduced model from elsewhere.
-
-    Yields
-    ------
-    InputError
-        One for each key.
-    """
+    """Keys of [map] that cannot be mapped, and values that the scene does not allow."""
     from pipeline.scene.given_in_python import derived_member
 
     section = file.first.map

@@ -25,30 +25,18 @@ Kind = Literal["normal", "lognormal", "uniform"]
 
 @dataclass(frozen=True)
 class Marginal:
-    """Distribution of one parameter.
+    """Distribution of one parameter."""
 
-    Attributes
-    ----------
-    key : str
-        Dotted key of the parameter.
-    kind : {"normal", "lognormal", "uniform"}
-        Kind of the distribution.
-    centre : float
-        Mean of the normal, median of the lognormal distribution before truncation, middle of the uniform one; unit
-        of the key.
-    spread : float
-        Standard deviation of the normal distribution, factor of the lognormal one (its logarithm has the standard
-        deviation log(factor)), half width of the uniform one.
-    low, high : float
-        Bounds of the values: of the distribution or of the key.
-    """
-
-    key: str
-    kind: Kind
+    key: str  # dotted key of the parameter
+    kind: Kind  # kind of the distribution
+    # mean of the normal, median of the lognormal distribution before truncation, middle of the uniform one; unit of
+    # the key
     centre: float
+    # standard deviation of the normal distribution, factor of the lognormal one (its logarithm has the standard
+    # deviation log(factor)), half width of the uniform one
     spread: float
-    low: float
-    high: float
+    low: float  # bounds of the values: of the distribution or of the key
+    high: float  # bounds of the values: of the distribution or of the key
 
     @property
     def mass(self) -> float:
@@ -109,15 +97,7 @@ def bounds_of(key: str) -> tuple[float, float]:
 
 
 def marginal_of(item: UncertainParameter, nominal: float) -> Marginal:
-    """The distribution of a parameter.
-
-    Parameters
-    ----------
-    item : UncertainParameter
-        A table [[uncertainty.parameter]].
-    nominal : float
-        Value of the key in the scene, the centre where the table gives none.
-    """
+    """The distribution of a parameter."""
     least, most = bounds_of(item.key)
     low, high = (least if item.low is None else item.low), (most if item.high is None else item.high)
     if item.distribution == "uniform":

@@ -15,13 +15,7 @@ _BESIDE = ("blade", "shroud", "disk", "materials", "mesh")
 
 
 def unfit_beside_matrices(file: SceneFile) -> Iterator[InputError]:
-    """Sections and keys that do not go with matrices, of the first member.
-
-    Yields
-    ------
-    InputError
-        As soon as it is found.
-    """
+    """Sections and keys that do not go with matrices, of the first member."""
     scene = file.first
     for section in _BESIDE:
         if getattr(scene, section):
@@ -35,13 +29,7 @@ def unfit_beside_matrices(file: SceneFile) -> Iterator[InputError]:
 
 
 def unfit_matrix_keys(path: Path, member: Member) -> Iterator[InputError]:
-    """Keys of a member that do not fit its matrices, and files that are not there.
-
-    Yields
-    ------
-    InputError
-        As soon as it is found.
-    """
+    """Keys of a member that do not fit its matrices, and files that are not there."""
     scene, model = member.scene, member.scene.model
     assert model is not None
     rom = scene.rom

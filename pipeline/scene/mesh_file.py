@@ -15,13 +15,7 @@ KEY = "mesh.file"
 
 
 def check_mesh_file(path: Path, member: Member) -> None:
-    """Refuse a mesh file that is not there or cannot be read, and files it includes that are not there.
-
-    Raises
-    ------
-    InputError
-        With `mesh.file`; a similar name of the folder where there is one.
-    """
+    """Refuse a mesh file that is not there or cannot be read, and files it includes that are not there."""
     file = member.scene.mesh_file
     assert file is not None
     key, allowed = key_in_file(member, KEY), f"a readable mesh file ({', '.join(SUFFIXES)})"

@@ -10,15 +10,7 @@ from pipeline.scene.validation_errors import allowed_values
 
 
 def unfit_mistuning_keys(file: SceneFile, n_blades: int | None = None) -> Iterator[InputError]:
-    """Keys of [mistuning] that do not fit the rest of a scene.
-
-    Parameters
-    ----------
-    file : SceneFile
-        The scene.
-    n_blades : int, optional
-        Number of blades of a given reduced model; by default that of the scene.
-    """
+    """Keys of [mistuning] that do not fit the rest of a scene."""
     scene = file.first
     section, blades = scene.mistuning, n_blades if n_blades is not None else scene.n_blades
     if section is None:

@@ -25,23 +25,13 @@ TEMPERATURE = ("temperature",)
 
 @dataclass(frozen=True)
 class NodalTable:
-    """Values on nodes.
+    """Values on nodes."""
 
-    Attributes
-    ----------
-    path : str
-        The file.
-    nodes : (k,) array or None
-        Points of the mesh by their numbers in mesh.vtu, from 0; None: by position.
-    positions : (k, 3) array or None
-        Positions, m.
-    values : (k, 3) array, or (k,) array of temperatures
-        Forces, N, complex where the file has parts _re and _im.
-    """
-
-    path: str
+    path: str  # the file
+    # (k,), points of the mesh by their numbers in mesh.vtu, from 0; None: by position
     nodes: NDArray[np.int64] | None
-    positions: NDArray[np.float64] | None
+    positions: NDArray[np.float64] | None  # (k, 3), positions, m
+    # (k, 3), forces, N, complex where the file has parts _re and _im
     values: NDArray[np.float64] | NDArray[np.complex128]
 
 
@@ -50,11 +40,6 @@ def force_table(file: str, contents: Contents | None = None) -> NodalTable:
 
     Columns: `node`, or `x`, `y`, `z`; then `fx`, `fy`, `fz`, or `fx_re`, `fx_im`, ... for complex forces. A component
     that has no column is zero.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, has another hash, or a column or a cell of it is not allowed.
     """
     import numpy as np
 
@@ -78,13 +63,7 @@ def force_table(file: str, contents: Contents | None = None) -> NodalTable:
 
 
 def temperature_table(file: str, contents: Contents | None = None) -> NodalTable:
-    """Temperatures of nodes from a CSV file with the columns `node`, or `x`, `y`, `z`, and `temperature`.
-
-    Raises
-    ------
-    InputError
-        As `force_table`.
-    """
+    """Temperatures of nodes from a CSV file with the columns `node`, or `x`, `y`, `z`, and `temperature`."""
     columns = _columns(file, TEMPERATURE, contents)
     if "temperature" not in columns:
         raise _refused(file, "no temperatures", "a column temperature")

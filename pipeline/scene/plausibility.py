@@ -74,15 +74,7 @@ def plausibility_warnings(file: SceneFile) -> list[str]:
 
 
 def far_beyond(file: SceneFile, broken: Mapping[int, AbstractSet[str]]) -> Iterator[InputError]:
-    """Values of a blade that are beyond all experience; models without units of their own have none.
-
-    Parameters
-    ----------
-    file : SceneFile
-        The scene.
-    broken : mapping of int to set of str
-        By the index of a member: its sections that do not obey the schema.
-    """
+    """Values of a blade that are beyond all experience; models without units of their own have none."""
     for member in file.members:
         if not _has_units(member):
             continue
@@ -158,15 +150,7 @@ def unusual_wave_speed(numbers: Mapping[str, float]) -> str:
 
 
 def hints_first(file: SceneFile, errors: Sequence[InputError]) -> list[InputError]:
-    """Errors behind hints on values in other units, of which they may come; an error of such a value has the hint.
-
-    Parameters
-    ----------
-    file : SceneFile
-        The scene.
-    errors : sequence of InputError
-        Its errors.
-    """
+    """Errors behind hints on values in other units, of which they may come; an error of such a value has the hint."""
     hints = {hint.key: hint for hint in _unit_hints(file).values()}
     for error in errors:
         if error.key in hints:

@@ -20,30 +20,7 @@ PLACE = "sweep.points"
 
 
 def point_columns(scene: Path, name: str, most: int) -> tuple[dict[str, list[Any]], tuple[str, ...]]:
-    """The points of a file.
-
-    Parameters
-    ----------
-    scene : Path
-        The scene file; the name is relative to its folder.
-    name : str
-        Name of the file. Its first line has the dotted keys, with or without their units as in response.csv; a cell
-        holds a number, a word, or a list in brackets.
-    most : int
-        Largest number of points.
-
-    Returns
-    -------
-    columns : dict of str to list
-        The values of each key.
-    lines : tuple of str
-        How messages name each point.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, or a column or row of it is not allowed.
-    """
+    """The points of a file."""
     path = scene.parent / name
     table = [(number, row) for number, row in _rows(scene, path) if row]
     if not table:

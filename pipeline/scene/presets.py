@@ -21,21 +21,12 @@ class Expected:
 
 @dataclass(frozen=True)
 class Preset:
-    """Values of a preset.
+    """Values of a preset."""
 
-    Attributes
-    ----------
-    elements_along_chord : float
-        The element size is the chord divided by this, so that a preset fits blades of any size.
-    values : mapping of str to value
-        Dotted keys of a scene with their values, besides the element size.
-    expected : Expected
-        Errors measured with them.
-    """
-
+    # the element size is the chord divided by this, so that a preset fits blades of any size
     elements_along_chord: float
-    values: Mapping[str, Any]
-    expected: Expected
+    values: Mapping[str, Any]  # dotted keys of a scene with their values, besides the element size
+    expected: Expected  # errors measured with them
 
 
 def _values(modes: int, tolerance: float, harmonics: int | str = "auto") -> dict[str, Any]:
@@ -111,13 +102,7 @@ class Accuracy:
 
 
 def preset_values(name: str, chord: float | None) -> dict[str, Any]:
-    """Dotted keys of a scene with the values of a preset; no element size where the chord, m, is not known.
-
-    Raises
-    ------
-    KeyError
-        There is no preset of that name.
-    """
+    """Dotted keys of a scene with the values of a preset; no element size where the chord, m, is not known."""
     preset = PRESETS[name]
     size = {} if chord is None else {SIZE: float(f"{chord / preset.elements_along_chord:.{_DIGITS}g}")}
     return {**size, **preset.values}

@@ -146,26 +146,7 @@ def scene_of_tables(
     swept: Sweep | None = None,
     contents: Mapping[str, str] | None = None,
 ) -> SceneFile:
-    """The scene of the tables of a file, as `read_scene` reads it.
-
-    Parameters
-    ----------
-    path : Path
-        The file, for messages.
-    raw : mapping
-        Its tables.
-    text : str
-        Its text.
-    given_model : bool
-        As for `read_scene`.
-    broken : callable
-        Gets the index of a member that does not obey the schema and its errors; the member then has only the sections
-        that do. By default the first error is raised.
-    swept : Sweep
-        A sweep in place of that of the tables.
-    contents : mapping of str to str
-        Hashes of input files that are known.
-    """
+    """The scene of the tables of a file, as `read_scene` reads it."""
     raw = dict(raw)
     table = raw.pop("sweep", {})
     sweep = read_sweep(path, table) if swept is None else swept

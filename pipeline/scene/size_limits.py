@@ -24,13 +24,7 @@ MARGIN = 0.1  # of the blade's length: how far from the blade a point may lie th
 
 
 def check_size(path: Path, member: Member) -> None:
-    """Refuse a mesh of too many elements and a loaded point off the blade.
-
-    Raises
-    ------
-    InputError
-        The key that is too small, too large or somewhere else.
-    """
+    """Refuse a mesh of too many elements and a loaded point off the blade."""
     scene = member.scene
     if scene.mesh_file is not None:
         return  # what is in the file is known when it has been read
@@ -47,13 +41,7 @@ def check_size(path: Path, member: Member) -> None:
 
 
 def check_balance(path: Path, member: Member, n_contacts: int) -> None:
-    """Refuse more unknowns than a balance can be solved for: three directions, contact nodes, harmonics.
-
-    Raises
-    ------
-    InputError
-        With `response.harmonics`: the largest number that is possible.
-    """
+    """Refuse more unknowns than a balance can be solved for: three directions, contact nodes, harmonics."""
     harmonics = member.scene.response.harmonics
     kept = AUTO_HARMONICS if harmonics == "auto" else harmonics
     unknowns = 3 * n_contacts * (2 * kept + 1)
@@ -65,13 +53,7 @@ def check_balance(path: Path, member: Member, n_contacts: int) -> None:
 
 
 def check_modes(path: Path, member: Member, n_contacts: int) -> None:
-    """Refuse more damping ratios or mode shapes than the reduced model has modes, as far as that is known.
-
-    Raises
-    ------
-    InputError
-        With `response.damping_ratio` or `render.modes`.
-    """
+    """Refuse more damping ratios or mode shapes than the reduced model has modes, as far as that is known."""
     scene = member.scene
     if scene.rom.frequency_limit is not None:
         return
@@ -91,13 +73,7 @@ def check_modes(path: Path, member: Member, n_contacts: int) -> None:
 
 
 def check_sweep(file: SceneFile) -> None:
-    """Refuse a sweep whose models would take too long.
-
-    Raises
-    ------
-    InputError
-        The sweep, with its models and their elements.
-    """
+    """Refuse a sweep whose models would take too long."""
     models = {_behind_the_model(member.scene): member.scene for member in file.members}
     # one that is too large by itself is a matter of its own
     elements = sum(min(estimated_elements(scene), LARGEST_MODEL) for scene in models.values())

@@ -46,21 +46,7 @@ def meant(
     inside: Collection[str] | None = None,
     tables: Collection[str] = (),
 ) -> str:
-    """The key of a scene that an unknown one may stand for; empty where nothing is near.
-
-    Parameters
-    ----------
-    key : str
-        The unknown key.
-    known : sequence of str
-        The keys that may stand in its place.
-    section : str
-        The table that the key stands in; empty at the top.
-    inside : collection of str, optional
-        Keys of the unknown table, where it is one: a section is meant, the one nearest by name or else by its keys.
-    tables : collection of str
-        The tables of the scene: a key that several tables have is rather of one that is there, a table of none.
-    """
+    """The key of a scene that an unknown one may stand for; empty where nothing is near."""
     if inside is not None and not section:
         alike = [name for name, model in SECTIONS.items() if inside and set(inside) <= set(model.model_fields)]
         alike.sort(key=lambda name: name in tables)

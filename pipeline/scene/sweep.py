@@ -20,21 +20,12 @@ GRID, POINTS, LATIN_HYPERCUBE = "grid", "points", "latin_hypercube"
 
 @dataclass(frozen=True)
 class Sweep:
-    """Values of the swept keys.
+    """Values of the swept keys."""
 
-    Attributes
-    ----------
-    lists : mapping of str to list
-        Dotted keys with their values: of a grid the values to combine, otherwise one value for each point.
-    kind : str
-        "grid", "points" or "latin_hypercube".
-    lines : tuple of str
-        How messages name each point; empty with a grid.
-    """
-
+    # dotted keys with their values: of a grid the values to combine, otherwise one value for each point
     lists: Mapping[str, list[Any]]
-    kind: str = GRID
-    lines: tuple[str, ...] = ()
+    kind: str = GRID  # "grid", "points" or "latin_hypercube"
+    lines: tuple[str, ...] = ()  # how messages name each point; empty with a grid
 
     def with_lists(self, lists: Mapping[str, list[Any]]) -> Sweep:
         """The same sweep with other spellings of its values."""
@@ -62,14 +53,7 @@ class Sweep:
 
 
 def read_sweep(path: Path, table: Any) -> Sweep:
-    """The sweep of a scene file from its raw table [sweep].
-
-    Raises
-    ------
-    InputError
-        A key that cannot be swept or is given twice, an empty list, a point that occurs twice or lacks a key, a
-        range or a seed that is missing, two kinds of sweep, or too many curves.
-    """
+    """The sweep of a scene file from its raw table [sweep]."""
     if not isinstance(table, Mapping):
         raise input_error(path, "sweep", shown(table), "a table [sweep] of dotted keys with lists")
     kinds = [kind for kind in (POINTS, LATIN_HYPERCUBE) if kind in table]

@@ -10,15 +10,7 @@ from typing import Any
 def grid_values(parameters: Mapping[str, Sequence[Any]]) -> dict[str, list[Any]] | None:
     """The different values of each swept key where the points are every combination of them, each once.
 
-    Parameters
-    ----------
-    parameters : mapping of str to sequence (n,)
-        The swept keys with their values at the n points; values are hashable.
-
-    Returns
-    -------
-    dict of str to list, or None
-        For each key its values in the order in which they first occur; None where the points are no grid.
+    Shapes: `parameters` (n,).
     """
     count = len(next(iter(parameters.values()), ()))
     values = {key: list(dict.fromkeys(found)) for key, found in parameters.items()}

@@ -20,22 +20,7 @@ SWEPT_KEYS = tuple(
 
 
 def flattened(path: Path, table: Mapping[str, Any], place: str) -> Iterator[tuple[str, Any]]:
-    """Dotted keys with what stands under them, whether written "contact.friction" or contact.friction.
-
-    Parameters
-    ----------
-    path : Path
-        The scene file, for messages.
-    table : mapping
-        The table.
-    place : str
-        How messages name the table.
-
-    Raises
-    ------
-    InputError
-        A key that cannot be swept, or that is given twice.
-    """
+    """Dotted keys with what stands under them, whether written "contact.friction" or contact.friction."""
     found = set()
     for key, item in _items(table):
         if key in found:

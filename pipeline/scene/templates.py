@@ -24,37 +24,13 @@ _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 
 
 def write_new_scene(folder: Path, title: str = "") -> list[Path]:
-    """Write a scene and its schema into a folder, which is created where it does not exist.
-
-    Parameters
-    ----------
-    folder : Path
-        The scene takes its name. Nothing in it is overwritten.
-    title : str
-        Heading of the figures; none where it is empty, then figures have the name.
-
-    Returns
-    -------
-    list of Path
-        The files written.
-
-    Raises
-    ------
-    InputError
-        A file is in the way, the folder cannot be created or is none to write to, or its name cannot name a scene.
-    """
+    """Write a scene and its schema into a folder, which is created where it does not exist."""
     check_new_folder(folder)
     return new_files(folder, scene_text(folder.resolve().name, title), {})
 
 
 def check_new_folder(folder: Path, *further: str) -> None:
-    """Refuse a folder that cannot name a scene or that has files of these names.
-
-    Raises
-    ------
-    InputError
-        As `write_new_scene`.
-    """
+    """Refuse a folder that cannot name a scene or that has files of these names."""
     check_output_path(folder, "DIR", len(SCHEMA) + 1)
     name = folder.resolve().name
     if not _NAME.fullmatch(name):
@@ -67,13 +43,7 @@ def check_new_folder(folder: Path, *further: str) -> None:
 
 
 def new_files(folder: Path, text: str, further: Mapping[str, bytes]) -> list[Path]:
-    """Write the text of a scene, its schema and further files by their names; nothing is overwritten.
-
-    Raises
-    ------
-    InputError
-        As `write_new_scene`.
-    """
+    """Write the text of a scene, its schema and further files by their names; nothing is overwritten."""
     check_new_folder(folder, *further)
     schema = json.dumps(scene_schema(), indent=1) + "\n"
     contents = {SCENE: text.encode(), SCHEMA: schema.encode(), **further}
@@ -88,13 +58,7 @@ def new_files(folder: Path, text: str, further: Mapping[str, bytes]) -> list[Pat
 
 
 def check_title(title: str) -> str:
-    """The title, which is to be one that a scene may have.
-
-    Raises
-    ------
-    InputError
-        It is more than a line, or too long.
-    """
+    """The title, which is to be one that a scene may have."""
     try:
         TypeAdapter(Annotated[str, Scene.model_fields["title"]]).validate_python(title)
     except ValidationError:

@@ -45,20 +45,7 @@ _MEANINGS = {
 
 
 def parsed(path: Path, text: str) -> dict[str, Any]:
-    """The tables of a TOML text.
-
-    Parameters
-    ----------
-    path : Path
-        Its file, for messages.
-    text : str
-        The text.
-
-    Raises
-    ------
-    InputError
-        It is no TOML, nested too deep, or has a key of too many parts.
-    """
+    """The tables of a TOML text."""
     longest = _DOTTED.search(text)
     if longest is not None:
         raise _error(path, text, text.count("\n", 0, longest.start()) + 1, f"a key of more than {MOST_PARTS} parts")

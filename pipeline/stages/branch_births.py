@@ -22,13 +22,7 @@ PROPORTIONAL = (
 
 
 class Births:
-    """Collects where branches end between neighbouring curves.
-
-    Parameters
-    ----------
-    neighbours : mapping of str to sequence of Neighbour
-        The neighbours of every curve by its key.
-    """
+    """Collects where branches end between neighbouring curves."""
 
     def __init__(self, neighbours: Mapping[str, Sequence[Neighbour]]) -> None:
         self._neighbours = neighbours

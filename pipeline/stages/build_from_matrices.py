@@ -40,15 +40,7 @@ def matrix_choice(scene: Scene, files: Mapping[str, str]) -> MatrixChoice:
 
 
 def read_matrices(scene: Scene) -> MatrixModel:
-    """The full model in the files of [model], read in isolation.
-
-    Raises
-    ------
-    InputError
-        A file cannot be read, or the files do not fit each other.
-    ParameterError
-        A key of [model] does not fit the files.
-    """
+    """The full model in the files of [model], read in isolation."""
     from rom import model_from_matrices
 
     return _read(scene, model_from_matrices)

@@ -36,20 +36,6 @@ def make_reduced_model(
 ) -> None:
     """Reduce the blade to `rom.h5`, at its speed, and write its sizes into `facts.json`.
 
-    Parameters
-    ----------
-    folder : Path
-        Where the files go; with few enough contact nodes also `augmented.h5`, the residual-mode augmented model. Of
-        a sector of a disk also `families.h5`, the rows that name its modes.
-    sector_file, full_file : Path
-        Mesh and full model.
-    scene : Scene
-        The scene that the model is for.
-    store_basis : bool
-        Whether the model gets its basis, which expands shapes to the mesh and is many times the size of all the rest.
-    assembled : list of FullModel or None
-        The full model itself, where it is in memory: it is taken out of the list, and the file not read.
-
     Notes
     -----
     In `facts.json`, `modes` is the number of fixed-interface modes and `highest_mode_hz` the frequency up to which

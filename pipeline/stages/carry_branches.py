@@ -34,72 +34,34 @@ THERE_AND_BACK = 2  # rounds, in longest ways through the sweep, after which car
 
 @dataclass(frozen=True)
 class CurveState:
-    """A curve with the branches that it has got so far.
+    """A curve with the branches that it has got so far."""
 
-    Attributes
-    ----------
-    kind, key : str
-        Its place in the store.
-    file : Path
-        Its file.
-    ran : bool
-        Whether it was computed in this run.
-    seconds : float
-        How long it was computed.
-    """
-
-    kind: str
-    key: str
-    file: Path
-    ran: bool
-    seconds: float
+    kind: str  # its place in the store
+    key: str  # its place in the store
+    file: Path  # its file
+    ran: bool  # whether it was computed in this run
+    seconds: float  # how long it was computed
 
 
 @dataclass(frozen=True)
 class Extension:
-    """A curve to extend with the branches of neighbours, in one round.
+    """A curve to extend with the branches of neighbours, in one round."""
 
-    Attributes
-    ----------
-    key : str
-        Its key in the store.
-    job : CurveJob
-        The curve.
-    round : int
-        Number of the round, from 1.
-    base : CurveState
-        The curve with its branches so far.
-    sources : tuple of Source
-        The neighbours.
-    offered_seconds : float
-        How long the curves of the neighbours were computed: a measure of what is to be carried.
-    """
-
-    key: str
-    job: CurveJob
-    round: int
-    base: CurveState
-    sources: tuple[Source, ...]
-    offered_seconds: float
+    key: str  # its key in the store
+    job: CurveJob  # the curve
+    round: int  # number of the round, from 1
+    base: CurveState  # the curve with its branches so far
+    sources: tuple[Source, ...]  # the neighbours
+    offered_seconds: float  # how long the curves of the neighbours were computed: a measure of what is to be carried
 
 
 @dataclass
 class BranchCarrier:
-    """Carries branches across the curves of a sweep.
+    """Carries branches across the curves of a sweep."""
 
-    Attributes
-    ----------
-    store : Store
-        Where results are.
-    jobs : sequence of CurveJob
-        The curves of all members.
-    problems : list of str
-        What could not be done, one line each.
-    """
-
-    store: Store
-    jobs: Sequence[CurveJob]
-    problems: list[str] = field(default_factory=list)
+    store: Store  # where results are
+    jobs: Sequence[CurveJob]  # the curves of all members
+    problems: list[str] = field(default_factory=list)  # what could not be done, one line each
 
     def __post_init__(self) -> None:
         """Find the neighbours of every curve."""
@@ -161,13 +123,7 @@ class BranchCarrier:
         return self._extensions(self._rounds.finished(curve, changed=facts.added > 0))
 
     def results(self, solved: Mapping[str, CurveResult]) -> dict[str, CurveResult]:
-        """The curves with the branches of their neighbours, by key; one that cannot be extended stays as it is.
-
-        Parameters
-        ----------
-        solved : mapping of str to CurveResult
-            The curves as they were solved.
-        """
+        """The curves with the branches of their neighbours, by key; one that cannot be extended stays as it is."""
         results = dict(solved)
         if not self._neighbours:
             return results

@@ -13,37 +13,19 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Turn:
-    """A curve that is due.
+    """A curve that is due."""
 
-    Attributes
-    ----------
-    curve : str
-        Key of the curve.
-    round : int
-        Number of the round, from 1.
-    sources : tuple of str
-        Its neighbours that have changed in the round before.
-    """
-
-    curve: str
-    round: int
-    sources: tuple[str, ...]
+    curve: str  # key of the curve
+    round: int  # number of the round, from 1
+    sources: tuple[str, ...]  # its neighbours that have changed in the round before
 
 
 @dataclass
 class CarryRounds:
-    """Rounds across a sweep; they end where no curve has changed in the last one.
+    """Rounds across a sweep; they end where no curve has changed in the last one."""
 
-    Attributes
-    ----------
-    neighbours : mapping of str to sequence of str
-        The neighbours of every curve that has any, each once. They are mutual.
-    most : int
-        Number of rounds after which they are ended in any case.
-    """
-
-    neighbours: Mapping[str, Sequence[str]]
-    most: int
+    neighbours: Mapping[str, Sequence[str]]  # the neighbours of every curve that has any, each once. They are mutual
+    most: int  # number of rounds after which they are ended in any case
     _changed: dict[str, list[bool]] = field(default_factory=dict)  # of a curve, in each round that it has finished
     _left_out: set[str] = field(default_factory=set)
     _due: set[str] = field(default_factory=set)
@@ -65,15 +47,7 @@ class CarryRounds:
         return self._advanced(self.neighbours[curve])
 
     def finished(self, curve: str, changed: bool) -> list[Turn]:
-        """A curve has been solved (round 0), or has finished the next round; returns which curves are due now.
-
-        Parameters
-        ----------
-        curve : str
-            Its key.
-        changed : bool
-            Whether it has got branches in that round.
-        """
+        """A curve has been solved (round 0), or has finished the next round; returns which curves are due now."""
         self._due.discard(curve)
         self._note(curve, changed)
         last = len(self._changed[curve]) - 1

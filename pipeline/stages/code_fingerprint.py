@@ -47,15 +47,9 @@ def imports(text: str) -> Iterator[Import]:
 
 @dataclass
 class SourceTree:
-    """The source of the four packages under `root`, each file read once.
+    """The source of the four packages under `root`, each file read once."""
 
-    Attributes
-    ----------
-    root : Path
-        Folder that holds the packages.
-    """
-
-    root: Path = REPOSITORY
+    root: Path = REPOSITORY  # folder that holds the packages
     _files: dict[str, str] = field(default_factory=dict)
     _texts: dict[str, str] = field(default_factory=dict)
     _contents: dict[str, dict[str, bytes]] = field(default_factory=dict)
@@ -73,13 +67,7 @@ class SourceTree:
                     self._files[place] = os.path.join(folder, f"{name}.py")
 
     def fingerprint(self, *modules: str) -> str:
-        """Hash of the modules, of all that they import of the four packages, of the libraries and the machine.
-
-        Raises
-        ------
-        FileNotFoundError
-            There is no such module.
-        """
+        """Hash of the modules, of all that they import of the four packages, of the libraries and the machine."""
         sources, libraries = self.reached(*modules)
         digest = hashlib.sha256(machine().encode())
         self._hash_sources(sources, digest.update)
@@ -171,13 +159,7 @@ class SourceTree:
 
 @cache
 def code_fingerprint(*modules: str) -> str:
-    """Fingerprint of the code that the given modules run, as it was when this process first asked for any.
-
-    Raises
-    ------
-    FileNotFoundError
-        There is no such module.
-    """
+    """Fingerprint of the code that the given modules run, as it was when this process first asked for any."""
     return _tree().fingerprint(*modules)
 
 

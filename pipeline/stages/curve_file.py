@@ -43,17 +43,7 @@ BRANCHES = "branch"  # group of the detached branches of a curve: branch/1, bran
 
 
 def used_parameters(scene: Scene, contact: Contact, parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """Every parameter that the solution used, by dotted key, and the swept ones of other stages.
-
-    Parameters
-    ----------
-    scene : Scene
-        The scene of the curve.
-    contact : Contact
-        Its section [contact] with numbers in place of "punch".
-    parameters : mapping of str to value
-        The swept parameters.
-    """
+    """Every parameter that the solution used, by dotted key, and the swept ones of other stages."""
     response = scene.response.model_dump(exclude_none=True)
     values: dict[str, Any] = {f"contact.{key}": value for key, value in contact.model_dump().items()}
     values |= {f"response.{key}": value for key, value in response.items()}
@@ -66,15 +56,7 @@ def used_parameters(scene: Scene, contact: Contact, parameters: Mapping[str, Any
 
 
 def section_from_attributes(kind: type[S], attributes: Mapping[str, Any]) -> S:
-    """A section of the scene with the values that a curve was solved with, from the attributes of its file.
-
-    Parameters
-    ----------
-    kind : type
-        The section: `Contact`, `Response`, `Load` or `Excitation`.
-    attributes : mapping of str to value
-        As `used_parameters` names them.
-    """
+    """A section of the scene with the values that a curve was solved with, from the attributes of its file."""
     prefix = f"{kind.__name__.lower()}."
     values = {key.removeprefix(prefix): attributes[key] for key in attributes if key.startswith(prefix)}
     plain = {name: _scene_value(value) for name, value in values.items()}

@@ -64,18 +64,12 @@ class LazyArrays(Mapping[str, Array]):
 
 @dataclass(frozen=True, repr=False, eq=False)
 class CurveTable:
-    """Numbers of n curves.
+    """Numbers of n curves."""
 
-    Attributes
-    ----------
-    columns : mapping of str to array (n,)
-        The fields of `CurveSummary` (those of `TUPLES` as JSON texts), `solved` (whether there is a result), `rom`
-        (file of the reduced model, relative to the output folder, "" without) and `carried_from` (JSON text).
-    parameters : mapping of str to array (n,)
-        The swept keys with their values: numbers, or JSON texts where not all are.
-    """
-
+    # (n,), the fields of `CurveSummary` (those of `TUPLES` as JSON texts), `solved` (whether there is a result),
+    # `rom` (file of the reduced model, relative to the output folder, "" without) and `carried_from` (JSON text)
     columns: Mapping[str, Array]
+    # (n,), the swept keys with their values: numbers, or JSON texts where not all are
     parameters: Mapping[str, Array]
 
     def __len__(self) -> int:

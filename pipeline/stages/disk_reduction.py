@@ -16,13 +16,7 @@ if TYPE_CHECKING:
 
 
 def with_interface(full: FullModel, sector: SectorMesh, scene: Scene, boundary: BoundaryChoice) -> BoundaryChoice:
-    """The boundary dofs with those of the cut faces.
-
-    Raises
-    ------
-    RomParameterError
-        The faces do not match under the pitch, or there is no such nodal diameter.
-    """
+    """The boundary dofs with those of the cut faces."""
     from rom import InterfaceOptions, cyclic_faces, interface_motion
 
     faces = cyclic_faces(full, sector)

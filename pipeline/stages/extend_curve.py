@@ -25,57 +25,30 @@ FACTS = "extension.json"
 
 @dataclass(frozen=True)
 class Source:
-    """A curve whose branches are carried to a neighbour.
+    """A curve whose branches are carried to a neighbour."""
 
-    Attributes
-    ----------
-    file : Path
-        Its file.
-    rom : Path
-        File of its reduced model.
-    label : str
-        The parameter in which it differs, with its value there.
-    """
-
-    file: Path
-    rom: Path
-    label: str
+    file: Path  # its file
+    rom: Path  # file of its reduced model
+    label: str  # the parameter in which it differs, with its value there
 
 
 @dataclass(frozen=True)
 class LostBranch:
-    """A branch of a neighbour that does not reach the curve.
+    """A branch of a neighbour that does not reach the curve."""
 
-    Attributes
-    ----------
-    label : str
-        Label of the neighbour.
-    branch : str
-        Mark of the branch, see `branch_mark`.
-    followed : float
-        Part of the way from the neighbour, 0, to the curve, 1, up to which some solution of it was followed, with few
-        harmonics.
-    """
-
-    label: str
-    branch: str
+    label: str  # label of the neighbour
+    branch: str  # mark of the branch, see `branch_mark`
+    # part of the way from the neighbour, 0, to the curve, 1, up to which some solution of it was followed, with few
+    # harmonics
     followed: float
 
 
 @dataclass(frozen=True)
 class ExtensionFacts:
-    """What came of carrying the branches of the neighbours to a curve.
+    """What came of carrying the branches of the neighbours to a curve."""
 
-    Attributes
-    ----------
-    added : int
-        Number of branches added.
-    lost : tuple of LostBranch
-        Branches that do not exist on the curve.
-    """
-
-    added: int
-    lost: tuple[LostBranch, ...]
+    added: int  # number of branches added
+    lost: tuple[LostBranch, ...]  # branches that do not exist on the curve
 
     @classmethod
     def read(cls, folder: Path) -> ExtensionFacts:
@@ -95,21 +68,6 @@ def extend_curve(
     """Look for further branches of a curve, from those of its neighbours, on one BLAS thread.
 
     Writes `extension.json`, see `ExtensionFacts`, and where branches were added `curve.h5` with all of them.
-
-    Parameters
-    ----------
-    folder : Path
-        Where the files go.
-    rom : Path
-        File of the reduced model of the curve.
-    scene : Scene
-        The scene of the curve.
-    base : Path
-        File of the curve.
-    sources : sequence of Source
-        Its neighbours.
-    progress : callable
-        Called with the frequency reached, Hz, and the number of points so far.
     """
     from nonlinear import carry_branches
     from rom import one_blas_thread, read_reduced_model

@@ -30,13 +30,7 @@ KIND = "reduce"
 
 
 def models_of_matrices(run: Run, outcome: RunOutcome) -> dict[int, BuiltModel | None]:
-    """The reduced model of every member; failures go to the outcome's problems.
-
-    Raises
-    ------
-    InputError
-        A file cannot be read, or a key does not fit what is in the files.
-    """
+    """The reduced model of every member; failures go to the outcome's problems."""
     made: dict[str, BuiltModel | None] = {}
     read: dict[str, MatrixModel] = {}  # the last files read, by the key of their content
     result: dict[int, BuiltModel | None] = {}

@@ -21,13 +21,7 @@ INTERRUPTED = "interrupted"  # reason of a curve that a run did not come to
 
 
 def member_models(run: Run, outcome: RunOutcome, given: ReducedModel | None) -> Models:
-    """The reduced model of every member: given, of matrices, or of a blade.
-
-    Raises
-    ------
-    InputError
-        No member's model could be made, and the reason is a value of the scene.
-    """
+    """The reduced model of every member: given, of matrices, or of a blade."""
     if given is not None:
         return models_from_file(run, given)
     if run.request.scene.first.model is not None:

@@ -20,41 +20,18 @@ Materials = Mapping[str, Mapping[str, float]]
 
 @dataclass(frozen=True)
 class UnitProposal:
-    """The units of a mesh file.
+    """The units of a mesh file."""
 
-    Attributes
-    ----------
-    unit : str
-        Name in `UNIT_SYSTEMS`.
-    why : str
-        What tells it.
-    consistent : bool
-        Whether all numbers fit this system.
-    numbers : mapping of str to mapping of str to float
-        By material: numbers that do not fit it, in the SI units that they are likely to mean.
-    stated : mapping of str to str
-        The same in words.
-    """
-
-    unit: str
-    why: str
-    consistent: bool = True
+    unit: str  # name in `UNIT_SYSTEMS`
+    why: str  # what tells it
+    consistent: bool = True  # whether all numbers fit this system
+    # by material: numbers that do not fit it, in the SI units that they are likely to mean
     numbers: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    stated: Mapping[str, str] = field(default_factory=dict)
+    stated: Mapping[str, str] = field(default_factory=dict)  # the same in words
 
 
 def propose_unit(radius: float, materials: Materials, said: tuple[str, ...] = ()) -> UnitProposal:
-    """The system of units that fits a mesh file best.
-
-    Parameters
-    ----------
-    radius : float
-        Outer radius or largest coordinate, in the unit of the file.
-    materials : mapping of str to mapping of str to float
-        Materials of the file in its units.
-    said : tuple of str
-        The systems that the file says it is in; empty where it says none.
-    """
+    """The system of units that fits a mesh file best."""
     known = {name: _known(numbers) for name, numbers in materials.items() if _known(numbers)}
     names = [name for name in said if _fits(name, radius, known)] or list(UNIT_SYSTEMS)
     if not known:

@@ -34,44 +34,23 @@ WITH_BASIS = "reduce-with-basis"  # kind of the reduced models that can be expan
 
 @dataclass(frozen=True)
 class BuiltModel:
-    """A reduced model in the store.
+    """A reduced model in the store."""
 
-    Attributes
-    ----------
-    key : str
-        Its key.
-    rom : Path
-        Its file.
-    mesh : Path or None
-        File of its mesh; None for a model from elsewhere.
-    facts : dict
-        Its sizes, from `facts.json`.
-    """
-
-    key: str
-    rom: Path
-    mesh: Path | None
-    facts: dict[str, Any]
+    key: str  # its key
+    rom: Path  # its file
+    mesh: Path | None  # file of its mesh; None for a model from elsewhere
+    facts: dict[str, Any]  # its sizes, from `facts.json`
 
 
 @dataclass(frozen=True)
 class ModelChain:
-    """Finds mesh, full model and reduced model of scenes in the store, or builds them; the log tells which.
+    """Finds mesh, full model and reduced model of scenes in the store, or builds them; the log tells which."""
 
-    Attributes
-    ----------
-    store, log, reporter : Store, StageLog, Reporter
-        Where results are, how they came about, and who reports on it.
-    expands : bool
-        Whether shapes are expanded to the mesh, for which a reduced model needs its basis.
-    built : set of tuple
-        Results that the log has been told of already, by stage and key.
-    """
-
-    store: Store
-    log: StageLog
-    reporter: Reporter
-    expands: bool = False
+    store: Store  # where results are, how they came about, and who reports on it
+    log: StageLog  # where results are, how they came about, and who reports on it
+    reporter: Reporter  # where results are, how they came about, and who reports on it
+    expands: bool = False  # whether shapes are expanded to the mesh, for which a reduced model needs its basis
+    # results that the log has been told of already, by stage and key
     built: AbstractSet[tuple[str, str]] = frozenset()
 
     def mesh(self, scene: Scene, keys: ModelKeys) -> Entry:

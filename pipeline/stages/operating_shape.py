@@ -17,21 +17,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class OperatingShape:
-    """Periodic motion of the mesh vertices at one solved point.
+    """Periodic motion of the mesh vertices at one solved point."""
 
-    Attributes
-    ----------
-    frequency_hz, amplitude_m : float
-        Of the point.
-    phase : float
-        Inter-blade phase angle psi, rad.
-    harmonics : (H+1, N, 3) complex
-        Fourier coefficients u^(h) of the N vertices, m; harmonic 0 real-valued.
-    """
-
-    frequency_hz: float
-    amplitude_m: float
-    phase: float
+    frequency_hz: float  # of the point
+    amplitude_m: float  # of the point
+    phase: float  # inter-blade phase angle psi, rad
+    # (H+1, N, 3), Fourier coefficients u^(h) of the N vertices, m; harmonic 0 real-valued
     harmonics: NDArray[np.complex128]
 
     def at(self, angle: float, blade: int = 0) -> Array:
@@ -49,27 +40,7 @@ class OperatingShape:
 
 
 def operating_shape(curve: Path, rom: Path, n_vertices: int) -> OperatingShape | None:
-    """Motion of the mesh vertices at the peak of a stored curve, from the excitation and the contact forces there.
-
-    Parameters
-    ----------
-    curve : Path
-        File of the curve.
-    rom : Path
-        File of its reduced model.
-    n_vertices : int
-        The vertices are the first so many nodes of the mesh.
-
-    Returns
-    -------
-    OperatingShape or None
-        None where the curve has no peak.
-
-    Raises
-    ------
-    ReducedModelError
-        The reduced model was stored without its basis.
-    """
+    """Motion of the mesh vertices at the peak of a stored curve, from the excitation and the contact forces there."""
     import h5py
 
     from rom import RelativeReceptance, expand_to_mesh, read_reduced_model

@@ -31,28 +31,14 @@ FACTS = "stress.json"
 
 @dataclass(frozen=True)
 class OperatingPoint:
-    """The solved point that the stress is of.
+    """The solved point that the stress is of."""
 
-    Attributes
-    ----------
-    frequency_hz, amplitude_m : float
-        Of the point.
-    motion : str
-        "periodic", "quasi-periodic" or, where no motion that persists is known, "peak".
-    branch : int
-        0: main branch; k: detached branch k.
-    worst_amplitude_m : float
-        Amplitude of the worst motion; nan where it is not known.
-    contact_force : (H+1, n_c, 3) complex array
-        Contact forces, N.
-    """
-
-    frequency_hz: float
-    amplitude_m: float
-    motion: str
-    branch: int
-    worst_amplitude_m: float
-    contact_force: NDArray[np.complex128]
+    frequency_hz: float  # of the point
+    amplitude_m: float  # of the point
+    motion: str  # "periodic", "quasi-periodic" or, where no motion that persists is known, "peak"
+    branch: int  # 0: main branch; k: detached branch k
+    worst_amplitude_m: float  # amplitude of the worst motion; nan where it is not known
+    contact_force: NDArray[np.complex128]  # (H+1, n_c, 3), contact forces, N
 
     @property
     def notes(self) -> list[str]:
@@ -91,24 +77,7 @@ def operating_point(file: h5py.File) -> OperatingPoint | None:
 def make_operating_stress(
     folder: Path, name: str, curve: Path, rom: Path, sector_file: Path, full_file: Path, scene: Scene
 ) -> None:
-    """Write `<name>.vtu`, the fields on the mesh, and `stress.json`, their largest values and hot spots.
-
-    Parameters
-    ----------
-    folder : Path
-        Where the files go.
-    name : str
-        Name of the VTU file.
-    curve, rom, sector_file, full_file : Path
-        Files of the curve, its reduced model with basis, its mesh and its full model.
-    scene : Scene
-        The scene of the curve.
-
-    Raises
-    ------
-    ValueError
-        The curve has no solved point.
-    """
+    """Write `<name>.vtu`, the fields on the mesh, and `stress.json`, their largest values and hot spots."""
     import h5py
 
     from rom import (

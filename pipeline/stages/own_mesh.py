@@ -29,15 +29,7 @@ MEMORY, MEMORY_PER_BYTE = 2 * 1024**3, 100  # that reading may take: bytes, and 
 
 
 def read_own_sector(scene: Scene) -> OwnSector:
-    """The sector in the mesh file of a scene.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read.
-    OwnMeshError
-        What is in it does not make a sector.
-    """
+    """The sector in the mesh file of a scene."""
     from geometry import sector_from_mesh
 
     assert scene.mesh is not None
@@ -46,20 +38,7 @@ def read_own_sector(scene: Scene) -> OwnSector:
 
 
 def read_mesh_file(file: str, contents: Contents | None = None) -> ImportedMesh:
-    """A mesh file, read in isolation.
-
-    Parameters
-    ----------
-    file : str
-        The file.
-    contents : mapping of str to str
-        Hashes of input files, where they are known.
-
-    Raises
-    ------
-    InputError
-        It cannot be read, is too large, or has another hash.
-    """
+    """A mesh file, read in isolation."""
     from geometry import MeshFileError, read_mesh
 
     try:
@@ -74,13 +53,7 @@ def read_mesh_file(file: str, contents: Contents | None = None) -> ImportedMesh:
 
 
 def sector_choice(mesh: Mesh) -> SectorChoice:
-    """What [mesh] says about its file.
-
-    Raises
-    ------
-    OwnMeshError
-        A value is not one of those allowed.
-    """
+    """What [mesh] says about its file."""
     from geometry import SectorChoice
 
     assert mesh.n_blades is not None
@@ -180,13 +153,7 @@ def check_meshes(file: SceneFile, force: bool = False) -> tuple[list[str], list[
 
 
 def check_on_mesh(scene: Scene, folder: Path, force: bool) -> list[str]:
-    """Refuse materials, a loaded point and a speed that do not fit a mesh from a file; warnings about its materials.
-
-    Raises
-    ------
-    ParameterError
-        With the key of the scene.
-    """
+    """Refuse materials, a loaded point and a speed that do not fit a mesh from a file; warnings."""
     from geometry import ParameterError
 
     found, at = own_findings(folder), scene.excitation.at

@@ -20,36 +20,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Request:
-    """What a user asked for.
+    """What a user asked for."""
 
-    Attributes
-    ----------
-    scene : SceneFile
-        The scene.
-    out : Path
-        Output folder.
-    until : str or None
-        The stage whose result is asked for; None for everything that the scene asks for.
-    force : bool
-        Whether everything is computed again, and values far beyond the usual are accepted.
-    jobs : int or None
-        Curves solved at the same time; None: as many as the cores, where the work is worth it.
-    rom : Path or None
-        Reduced model from elsewhere, in place of the first three stages.
-    scheduler : str or None
-        Address of the scheduler of a cluster, or its scheduler file.
-    cluster : str or None
-        Worker processes to start on this machine, as `local:4`.
-    """
-
-    scene: SceneFile
-    out: Path
-    until: str | None = None
-    force: bool = False
-    jobs: int | None = None
-    rom: Path | None = None
-    scheduler: str | None = None
-    cluster: str | None = None
+    scene: SceneFile  # the scene
+    out: Path  # output folder
+    until: str | None = None  # the stage whose result is asked for; None for everything that the scene asks for
+    force: bool = False  # whether everything is computed again, and values far beyond the usual are accepted
+    jobs: int | None = None  # curves solved at the same time; None: as many as the cores, where the work is worth it
+    rom: Path | None = None  # reduced model from elsewhere, in place of the first three stages
+    scheduler: str | None = None  # address of the scheduler of a cluster, or its scheduler file
+    cluster: str | None = None  # worker processes to start on this machine, as `local:4`
 
     @property
     def wanted(self) -> frozenset[str]:
@@ -108,76 +88,33 @@ class Run:
 
 @dataclass(frozen=True)
 class StudyOutcome:
-    """The result of a study.
+    """The result of a study."""
 
-    Attributes
-    ----------
-    name : str
-        The study.
-    key : str
-        Its key in the store, a hash of all that it depends on.
-    result : dataclass
-        The result, of the type that the study names.
-    lines : tuple of str
-        What to say of it at a terminal.
-    file : str
-        Its file in the output folder.
-    seconds : float
-        What it took, in this run or an earlier one.
-    """
-
-    name: str
-    key: str
-    result: Any
-    lines: tuple[str, ...]
-    file: str
-    seconds: float
+    name: str  # the study
+    key: str  # its key in the store, a hash of all that it depends on
+    result: Any  # the result, of the type that the study names
+    lines: tuple[str, ...]  # what to say of it at a terminal
+    file: str  # its file in the output folder
+    seconds: float  # what it took, in this run or an earlier one
 
 
 @dataclass
 class RunOutcome:
-    """Outcome of a run.
+    """Outcome of a run."""
 
-    Attributes
-    ----------
-    curves : list of CurveResult
-        One for every member of the sweep.
-    models : list of dict
-        Entries of `models` in summary.json.
-    campbell : list of dict
-        Entries of `campbell` in summary.json.
-    pictures : list of str
-        Figures and renders by their names in the output folder.
-    stress : list of dict
-        Entries of `stress` in summary.json.
-    studies : dict of str to StudyOutcome
-        Results of the studies by their names.
-    report : str or None
-        Name of the report page.
-    table : CurveTable or None
-        Numbers of the curves, once they are published.
-    response : dict or None
-        SHA-256 of the response files by name; None where the files are not of this run.
-    summary : dict
-        As in summary.json.
-    problems : list of str
-        What could not be computed apart from curves, one line each.
-    seconds : float
-        Duration of the run.
-    """
-
-    curves: list[CurveResult] = field(default_factory=list)
-    models: list[dict[str, Any]] = field(default_factory=list)
-    campbell: list[dict[str, Any]] = field(default_factory=list)
-    pictures: list[str] = field(default_factory=list)
-    stress: list[dict[str, Any]] = field(default_factory=list)
-    studies: dict[str, StudyOutcome] = field(default_factory=dict)
-    report: str | None = None
-    table: CurveTable | None = None
+    curves: list[CurveResult] = field(default_factory=list)  # one for every member of the sweep
+    models: list[dict[str, Any]] = field(default_factory=list)  # entries of `models` in summary.json
+    campbell: list[dict[str, Any]] = field(default_factory=list)  # entries of `campbell` in summary.json
+    pictures: list[str] = field(default_factory=list)  # figures and renders by their names in the output folder
+    stress: list[dict[str, Any]] = field(default_factory=list)  # entries of `stress` in summary.json
+    studies: dict[str, StudyOutcome] = field(default_factory=dict)  # results of the studies by their names
+    report: str | None = None  # name of the report page
+    table: CurveTable | None = None  # numbers of the curves, once they are published
+    # SHA-256 of the response files by name; None where the files are not of this run
     response: dict[str, str] | None = None
-    summary: dict[str, Any] = field(default_factory=dict)
-    problems: list[str] = field(default_factory=list)
-    seconds: float = 0.0
+    summary: dict[str, Any] = field(default_factory=dict)  # as in summary.json
+    problems: list[str] = field(default_factory=list)  # what could not be computed apart from curves, one line each
+    seconds: float = 0.0  # duration of the run
 
     @property
     def complete(self) -> bool:

@@ -22,32 +22,15 @@ KIND = "curve"
 
 @dataclass(frozen=True)
 class CurveResult:
-    """The curve of one member of a sweep.
+    """The curve of one member of a sweep."""
 
-    Attributes
-    ----------
-    member : Member
-        The member.
-    rom : Path or None
-        File of its reduced model; None where that could not be made.
-    file : Path or None
-        File of the curve in the store; None where it could not be solved.
-    facts : CurveSummary or None
-        Its summary.
-    reason : str
-        How the curve ended, or why there is none.
-    ran : bool
-        Whether it was computed in this run.
-    carried_from : tuple of str
-        Neighbouring members of the sweep whose branches were carried to it, by their labels.
-    """
-
-    member: Member
-    rom: Path | None
-    file: Path | None
-    facts: CurveSummary | None
-    reason: str
-    ran: bool = False
+    member: Member  # the member
+    rom: Path | None  # file of its reduced model; None where that could not be made
+    file: Path | None  # file of the curve in the store; None where it could not be solved
+    facts: CurveSummary | None  # its summary
+    reason: str  # how the curve ended, or why there is none
+    ran: bool = False  # whether it was computed in this run
+    # neighbouring members of the sweep whose branches were carried to it, by their labels
     carried_from: tuple[str, ...] = ()
 
     @property
@@ -58,21 +41,11 @@ class CurveResult:
 
 @dataclass(frozen=True)
 class CurveJob:
-    """A curve to solve, or to find in the store.
+    """A curve to solve, or to find in the store."""
 
-    Attributes
-    ----------
-    member : Member
-        The first member that asks for it.
-    key : str
-        Its key in the store.
-    rom : Path
-        File of its reduced model.
-    """
-
-    member: Member
-    key: str
-    rom: Path
+    member: Member  # the first member that asks for it
+    key: str  # its key in the store
+    rom: Path  # file of its reduced model
 
 
 def stored_curve(store: Store, item: CurveJob) -> CurveResult | None:

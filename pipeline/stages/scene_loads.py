@@ -34,24 +34,7 @@ def has_load_vectors(scene: Scene) -> bool:
 def scene_loads(
     scene: Scene, sector: SectorMesh, materials: Material | dict[str, Material] | None
 ) -> Callable[[FullModel], LoadVectors] | None:
-    """Loads and outputs of a scene as a function of its full model; None where it has none.
-
-    Parameters
-    ----------
-    scene : Scene
-        The scene.
-    sector : SectorMesh
-        Its mesh.
-    materials : Material, dict or None
-        Its materials; None for matrices, which have no elements.
-
-    Raises
-    ------
-    InputError
-        A file cannot be read (when the function is called).
-    RomParameterError
-        A set or surface is not one of the mesh (when the function is called).
-    """
+    """Loads and outputs of a scene as a function of its full model; None where it has none."""
     if not has_load_vectors(scene):
         return None
     return lambda full: _Loads(scene, sector, materials, full).vectors()
@@ -71,13 +54,7 @@ def with_static_loads(scene: Scene, sector: SectorMesh, materials: Materials, fu
 
 
 def temperature_rise(scene: Scene, sector: SectorMesh, full: FullModel) -> float | NDArray[np.float64] | None:
-    """Temperature above the one without thermal stress, K, uniform or at the points (V,) of the mesh; None: no load.
-
-    Raises
-    ------
-    InputError
-        The file of temperatures cannot be read.
-    """
+    """Temperature above the stress-free one, K, uniform or at the points (V,) of the mesh; None: no load."""
     return None if scene.load.temperature is None else _Loads(scene, sector, None, full).rise()
 
 

@@ -29,20 +29,7 @@ UNITS = {"young_modulus": " Pa", "density": " kg/m^3", "expansion": " 1/K"}
 
 
 def scene_materials(scene: Scene, sector_file: Path) -> Material | dict[str, Material]:
-    """The material of a scene, or those of its mesh file; the disk made here has [materials.disk], or [material].
-
-    Parameters
-    ----------
-    scene : Scene
-        The scene.
-    sector_file : Path
-        The mesh of its sector, beside what was found in the mesh file.
-
-    Raises
-    ------
-    ParameterError
-        A number of a material is missing, or elements have none.
-    """
+    """The material of a scene, or those of its mesh file; the disk made here has [materials.disk], or [material]."""
     from rom import Material
 
     general = None if scene.material is None else Material(**scene.material.model_dump())
@@ -58,30 +45,14 @@ def scene_materials(scene: Scene, sector_file: Path) -> Material | dict[str, Mat
 
 @dataclass(frozen=True)
 class FileMaterial:
-    """The material of some elements of a mesh file.
+    """The material of some elements of a mesh file."""
 
-    Attributes
-    ----------
-    name : str
-        As in the file; "": elements without one.
-    numbers : mapping of str to float
-        What is known, SI units.
-    source : mapping of str to str
-        Where each number comes from.
-    of_file : frozenset of str
-        The numbers that the file gives.
-    notes : tuple of str
-        What a user has to know at every run, one line each.
-    unread : str
-        What the material is where it is not isotropic.
-    """
-
-    name: str
-    numbers: Mapping[str, float]
-    source: Mapping[str, str]
-    of_file: frozenset[str] = frozenset()
-    notes: tuple[str, ...] = ()
-    unread: str = ""
+    name: str  # as in the file; "": elements without one
+    numbers: Mapping[str, float]  # what is known, SI units
+    source: Mapping[str, str]  # where each number comes from
+    of_file: frozenset[str] = frozenset()  # the numbers that the file gives
+    notes: tuple[str, ...] = ()  # what a user has to know at every run, one line each
+    unread: str = ""  # what the material is where it is not isotropic
 
     @property
     def missing(self) -> tuple[str, ...]:
@@ -102,31 +73,13 @@ def materials_of_file(scene: Scene, found: Mapping[str, Any]) -> dict[str, FileM
     """The material of each kind of elements: numbers of [materials.NAME], then those of the file, nothing else.
 
     [material] is for elements without a material, and for those whose material has no number at all in the file.
-
-    Parameters
-    ----------
-    scene : Scene
-        The scene.
-    found : mapping
-        What was found in its mesh file, as `findings_of` tells.
-
-    Raises
-    ------
-    ParameterError
-        [materials.NAME] with a name that the file does not have.
     """
     named = _named(scene, found)
     return {name: _material(name, scene, found, *named.get(name, ("", {}))) for name in found["used"]}
 
 
 def check_materials(scene: Scene, found: Mapping[str, Any], force: bool) -> list[str]:
-    """What a user has to know at every run about the materials of a mesh file.
-
-    Raises
-    ------
-    ParameterError
-        A number is missing, or far beyond the usual while `force` is not set.
-    """
+    """What a user has to know at every run about the materials of a mesh file."""
     materials = materials_of_file(scene, found)
     check_complete(materials)
     _check_punch(scene, materials)
@@ -225,13 +178,7 @@ def _material(
 def check_plausible(
     scene: Scene, found: Mapping[str, Any], materials: Mapping[str, FileMaterial], force: bool
 ) -> list[str]:
-    """Warnings about the numbers of a mesh file, converted to SI units, and about its units.
-
-    Raises
-    ------
-    ParameterError
-        A number is far beyond the usual, and `force` is not set.
-    """
+    """Warnings about the numbers of a mesh file, converted to SI units, and about its units."""
     from geometry import ParameterError
 
     assert scene.mesh is not None

@@ -20,20 +20,7 @@ if TYPE_CHECKING:
 
 
 def resolved_contact(scene: Scene, face_area: float | None) -> Contact:
-    """The section [contact] with "punch" replaced by numbers.
-
-    Parameters
-    ----------
-    scene : Scene
-        The scene; with "punch" it has a material.
-    face_area : float or None
-        Area of the contact face, m^2; needed for "punch" alone.
-
-    Returns
-    -------
-    Contact
-        Stiffness kn, kt of the whole face, N/m, where it was "punch"; the rest unchanged.
-    """
+    """The section [contact] with "punch" replaced by numbers."""
     contact = scene.contact
     if not contact.uses_punch:
         return contact
@@ -107,25 +94,13 @@ def solver_options(scene: Scene) -> SolverOptions:
 def nonlinear_problem(
     scene: Scene, model: ReducedModel
 ) -> tuple[RingModes, ContactParameters, Excitation, SolverOptions]:
-    """What `forced_response` solves for a scene on a reduced model.
-
-    Raises
-    ------
-    ReducedModelError
-        The model has no static response, or the damping does not fit it.
-    """
+    """What `forced_response` solves for a scene on a reduced model."""
     modal = damped_modes(model, scene.response, scene.load)
     return modal, contact_on_model(scene, model), excitation(scene), solver_options(scene)
 
 
 def damped_modes(model: ReducedModel, response: Response, load: Load) -> RingModes:
-    """The modal model of a reduced model with the damping and the speed of a scene.
-
-    Raises
-    ------
-    ReducedModelError
-        The model has no static response, or the damping does not fit it.
-    """
+    """The modal model of a reduced model with the damping and the speed of a scene."""
     from rom import modal_model
 
     return modal_model(

@@ -19,26 +19,7 @@ Progress = Callable[[float, int], None]
 def solve_curve(
     folder: Path, rom: Path, scene: Scene, parameters: Mapping[str, Any], progress: Progress | None = None
 ) -> None:
-    """Solve one curve on one BLAS thread and write `curve.h5`, with its summary in `curve.json`.
-
-    Parameters
-    ----------
-    folder : Path
-        Where the files go.
-    rom : Path
-        File of the reduced model.
-    scene : Scene
-        The scene of this curve.
-    parameters : mapping of str to value
-        The swept parameters, which are written into the file.
-    progress : callable
-        Called with the frequency reached, Hz, and the number of points so far.
-
-    Raises
-    ------
-    ReducedModelError
-        The model does not fit the scene.
-    """
+    """Solve one curve on one BLAS thread and write `curve.h5`, with its summary in `curve.json`."""
     from nonlinear import forced_response
     from rom import one_blas_thread, read_reduced_model
 

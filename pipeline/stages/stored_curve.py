@@ -36,11 +36,6 @@ def read_curve(path: Path) -> ResponseCurve:
     """A curve with its detached branches, from a file that `write_curve` or `write_extended` wrote.
 
     The bounds over residual tractions are left out.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
     """
     from dataclasses import replace
 
@@ -55,11 +50,6 @@ def read_curve(path: Path) -> ResponseCurve:
 def read_added(path: Path) -> ResponseCurve:
     """The branches that are new in a file, as a curve of their own: of a curve that was solved all, of an extended
     one those that were added.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
     """
     from dataclasses import replace
 
@@ -81,19 +71,7 @@ def branch_groups(file: h5py.Group) -> list[h5py.Group]:
 
 
 def write_extended(path: Path, base: Path, before: ResponseCurve, after: ResponseCurve) -> None:
-    """Write the file of a curve that has got further branches; all that speaks of the main branch is copied.
-
-    Parameters
-    ----------
-    path : Path
-        The new file.
-    base : Path
-        File of the curve without the further branches.
-    before : ResponseCurve
-        That curve, as `read_curve` gives it.
-    after : ResponseCurve
-        The curve with all branches.
-    """
+    """Write the file of a curve that has got further branches; all that speaks of the main branch is copied."""
     import h5py
 
     from rom import new_hdf5

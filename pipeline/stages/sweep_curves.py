@@ -32,13 +32,6 @@ class SweepCurves:
 
     A curve that fails carries its reason and does not stop the others. It is extended as soon as its neighbours are
     there, while others are still being solved.
-
-    Parameters
-    ----------
-    run : Run
-        The run.
-    jobs : sequence of CurveJob
-        The curves of all members.
     """
 
     def __init__(self, run: Run, jobs: Sequence[CurveJob]) -> None:

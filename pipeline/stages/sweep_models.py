@@ -57,13 +57,7 @@ def given_model_key(model: ReducedModel) -> str:
 
 
 def models_of_blade(run: Run, outcome: RunOutcome) -> Models:
-    """Mesh, full and reduced model of every member, as far as they are wanted; failures go to the outcome's problems.
-
-    Raises
-    ------
-    InputError
-        No member's model could be made, and the reason is a value of the scene.
-    """
+    """Mesh, full and reduced model of every member, as far as wanted; failures go to the outcome's problems."""
     chain = ModelChain(run.store, run.log, run.reporter, run.request.expands, build_models(run))
     made: dict[str, BuiltModel | None] = {}
     failures: list[tuple[Member, StageError]] = []

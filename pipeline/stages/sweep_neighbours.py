@@ -18,18 +18,10 @@ NUMBER, LIST, MOST = "number", "list", "most"
 
 @dataclass(frozen=True)
 class Step:
-    """One step of one swept parameter between two members.
+    """One step of one swept parameter between two members."""
 
-    Attributes
-    ----------
-    parameter : str
-        Its dotted key.
-    members : tuple of Member
-        The member with the lower value and that with the higher one.
-    """
-
-    parameter: str
-    members: tuple[Member, Member]
+    parameter: str  # its dotted key
+    members: tuple[Member, Member]  # the member with the lower value and that with the higher one
 
     def value(self, end: int) -> Any:
         """The value of the parameter at the lower end (0) or at the higher one (1)."""
@@ -38,22 +30,12 @@ class Step:
 
 @dataclass(frozen=True)
 class Neighbour:
-    """A curve to which a step of the sweep leads.
+    """A curve to which a step of the sweep leads."""
 
-    Attributes
-    ----------
-    curve : str
-        Key of that curve.
-    parameter : str
-        Dotted key of the parameter that differs.
-    there, here : number, or list of numbers
-        Its value at that curve, and at the curve whose neighbour it is.
-    """
-
-    curve: str
-    parameter: str
-    there: Any
-    here: Any
+    curve: str  # key of that curve
+    parameter: str  # dotted key of the parameter that differs
+    there: Any  # its value at that curve, and at the curve whose neighbour it is
+    here: Any  # its value at that curve, and at the curve whose neighbour it is
 
     @property
     def label(self) -> str:
@@ -62,15 +44,7 @@ class Neighbour:
 
 
 def neighbouring_curves(steps: Sequence[Step], keys: Mapping[int, str]) -> dict[str, list[Neighbour]]:
-    """The neighbours of every curve that has any, in the order of their curves.
-
-    Parameters
-    ----------
-    steps : sequence of Step
-        The steps between members.
-    keys : mapping of int to str
-        Key of the curve of a member by the index of the member. Members may share a curve.
-    """
+    """The neighbours of every curve that has any, in the order of their curves."""
     found: dict[str, dict[tuple[str, str], Neighbour]] = {}
     for step in steps:
         for here, there in ((0, 1), (1, 0)):

@@ -26,16 +26,7 @@ def write_vtu(
 ) -> None:
     """Write a mesh with fields at its nodes.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    points : (n, 3) array
-        Nodes, m.
-    cells : sequence of (int, (E, b) array)
-        Cell type of VTK and nodes of the elements, block by block.
-    fields : mapping of str to (n,) or (n, k) array
-        Real fields at the nodes.
+    Shapes: `points` (n, 3), `cells` (E, b), `fields` (n,).
     """
     connectivity = np.concatenate([nodes.ravel() for _, nodes in cells]).astype("i8")
     sizes = np.concatenate([np.full(len(nodes), nodes.shape[1]) for _, nodes in cells])

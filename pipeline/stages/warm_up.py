@@ -21,18 +21,7 @@ _SAMPLES = 32  # a period
 
 
 def warm_up_all(reporter: Reporter) -> None:
-    """Compile all kernels, those of each friction law in a process of its own.
-
-    Parameters
-    ----------
-    reporter : Reporter
-        Reports progress and notices interrupts.
-
-    Raises
-    ------
-    RuntimeError
-        A kernel cannot be compiled.
-    """
+    """Compile all kernels, those of each friction law in a process of its own."""
     works = {f"{law}, {way}": Work(f"{law}, {way}", _call, (law, way)) for way in INTEGRATIONS for law in LAWS}
     failed = CountedCalls(reporter, "kernels", len(LAWS)).run(works, lambda key: "ready")
     if failed:
@@ -48,13 +37,7 @@ def _call(law: str, integration: str, progress: object = None) -> str:
 
 
 def warm_up(law: str, integration: str) -> None:
-    """Call every kernel that curves with this friction law and integration run: it is compiled, or loaded.
-
-    Parameters
-    ----------
-    law, integration : str
-        As `contact.law` and `contact.integration` of a scene.
-    """
+    """Call every kernel that curves with this friction law and integration run: it is compiled, or loaded."""
     from nonlinear import Excitation, SolverOptions, branch_starts, carry_branches, forced_response
     from rom import modal_model, one_blas_thread
 

@@ -23,15 +23,7 @@ if TYPE_CHECKING:
 
 
 def start_workers(run: Run, given: str | None = None) -> None:
-    """Have the workers started that the curves of the run need, if they need any; nothing is waited for.
-
-    Parameters
-    ----------
-    run : Run
-        The run.
-    given : str or None
-        Key of the reduced model, where it comes from elsewhere.
-    """
+    """Have the workers started that the curves of the run need, if they need any; nothing is waited for."""
     if Stage.RESPOND not in run.request.wanted:
         return
     missing = [member.scene for member in run.request.scene.members if not _is_stored(run, member.scene, given)]

@@ -26,21 +26,11 @@ __all__ = ["MANIFEST", "Entry", "Store"]
 
 @dataclass(frozen=True)
 class Entry:
-    """A result in the store.
+    """A result in the store."""
 
-    Attributes
-    ----------
-    folder : Path
-        Folder of its files.
-    ran : bool
-        Whether this call computed it.
-    seconds : float
-        Time that computing it took, in this call or an earlier one.
-    """
-
-    folder: Path
-    ran: bool
-    seconds: float
+    folder: Path  # folder of its files
+    ran: bool  # whether this call computed it
+    seconds: float  # time that computing it took, in this call or an earlier one
 
     def file(self, name: str) -> Path:
         """Path of one of the result's files."""
@@ -49,21 +39,11 @@ class Entry:
 
 @dataclass(frozen=True)
 class Store:
-    """The store of an output folder.
+    """The store of an output folder."""
 
-    Attributes
-    ----------
-    root : Path
-        Folder of the store.
-    run : str
-        Name of the run that uses it.
-    force : bool
-        Whether entries of other runs count as absent.
-    """
-
-    root: Path
-    run: str = field(default_factory=lambda: uuid.uuid4().hex)
-    force: bool = False
+    root: Path  # folder of the store
+    run: str = field(default_factory=lambda: uuid.uuid4().hex)  # name of the run that uses it
+    force: bool = False  # whether entries of other runs count as absent
 
     @property
     def is_empty(self) -> bool:
@@ -91,13 +71,7 @@ class Store:
             return self.keep(kind, key, folder, seconds_since(start))
 
     def keep(self, kind: str, key: str, folder: Path, seconds: float) -> Entry:
-        """Make the files in a folder on the store's file system an entry; the folder is moved, or removed.
-
-        Raises
-        ------
-        StorageError
-            The disk takes no more.
-        """
+        """Make the files in a folder on the store's file system an entry; the folder is moved, or removed."""
         target = self.root / kind / key
         try:
             Manifest.of_files(folder, kind, key, self.run, seconds).write(folder)

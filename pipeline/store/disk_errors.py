@@ -22,12 +22,8 @@ _NUMBER = re.compile(r"errno(?: =|) (\d+)", re.IGNORECASE)  # HDF5 and child pro
 class StorageError(Exception):
     """The disk takes no more results; those written before are whole.
 
-    Attributes
-    ----------
-    message : str
-        Place and remedy, on one line.
-    full : bool
-        Whether the disk is full (or its quota used up), otherwise it cannot be written at all.
+    `message`: place and remedy, on one line.
+    `full`: whether the disk is full (or its quota used up), otherwise it cannot be written at all.
     """
 
     def __init__(self, message: str, full: bool) -> None:

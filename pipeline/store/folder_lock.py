@@ -26,22 +26,7 @@ _LONGEST = 20  # bytes of the number of a process
 
 @contextmanager
 def locked(path: Path, waiting: Callable[[str], None]) -> Iterator[None]:
-    """Hold the lock file `path` within the block.
-
-    Parameters
-    ----------
-    path : Path
-        Lock file. Missing folders are made.
-    waiting : callable
-        Called once where another process holds the lock, with the number of that process ("" if not known).
-
-    Raises
-    ------
-    OSError
-        The file cannot be made.
-    ValueError
-        Something else stands in its place: a link, a second name of another file, a device.
-    """
+    """Hold the lock file `path` within the block."""
     try:
         held = _flocked(path, waiting)
     except OSError as error:

@@ -21,15 +21,7 @@ _MOST_DIGITS = 300  # of a number in it
 
 
 def read_json(path: Path) -> Any:
-    """Content of a JSON file that may have been altered: only what can be written as JSON again.
-
-    Raises
-    ------
-    OSError
-        It cannot be opened.
-    ValueError
-        It is no regular file, is too large, or holds no JSON. NaN, infinity and numbers beyond a float are none.
-    """
+    """Content of a JSON file that may have been altered: only what can be written as JSON again."""
     with open(path, "rb", opener=lambda name, flags: os.open(name, flags | os.O_NONBLOCK)) as file:
         status = os.fstat(file.fileno())
         if not stat.S_ISREG(status.st_mode):
@@ -64,25 +56,13 @@ def _number(kind: type) -> Callable[[str], Any]:
 
 @dataclass(frozen=True)
 class Manifest:
-    """List of an entry.
+    """List of an entry."""
 
-    Attributes
-    ----------
-    kind, key : str
-        Kind of result, and hash of its inputs.
-    run : str
-        Name of the run that computed it.
-    seconds : float
-        Time that it took.
-    files : dict
-        By their names in the entry: `size` in bytes and `sha256` of each file.
-    """
-
-    kind: str
-    key: str
-    run: str
-    seconds: float
-    files: dict[str, dict[str, Any]]
+    kind: str  # kind of result, and hash of its inputs
+    key: str  # kind of result, and hash of its inputs
+    run: str  # name of the run that computed it
+    seconds: float  # time that it took
+    files: dict[str, dict[str, Any]]  # by their names in the entry: `size` in bytes and `sha256` of each file
 
     @classmethod
     def of_files(cls, folder: Path, kind: str, key: str, run: str, seconds: float) -> Self:

@@ -26,16 +26,7 @@ _PROBE = bytes(8192)  # a full disk may still have room for a name
 
 @contextmanager
 def working_store(out: Path, force: bool, reporter: Reporter) -> Iterator[Store]:
-    """The store of the output folder `out`, locked within the block; a second run waits for the first.
-
-    Raises
-    ------
-    InputError
-        The folder is none to write results to or cannot be written, or a folder stands where a file is to be written
-        or the other way round.
-    StorageError
-        The disk is full.
-    """
+    """The store of the output folder `out`, locked within the block; a second run waits for the first."""
     check_output_path(out, "--out", ROOM)
     check_output_folder(out)
     store, was_there = Store(out / "store", force=force), os.path.lexists(out)
@@ -64,13 +55,7 @@ def relative_path(path: Path, out: Path) -> str:
 
 
 def path_inside(out: Path, text: str) -> Path:
-    """The file of the output folder that a text names, which may have been altered.
-
-    Raises
-    ------
-    ValueError
-        It is no path, or leads out of the folder, by itself or through a link.
-    """
+    """The file of the output folder that a text names, which may have been altered."""
     try:
         inside = Path(os.path.realpath(out / text)).is_relative_to(os.path.realpath(out))
     except (ValueError, OSError):  # a zero byte, a surrogate, a circle of links

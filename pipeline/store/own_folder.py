@@ -15,13 +15,7 @@ INPUTS = (".toml", ".schema.json")  # scenes may stand beside their results
 
 
 def check_output_folder(out: Path) -> None:
-    """Refuse a folder with files that are not of this program, so that none of them is mixed up or overwritten.
-
-    Raises
-    ------
-    InputError
-        Names the folder and the first of those files.
-    """
+    """Refuse a folder with files that are not of this program, so that none of them is mixed up or overwritten."""
     real = Path(os.path.realpath(out))
     try:
         inside = next((folder for folder in [real, *real.parents] if is_store(folder)), None)

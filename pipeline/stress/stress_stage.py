@@ -35,22 +35,7 @@ FOLDER = "stress"
 
 
 def stress_stage(run: Run, models: Models, curves: Sequence[CurveResult]) -> tuple[list[Path], list[dict[str, Any]]]:
-    """Files of the stage, and the entries of `stress` in summary.json.
-
-    Parameters
-    ----------
-    run : Run
-        The run.
-    models : mapping of int to BuiltModel or None
-        Reduced model of each member.
-    curves : sequence of CurveResult
-        The curves.
-
-    Raises
-    ------
-    PicturesMissing
-        Something could not be computed or drawn; `files` and the entries of the others are in it.
-    """
+    """Files of the stage, and the entries of `stress` in summary.json."""
     target = run.request.out / FOLDER
     files: list[Path] = []
     entries: list[dict[str, Any]] = []

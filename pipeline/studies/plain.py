@@ -23,16 +23,7 @@ def plain(value: Any) -> Any:
 
 
 def restored(kind: Any, value: Any) -> Any:
-    """The value that `plain` was given, of a type.
-
-    Parameters
-    ----------
-    kind : type
-        A dataclass, a number, a text, an array, or tuples, mappings and unions with None of such. The names in the
-        annotations of a dataclass can be found when the program runs: they are not imported for type checking only.
-    value : plain value
-        As read from JSON. null is NaN where a number or an array of numbers is expected.
-    """
+    """The value that `plain` was given, of a type."""
     origin, inner = get_origin(kind), get_args(kind)
     if is_dataclass(kind) and isinstance(kind, type):
         hints = get_type_hints(kind)

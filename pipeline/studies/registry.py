@@ -9,13 +9,7 @@ if TYPE_CHECKING:
 
 
 def study_named(name: str) -> Study:
-    """The study of a section of the scene.
-
-    Raises
-    ------
-    KeyError
-        There is no such study.
-    """
+    """The study of a section of the scene."""
     if name == "optimum":
         from pipeline.studies.optimum.optimum_study import OptimumStudy
 

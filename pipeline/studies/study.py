@@ -35,31 +35,18 @@ class StudyError(Exception):
 
 
 class Study(Protocol):
-    """A result of a scene beside its curves.
+    """A result of a scene beside its curves."""
 
-    Attributes
-    ----------
-    name : str
-        Its name: that of its section in the scene and of its file in the output folder.
-    result : type
-        A frozen dataclass that `pipeline.studies.plain` can write and read: numbers, texts, arrays of one dimension,
-        tuples, mappings and such dataclasses.
-    """
-
-    name: str
+    name: str  # its name: that of its section in the scene and of its file in the output folder
+    # A frozen dataclass that `pipeline.studies.plain` can write and read: numbers, texts, arrays of one dimension,
+    # tuples, mappings and such dataclasses
     result: type[Any]
 
     def key(self, context: StudyContext) -> Mapping[str, Any]:
         """What the result depends on besides its section, the first curve of the scene and the code of the study."""
 
     def compute(self, context: StudyContext) -> Any:
-        """The result.
-
-        Raises
-        ------
-        StudyError
-            There is none.
-        """
+        """The result."""
 
     def lines(self, result: Any) -> Sequence[str]:
         """What to say of the result at a terminal."""
@@ -67,21 +54,11 @@ class Study(Protocol):
 
 @dataclass(frozen=True)
 class StudyContext:
-    """What a study computes with.
+    """What a study computes with."""
 
-    Attributes
-    ----------
-    run : Run
-        The run: request, store, executor, reporter.
-    models : mapping of int to BuiltModel or None
-        Reduced model of each member of the scene.
-    outcome : RunOutcome
-        Curves of the scene, and what has been found so far.
-    """
-
-    run: Run
-    models: Models
-    outcome: RunOutcome
+    run: Run  # the run: request, store, executor, reporter
+    models: Models  # reduced model of each member of the scene
+    outcome: RunOutcome  # curves of the scene, and what has been found so far
 
     @property
     def file(self) -> SceneFile:
@@ -95,13 +72,7 @@ class StudyContext:
 
     @property
     def model(self) -> BuiltModel:
-        """The reduced model of the base values.
-
-        Raises
-        ------
-        StudyError
-            It could not be made.
-        """
+        """The reduced model of the base values."""
         found = self.models[self.file.members[0].index]
         if found is None:
             raise StudyError("the reduced model of the scene could not be made")
@@ -119,20 +90,7 @@ class StudyContext:
         self.run.reporter.line(text)
 
     def member(self, values: Mapping[str, Any], place: str) -> Member:
-        """The scene with other values of some keys, not swept; validated against the schema.
-
-        Parameters
-        ----------
-        values : mapping of str to value
-            Dotted keys with their values.
-        place : str
-            How messages name the table with these values, such as "optimum.over".
-
-        Raises
-        ------
-        InputError
-            A value is not allowed.
-        """
+        """The scene with other values of some keys, not swept; validated against the schema."""
         return derived_member(self.file, values, place, self.run.request.rom is not None)
 
     def curves(self, members: Sequence[Member]) -> list[CurveResult]:
@@ -141,11 +99,6 @@ class StudyContext:
         Branches are carried between members that are neighbours by their parameters. A member whose values do not fit
         together, or whose model cannot be made, has no curve; its reason says why. Nothing is written to the output
         folder but the store.
-
-        Parameters
-        ----------
-        members : sequence of Member
-            As from `member`.
         """
         reasons = {place: reason for place, member in enumerate(members) if (reason := self._unfit(member))}
         fit = [replace(member, index=index) for index, member in enumerate(members) if index not in reasons]
@@ -157,18 +110,7 @@ class StudyContext:
         return [found[place] for place in range(len(members))]
 
     def model_of(self, member: Member) -> BuiltModel:
-        """The reduced model of a member, found in the store or made.
-
-        Parameters
-        ----------
-        member : Member
-            As from `member`.
-
-        Raises
-        ------
-        StudyError
-            It could not be made, or the values do not fit together.
-        """
+        """The reduced model of a member, found in the store or made."""
         if reason := self._unfit(member):
             raise StudyError(reason)
         run, outcome = self._derived([replace(member, index=0)]), RunOutcome()
@@ -187,21 +129,7 @@ class StudyContext:
     def stored(
         self, kind: str, inputs: Mapping[str, Any], result: type[T], module: str, compute: Callable[[], T]
     ) -> T:
-        """A part of a study, found in the store or computed.
-
-        Parameters
-        ----------
-        kind : str
-            Folder of the store.
-        inputs : mapping of str to value
-            All that it depends on, as plain values.
-        result : type
-            Its type, which `pipeline.studies.plain` can write and read.
-        module : str
-            Name of the module that computes it: its code counts.
-        compute : callable
-            Computes it.
-        """
+        """A part of a study, found in the store or computed."""
         key = fingerprint({**inputs, "code": code_fingerprint(module, plain.__module__)})
 
         def build(folder: Path) -> None:

@@ -24,17 +24,7 @@ CURVE = "curve_key"  # in the file of a study: key of the curve with the base va
 
 
 def study_stage(run: Run, models: Models, outcome: RunOutcome) -> None:
-    """Find or compute the studies of the scene; results and problems go to the outcome.
-
-    Parameters
-    ----------
-    run : Run
-        The run.
-    models : mapping of int to BuiltModel or None
-        Reduced model of each member.
-    outcome : RunOutcome
-        With the curves of the scene.
-    """
+    """Find or compute the studies of the scene; results and problems go to the outcome."""
     context = StudyContext(run, models, outcome)
     for name in run.request.scene.first.studies:
         try:
@@ -46,13 +36,7 @@ def study_stage(run: Run, models: Models, outcome: RunOutcome) -> None:
 
 
 def studied(context: StudyContext, study: Study) -> StudyOutcome:
-    """The result of a study, found in the store or computed, and published.
-
-    Raises
-    ------
-    StudyError
-        There is no result.
-    """
+    """The result of a study, found in the store or computed, and published."""
     run, name = context.run, f"{study.name}.json"
     section = getattr(context.scene, study.name)
     key = fingerprint(
@@ -80,13 +64,7 @@ def studied(context: StudyContext, study: Study) -> StudyOutcome:
 
 
 def remove_outdated_studies(context: StudyContext) -> list[str]:
-    """Remove results of studies in the output folder that are about another curve than the first of the scene.
-
-    Returns
-    -------
-    list of str
-        Names of the studies.
-    """
+    """Remove results of studies in the output folder that are about another curve than the first of the scene."""
     removed = []
     for name in STUDIES:
         file = context.run.request.out / f"{name}.json"

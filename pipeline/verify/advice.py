@@ -24,24 +24,12 @@ class AdvisedContacts:
 
 @dataclass(frozen=True)
 class Remedies:
-    """What was found to help; None where nothing is to be changed or nothing is known.
+    """What was found to help; None where nothing is to be changed or nothing is known."""
 
-    Attributes
-    ----------
-    contacts : AdvisedContacts or None
-        Contact dofs.
-    mesh : AdvisedMesh or None
-        Mesh.
-    modes : int or None
-        Fixed-interface modes that the tolerance needs on this mesh.
-    no_mesh : str
-        Why there is no other mesh, otherwise "".
-    """
-
-    contacts: AdvisedContacts | None = None
-    mesh: AdvisedMesh | None = None
-    modes: int | None = None
-    no_mesh: str = ""
+    contacts: AdvisedContacts | None = None  # contact dofs
+    mesh: AdvisedMesh | None = None  # mesh
+    modes: int | None = None  # fixed-interface modes that the tolerance needs on this mesh
+    no_mesh: str = ""  # why there is no other mesh, otherwise ""
 
 
 def within(errors: Sequence[ModelErrors], tolerance: float) -> bool:
@@ -66,21 +54,7 @@ def worst_mesh(errors: Sequence[ModelErrors]) -> int:
 def advice(
     errors: Sequence[ModelErrors], rom: Rom, tolerance: float, remedies: Remedies, file: str | None = None
 ) -> str:
-    """The errors of the natural frequencies, and the keys to change so that all errors stay within the tolerance.
-
-    Parameters
-    ----------
-    errors : sequence of ModelErrors
-        Errors of the models with one choice of mesh and modes.
-    rom : Rom
-        That choice of modes and contact dofs.
-    tolerance : float
-        Relative error allowed.
-    remedies : Remedies
-        What helps.
-    file : str or None
-        Name of the mesh file; None for a mesh that was made here.
-    """
+    """The errors of the natural frequencies, and the keys to change so that all errors stay within the tolerance."""
     changes, limits = _contact_changes(errors, rom, tolerance, remedies.contacts)
     mesh_changes, mesh_limits = _mesh_changes(errors[worst_mesh(errors)], tolerance, remedies, file)
     needed = remedies.modes

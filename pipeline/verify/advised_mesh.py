@@ -37,24 +37,7 @@ class AdvisedMesh:
 
 
 def advised_mesh(scene: Scene, errors: ModelErrors, tolerance: float, grid: tuple[int, int]) -> AdvisedMesh:
-    """The mesh whose expected error is within a tolerance, or else the finest one of at most half a million dofs.
-
-    Parameters
-    ----------
-    scene : Scene
-        A scene whose mesh error is known.
-    errors : ModelErrors
-        Its errors.
-    tolerance : float
-        Relative error allowed.
-    grid : (int, int)
-        Contact nodes that the mesh is to have.
-
-    Raises
-    ------
-    GeometryError
-        A size gives no mesh.
-    """
+    """The mesh whose expected error is within a tolerance, or else the finest one of at most half a million dofs."""
     assert errors.other is not None
     if scene.mesh_file is not None:
         return _of_file(errors, tolerance)

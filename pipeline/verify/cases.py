@@ -49,24 +49,12 @@ _WITHOUT_EFFECT = (
 
 @dataclass(frozen=True)
 class Case:
-    """A reduced model in one operation.
+    """A reduced model in one operation."""
 
-    Attributes
-    ----------
-    member : Member
-        The first member of the sweep that has this model and operation.
-    model : BuiltModel
-        The reduced model.
-    label : str
-        Swept parameters that tell it from other cases, or the scene's name.
-    blade : str
-        Hash of what the full models depend on.
-    """
-
-    member: Member
-    model: BuiltModel
-    label: str
-    blade: str
+    member: Member  # the first member of the sweep that has this model and operation
+    model: BuiltModel  # the reduced model
+    label: str  # swept parameters that tell it from other cases, or the scene's name
+    blade: str  # hash of what the full models depend on
 
     @property
     def scene(self) -> Scene:

@@ -62,40 +62,18 @@ class OtherReference:
 
 @dataclass(frozen=True)
 class BladeReference:
-    """Full models of one blade.
+    """Full models of one blade."""
 
-    Attributes
-    ----------
-    sector : SectorMesh
-        Mesh of the scene.
-    dofs : int
-        Its degrees of freedom.
-    reference : FullReference
-        Full model on this mesh.
-    nonlinear : FullReference or None
-        The same about the nonlinear equilibrium, where the scene has the linear one.
-    other : OtherReference or None
-        Full model on another mesh, None where there is none.
-    reason : str
-        Why there is none, otherwise "".
-    """
-
-    sector: SectorMesh
-    dofs: int
-    reference: FullReference
-    nonlinear: FullReference | None
-    other: OtherReference | None
-    reason: str
+    sector: SectorMesh  # mesh of the scene
+    dofs: int  # its degrees of freedom
+    reference: FullReference  # full model on this mesh
+    nonlinear: FullReference | None  # the same about the nonlinear equilibrium, where the scene has the linear one
+    other: OtherReference | None  # full model on another mesh, None where there is none
+    reason: str  # why there is none, otherwise ""
 
 
 def blade_reference(scene: Scene, files: BladeFiles) -> BladeReference:
-    """The full models of a scene's blade for its frequency range.
-
-    Raises
-    ------
-    RomParameterError
-        The range holds too many modes.
-    """
+    """The full models of a scene's blade for its frequency range."""
     sector, full = _loaded(scene, files)
     reference = _reference(scene, files, sector, full)
     try:
@@ -106,19 +84,7 @@ def blade_reference(scene: Scene, files: BladeFiles) -> BladeReference:
 
 
 def model_errors(scene: Scene, blade: BladeReference, rom: Path, modes: int) -> ModelErrors:
-    """Errors of a reduced model in the operation of a scene.
-
-    Parameters
-    ----------
-    scene : Scene
-        Operation: frequency range, damping, engine order, contact stiffness.
-    blade : BladeReference
-        Full models of its blade.
-    rom : Path
-        File of the reduced model.
-    modes : int
-        Its fixed-interface modes.
-    """
+    """Errors of a reduced model in the operation of a scene."""
     from rom import linear_errors, linear_responses, read_reduced_model
 
     assert scene.mesh is not None
@@ -155,15 +121,6 @@ def with_orders(scene: Scene, files: BladeFiles, errors: ModelErrors) -> ModelEr
     Of contacts that are free: the full model alone, without springs on its faces. The meshes of a file are nested:
     size, half and a third of it. Unchanged where there is no such mesh, and for meshes that are made here: they
     change in steps, and frequencies on three of them show no clean rate.
-
-    Parameters
-    ----------
-    scene : Scene
-        Operation.
-    files : BladeFiles
-        Files of its blade.
-    errors : ModelErrors
-        Its errors.
     """
     from rom import assemble, held_frequencies
 
@@ -214,17 +171,6 @@ def needed_grid(
     """The fewest contact nodes of a mortar that a tolerance needs in the operation of a scene, and their error.
 
     Where none of the grids tried is enough, the finest of them.
-
-    Parameters
-    ----------
-    scene : Scene
-        Operation.
-    blade : BladeReference
-        Full models of its blade, with springs spread over the face.
-    errors : ModelErrors
-        Errors measured in it.
-    tolerance : float
-        Relative error allowed.
     """
     assert scene.mesh is not None
     own = scene.mesh.contact_grid

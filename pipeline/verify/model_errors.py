@@ -50,36 +50,21 @@ class OtherMesh:
 
 @dataclass(frozen=True)
 class JointErrors:
-    """Errors with the shrouds in one contact condition.
+    """Errors with the shrouds in one contact condition."""
 
-    Attributes
-    ----------
-    joint : str
-        The contact condition: free, sliding or stuck.
-    first_mode : int
-        Number of the first mode compared.
-    full_hz, reduced_hz : tuple of float
-        Natural frequencies of the full and the reduced model, Hz.
-    within : tuple of bool
-        Whether a frequency counts: it lies in the range, or is the first above a range that holds none.
-    contact, output : float
-        Largest relative error of the receptances of the contact nodes and of the output over the range.
-    face_hz : tuple of float or None
-        Natural frequencies of the full model with its springs spread over the face; None where a stiffness is given
-        node by node.
-    other_hz : tuple of float or None
-        Natural frequencies of the full model on the other mesh, None without such a mesh; with springs spread over
-        the face where `face_hz` has them.
-    """
-
-    joint: str
-    first_mode: int
-    full_hz: tuple[float, ...]
-    reduced_hz: tuple[float, ...]
+    joint: str  # the contact condition: free, sliding or stuck
+    first_mode: int  # number of the first mode compared
+    full_hz: tuple[float, ...]  # natural frequencies of the full and the reduced model, Hz
+    reduced_hz: tuple[float, ...]  # natural frequencies of the full and the reduced model, Hz
+    # whether a frequency counts: it lies in the range, or is the first above a range that holds none
     within: tuple[bool, ...]
-    contact: float
-    output: float
+    contact: float  # largest relative error of the receptances of the contact nodes and of the output over the range
+    output: float  # largest relative error of the receptances of the contact nodes and of the output over the range
+    # natural frequencies of the full model with its springs spread over the face; None where a stiffness is given
+    # node by node
     face_hz: tuple[float, ...] | None
+    # natural frequencies of the full model on the other mesh, None without such a mesh; with springs spread over the
+    # face where `face_hz` has them
     other_hz: tuple[float, ...] | None
 
     @property
@@ -108,47 +93,30 @@ class JointErrors:
 
 @dataclass(frozen=True)
 class ModelErrors:
-    """Errors of a reduced model in one operation.
+    """Errors of a reduced model in one operation."""
 
-    Attributes
-    ----------
-    modes : int
-        Fixed-interface modes.
-    dofs, size, element : int, float, str
-        Degrees of freedom, element size [m] and element of the scene's mesh; of a mesh from a file the mean length of
-        its edges and its kinds of elements.
-    contact_grid : (int, int)
-        Contact nodes of the scene along the segment and along the radius.
-    other : OtherMesh or None
-        The mesh it is compared with.
-    reason : str
-        Why there is no other mesh, otherwise "".
-    orders : tuple of float
-        Order of the error of each mode with free contacts in the element size, the lowest mode first: fitted to the
-        natural frequencies on a third mesh, and `ORDER` where they tell none; empty without a third mesh.
-    third : OtherMesh or None
-        That mesh.
-    static : float
-        Relative error of the contact flexibility.
-    equilibrium : float or None
-        Largest relative error of a natural frequency in the range by the linear equilibrium at speed; None where the
-        nonlinear one is used or nothing rotates.
-    joints : tuple of JointErrors
-        Errors in each contact condition.
-    """
-
-    modes: int
+    modes: int  # fixed-interface modes
+    # degrees of freedom, element size [m] and element of the scene's mesh; of a mesh from a file the mean length of
+    # its edges and its kinds of elements
     dofs: int
+    # degrees of freedom, element size [m] and element of the scene's mesh; of a mesh from a file the mean length of
+    # its edges and its kinds of elements
     size: float
+    # degrees of freedom, element size [m] and element of the scene's mesh; of a mesh from a file the mean length of
+    # its edges and its kinds of elements
     element: str
-    contact_grid: tuple[int, int]
-    other: OtherMesh | None
-    reason: str
-    static: float
+    contact_grid: tuple[int, int]  # contact nodes of the scene along the segment and along the radius
+    other: OtherMesh | None  # the mesh it is compared with
+    reason: str  # why there is no other mesh, otherwise ""
+    static: float  # relative error of the contact flexibility
+    # largest relative error of a natural frequency in the range by the linear equilibrium at speed; None where the
+    # nonlinear one is used or nothing rotates
     equilibrium: float | None
-    joints: tuple[JointErrors, ...]
+    joints: tuple[JointErrors, ...]  # errors in each contact condition
+    # order of the error of each mode with free contacts in the element size, the lowest mode first: fitted to the
+    # natural frequencies on a third mesh, and `ORDER` where they tell none; empty without a third mesh
     orders: tuple[float, ...] = ()
-    third: OtherMesh | None = None
+    third: OtherMesh | None = None  # that mesh
 
     def order(self, mode: int) -> float:
         """Order of the error of a mode by its number from 1: its own with free contacts, or else the lowest known."""

@@ -26,15 +26,7 @@ _OF_DISK = 0.5  # of these numbers with a disk: its waves are complex
 
 
 def other_sector(scene: Scene, elements: int) -> tuple[float, str, SectorMesh]:
-    """Element size [m], element and mesh to compare the scene's mesh of `elements` elements with.
-
-    Raises
-    ------
-    RuntimeError
-        Element sizes nearby give the same mesh.
-    GeometryError, MeshingError
-        A size gives no mesh.
-    """
+    """Element size [m], element and mesh to compare the scene's mesh of `elements` elements with."""
     from geometry import build_sector
 
     blade, shroud, mesh = geometry_parameters(scene)
@@ -59,13 +51,7 @@ def other_sector(scene: Scene, elements: int) -> tuple[float, str, SectorMesh]:
 
 
 def finer_sector(own: SectorMesh, parts: int = 2) -> tuple[float, str, SectorMesh]:
-    """Mean edge [m], kinds of elements and mesh with 8 or 27 elements in place of each of a mesh from a file.
-
-    Raises
-    ------
-    RuntimeError
-        It would be too large.
-    """
+    """Mean edge [m], kinds of elements and mesh with 8 or 27 elements in place of each of a mesh from a file."""
     from geometry import subdivided
 
     growth, most = parts**3 * len(own.points), _MOST_POINTS if parts == 2 else _MOST_OF_THIRD

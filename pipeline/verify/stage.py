@@ -23,60 +23,29 @@ from pipeline.verify.cases import Case, VerifiedCase, Verifier, distinct_cases
 
 @dataclass(frozen=True)
 class Advice:
-    """What to change for a tolerance, in the cases with one choice of mesh and modes.
+    """What to change for a tolerance, in the cases with one choice of mesh and modes."""
 
-    Attributes
-    ----------
-    labels : tuple of str
-        The cases.
-    tolerance : float
-        Relative error allowed.
-    within : bool
-        Whether all errors are within it.
-    needed_modes : int or None
-        Fixed-interface modes that the tolerance needs on this mesh, None where the present ones are enough or the
-        number is not known.
-    advised_dofs : int or None
-        Degrees of freedom of the mesh that is advised, None where the mesh is good enough.
-    text : str
-        The advice on one line.
-    """
-
-    labels: tuple[str, ...]
-    tolerance: float
-    within: bool
+    labels: tuple[str, ...]  # the cases
+    tolerance: float  # relative error allowed
+    within: bool  # whether all errors are within it
+    # fixed-interface modes that the tolerance needs on this mesh, None where the present ones are enough or the
+    # number is not known
     needed_modes: int | None
-    advised_dofs: int | None
-    text: str
+    advised_dofs: int | None  # degrees of freedom of the mesh that is advised, None where the mesh is good enough
+    text: str  # the advice on one line
 
 
 @dataclass
 class Verification:
-    """Errors of the reduced models of a scene.
+    """Errors of the reduced models of a scene."""
 
-    Attributes
-    ----------
-    measured : list of VerifiedCase
-        Each case with its errors.
-    advice : list of Advice
-        What to change for the tolerance.
-    problems : list of str
-        What could not be computed, one line each.
-    """
-
-    measured: list[VerifiedCase] = field(default_factory=list)
-    advice: list[Advice] = field(default_factory=list)
-    problems: list[str] = field(default_factory=list)
+    measured: list[VerifiedCase] = field(default_factory=list)  # each case with its errors
+    advice: list[Advice] = field(default_factory=list)  # what to change for the tolerance
+    problems: list[str] = field(default_factory=list)  # what could not be computed, one line each
 
 
 def verify(file: SceneFile, out: Path, tolerance: float | None, force: bool, reporter: Reporter) -> Verification:
-    """Measure the reduced models of a scene against full models; `tolerance` takes precedence over `rom.tolerance`.
-
-    Raises
-    ------
-    InputError
-        The scene is not usable.
-    """
+    """Measure the reduced models of a scene against full models; `tolerance` goes before `rom.tolerance`."""
     remember_code()
     if file.first.blade is None and file.first.mesh_file is None:
         allowed = "a table [blade] (a given reduced model or [model] has no mesh to be measured against)"

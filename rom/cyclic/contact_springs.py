@@ -74,22 +74,7 @@ def supported_frequencies(
     s = k^(1/2) and C = I + s B W^-1 B^H s. The start are the modes with w up to the limit and more: springs only
     raise frequencies, hence no vector orthogonal to these belongs to a frequency below the limit. Their number is
     that of the modes below the limit less the negative eigenvalues of C with W - limit^2 in place of W.
-
-    Parameters
-    ----------
-    frequency : (m,) array
-        Natural frequencies w without springs, ascending, rad/s.
-    motion : (3 n_c, m) array
-        Relative motion B of the modes.
-    springs : (n_c, 3) array
-        Springs k along t1, t2 and n, N/m.
-    highest : float
-        The limit, rad/s.
-
-    Returns
-    -------
-    (p,) array
-        Natural frequencies up to the limit, ascending.
+    Shapes: `frequency` (m,), `motion` (3 n_c, m), `springs` (n_c, 3), returns (p,).
     """
     from scipy.linalg import cho_factor, cho_solve
 

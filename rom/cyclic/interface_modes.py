@@ -17,21 +17,7 @@ NO_DAMPING = 1e-5  # damping coefficient over natural frequency that limits the 
 def band_weights(frequency: Array, damping: Array, order: float, band: tuple[float, float]) -> Array:
     """Bounds of the modal receptances ``|1 / (w_m^2 + i c_m x - x^2)|`` for x = h w and w in a band.
 
-    Parameters
-    ----------
-    frequency : (m,) array
-        Natural frequencies w_m, rad/s.
-    damping : (m,) array
-        Damping coefficients c_m, 1/s.
-    order : float
-        Harmonic h.
-    band : tuple of float
-        Lowest and highest w, rad/s.
-
-    Returns
-    -------
-    (m,) array
-        Weights, s^2.
+    Shapes: `frequency` (m,), `damping` (m,), returns (m,).
     """
     low, high = order * band[0], order * band[1]
     nearest = np.clip(frequency, low, high)
@@ -42,19 +28,7 @@ def band_weights(frequency: Array, damping: Array, order: float, band: tuple[flo
 def interface_modes(relative: ComplexArray, weights: Array) -> tuple[ComplexArray, Array]:
     """The leading eigenvectors of B W B^H and their eigenvalues, descending.
 
-    Parameters
-    ----------
-    relative : (3 n_c, m) array
-        Relative motions B of the modes, real or complex.
-    weights : (m,) array
-        The diagonal of W.
-
-    Returns
-    -------
-    basis : (3 n_c, r) array
-        Orthonormal eigenvectors; all if there are few, else the first `SUBSPACE`.
-    values : (r,) array
-        Eigenvalues.
+    Shapes: `relative` (3 n_c, m), `weights` (m,), returns `basis` (3 n_c, r), `values` (r,).
     """
     size = relative.shape[0]
     if size <= LARGEST_DENSE:

@@ -11,18 +11,11 @@ from rom.errors import ReducedModelError
 
 @dataclass(frozen=True)
 class ModalDamping:
-    """2 zeta_m w_m of modes: ratios zeta_m, or C = a M + b K.
+    """2 zeta_m w_m of modes: ratios zeta_m, or C = a M + b K."""
 
-    Attributes
-    ----------
-    ratio : float or sequence of float or None
-        zeta, one number for all modes or one for each of the first modes; the last one holds for the modes above.
-    rayleigh : (float, float) or None
-        (a, b), 2 zeta_m w_m = a + b w_m^2.
-    """
-
+    # zeta, one number for all modes or one for each of the first modes; the last one holds for the modes above
     ratio: ArrayLike | None = None
-    rayleigh: tuple[float, float] | None = None
+    rayleigh: tuple[float, float] | None = None  # (a, b), 2 zeta_m w_m = a + b w_m^2
 
     def times(self, factor: float) -> "ModalDamping":
         """The damping times a factor."""
@@ -33,15 +26,7 @@ class ModalDamping:
     def coefficients(self, frequency: Array) -> Array:
         """2 zeta_m w_m, (m,), 1/s.
 
-        Parameters
-        ----------
-        frequency : (m,) array
-            Natural frequencies, rad/s, ascending.
-
-        Raises
-        ------
-        ReducedModelError
-            Damping is given twice, not at all, for more modes than there are, or negative.
+        Shapes: `frequency` (m,).
         """
         if (self.ratio is None) == (self.rayleigh is None):
             raise ReducedModelError("damping: give either a damping ratio or Rayleigh coefficients, not both or none")

@@ -21,21 +21,7 @@ def projected_modes(
 ) -> ModalModel:
     """All modes of a reduced model.
 
-    Parameters
-    ----------
-    model : ReducedModel
-        The reduced model.
-    damping : ModalDamping
-        Damping of the modes.
-    static : (n,) array
-        Static force, N.
-    wave : (n, k) array, optional
-        Coordinates q = T z in a wave, see `wave_coordinates`. Then rigid motions have w = 0.
-
-    Raises
-    ------
-    ReducedModelError
-        The mass or the stiffness is not positive definite, or the damping is not as allowed.
+    Shapes: `static` (n,), `wave` (n, k).
     """
     squared, shapes = _modes(model, wave)
     frequency = np.sqrt(squared)

@@ -22,38 +22,19 @@ NEGLIGIBLE = 1e-16  # of the largest contribution of a mode: what all modes in t
 
 @dataclass(frozen=True)
 class ReceptanceSeries:
-    """The receptance G of one harmonic at the frequencies x up to a limit.
+    """The receptance G of one harmonic at the frequencies x up to a limit."""
 
-    Attributes
-    ----------
-    relative : (3 n_c, k) complex array
-        Relative motions of the modes that are summed one by one.
-    adjoint : (k, 3 n_c) complex array
-        Their conjugate transpose.
-    frequency, damping : (k,) array
-        Their natural frequencies, rad/s, and damping coefficients, 1/s.
-    terms : (TERMS, 3 n_c, 3 n_c) complex array
-        S_0, S_1, ...
-    """
-
-    relative: ComplexArray
-    adjoint: ComplexArray
-    frequency: Array
-    damping: Array
-    terms: ComplexArray
+    relative: ComplexArray  # (3 n_c, k), relative motions of the modes that are summed one by one
+    adjoint: ComplexArray  # (k, 3 n_c), their conjugate transpose
+    frequency: Array  # (k,), their natural frequencies, rad/s, and damping coefficients, 1/s
+    damping: Array  # (k,), their natural frequencies, rad/s, and damping coefficients, 1/s
+    terms: ComplexArray  # (TERMS, 3 n_c, 3 n_c), S_0, S_1,
 
     @classmethod
     def of(cls, relative: ComplexArray, frequency: Array, damping: Array, limit: float) -> ReceptanceSeries:
         """Choose the modes and sum up the others.
 
-        Parameters
-        ----------
-        relative : (3 n_c, m) complex array
-            Relative motions of all modes.
-        frequency, damping : (m,) array
-            Natural frequencies, rad/s, and damping coefficients, 1/s.
-        limit : float
-            Largest x, rad/s.
+        Shapes: `relative` (3 n_c, m), `frequency` (m,), `damping` (m,).
         """
         square = np.maximum(frequency**2, np.finfo(float).tiny)
         coefficients = np.zeros((TERMS, square.size), complex)

@@ -20,20 +20,11 @@ LARGEST_NUMBER = 1e100  # squares and products of larger numbers overflow
 
 @dataclass(frozen=True)
 class WaveBlock:
-    """Coordinates of a reduced model that one nodal diameter has for itself, see `model_of_waves`.
+    """Coordinates of a reduced model that one nodal diameter has for itself, see `model_of_waves`."""
 
-    Attributes
-    ----------
-    first : int
-        The first of them.
-    size : int
-        Number m of complex coordinates z of the wave, q = T z.
-    real : bool
-        Whether z is real: waves of 0 and N_b / 2 nodal diameters. Else Re and Im have a real coordinate each.
-    """
-
-    first: int
-    size: int
+    first: int  # the first of them
+    size: int  # number m of complex coordinates z of the wave, q = T z
+    # whether z is real: waves of 0 and N_b / 2 nodal diameters. Else Re and Im have a real coordinate each
     real: bool
 
     @property

@@ -33,21 +33,11 @@ ABOVE_SOFTENING = 2.0  # of the speed squared, by which spin softening lowers th
 
 @dataclass(frozen=True)
 class CondensedSector:
-    """The matrices of a sector, and its factor with the dofs of the cut faces eliminated last.
+    """The matrices of a sector, and its factor with the dofs of the cut faces eliminated last."""
 
-    Attributes
-    ----------
-    full : FullModel
-        The full model.
-    faces : CyclicFaces
-        The cut faces.
-    backend : str
-        Backend of the factorisation, see `factorise`.
-    """
-
-    full: FullModel
-    faces: CyclicFaces
-    backend: str = "auto"
+    full: FullModel  # the full model
+    faces: CyclicFaces  # the cut faces
+    backend: str = "auto"  # backend of the factorisation, see `factorise`
 
     @cached_property
     def held(self) -> NDArray[np.bool_]:
@@ -115,18 +105,10 @@ class CondensedSector:
 
 @dataclass(frozen=True)
 class CondensedForces:
-    """Forces on a sector condensed onto its cut faces.
+    """Forces on a sector condensed onto its cut faces."""
 
-    Attributes
-    ----------
-    at_faces : (b, k) array
-        The forces on the free dofs of the faces.
-    work : (k,) array
-        f^T u of the static responses with the faces held.
-    """
-
-    at_faces: NDArray[np.float64]
-    work: NDArray[np.float64]
+    at_faces: NDArray[np.float64]  # (b, k), the forces on the free dofs of the faces
+    work: NDArray[np.float64]  # (k,), f^T u of the static responses with the faces held
 
 
 class WaveFactor:

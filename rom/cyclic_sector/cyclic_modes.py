@@ -168,18 +168,10 @@ def modes_by_nodal_diameter(
 
 @dataclass(frozen=True)
 class WaveProblem:
-    """The eigenvalue problem of one nodal diameter, and its static solutions.
+    """The eigenvalue problem of one nodal diameter, and its static solutions."""
 
-    Attributes
-    ----------
-    sector : CondensedSector
-        The sector, the same for all nodal diameters.
-    nodal_diameter : int
-        Number of nodal diameters.
-    """
-
-    sector: CondensedSector
-    nodal_diameter: int
+    sector: CondensedSector  # the sector, the same for all nodal diameters
+    nodal_diameter: int  # number of nodal diameters
 
     def __post_init__(self) -> None:
         """Check the nodal diameter."""

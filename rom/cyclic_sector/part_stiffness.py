@@ -38,14 +38,7 @@ def part_stiffness(
 ) -> NDArray[np.float64]:
     """Elastic stiffness of the elements of the disk or of the blade in reduced coordinates, (n, n).
 
-    Parameters
-    ----------
-    full, sector, material, basis
-        As in `blade_stiffness`.
-    inside : (n_nodes,) array of bool
-        Nodes of the disk. Its elements have no other ones.
-    disk : bool
-        The elements of the disk; else all others.
+    Shapes: `inside` (n_nodes,).
     """
     mesh = discretise(sector, full.element)
     chosen = [(block, inside[block.nodes].all(axis=1) == disk) for block in mesh.blocks]

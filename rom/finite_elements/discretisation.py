@@ -42,30 +42,14 @@ class ElementMesh(Protocol):
 
 @dataclass(frozen=True)
 class DiscreteBlock:
-    """Elements of one kind and material: E elements of b nodes, their geometry given by g nodes.
+    """Elements of one kind and material: E elements of b nodes, their geometry given by g nodes."""
 
-    Attributes
-    ----------
-    reference : ReferenceElement
-        The element on its reference cell.
-    nodes : (E, b) array
-        Nodes of each element.
-    vertices : (E, g) array
-        Rows of the points of the mesh that its geometry is given by.
-    geometry : (E, g, 3) array
-        Their positions, m.
-    material : str
-        Name of the material.
-    table : ShapeTable
-        Shape functions at the quadrature points.
-    """
-
-    reference: ReferenceElement
-    nodes: NDArray[np.int64]
-    vertices: NDArray[np.int64]
-    geometry: Array
-    material: str
-    table: ShapeTable
+    reference: ReferenceElement  # the element on its reference cell
+    nodes: NDArray[np.int64]  # (E, b), nodes of each element
+    vertices: NDArray[np.int64]  # (E, g), rows of the points of the mesh that its geometry is given by
+    geometry: Array  # (E, g, 3), their positions, m
+    material: str  # name of the material
+    table: ShapeTable  # shape functions at the quadrature points
 
     def __len__(self) -> int:
         return len(self.nodes)
@@ -86,46 +70,22 @@ class DiscreteBlock:
 
 
 class Batch(NamedTuple):
-    """Some elements of one block.
+    """Some elements of one block."""
 
-    Attributes
-    ----------
-    nodes : (e, b) array
-        Their nodes.
-    gradients : (e, q, 3, b) array
-        Gradients of the shape functions at the quadrature points, 1/m.
-    weights : (e, q) array
-        Weights of these points, m^3.
-    block : int
-        Block of the discretisation.
-    part : slice
-        The elements in the block.
-    """
-
-    nodes: NDArray[np.int64]
-    gradients: Array
-    weights: Array
-    block: int
-    part: slice
+    nodes: NDArray[np.int64]  # (e, b), their nodes
+    gradients: Array  # (e, q, 3, b), gradients of the shape functions at the quadrature points, 1/m
+    weights: Array  # (e, q), weights of these points, m^3
+    block: int  # block of the discretisation
+    part: slice  # the elements in the block
 
 
 @dataclass(frozen=True)
 class Discretisation:
-    """Nodes and shape functions for the integrals: n nodes on a mesh of V points.
+    """Nodes and shape functions for the integrals: n nodes on a mesh of V points."""
 
-    Attributes
-    ----------
-    positions : (n, 3) array
-        Nodes, m.
-    vertex_node : (V,) array
-        Node of each point of the mesh.
-    blocks : tuple of DiscreteBlock
-        The elements, in the order of the blocks of the mesh.
-    """
-
-    positions: Array
-    vertex_node: NDArray[np.int64]
-    blocks: tuple[DiscreteBlock, ...]
+    positions: Array  # (n, 3), nodes, m
+    vertex_node: NDArray[np.int64]  # (V,), node of each point of the mesh
+    blocks: tuple[DiscreteBlock, ...]  # the elements, in the order of the blocks of the mesh
 
     @property
     def n_nodes(self) -> int:

@@ -19,19 +19,11 @@ UPPER = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
 @dataclass(frozen=True)
 class NodePattern:
-    """CSR pattern of the p node pairs that share an element, each row sorted.
+    """CSR pattern of the p node pairs that share an element, each row sorted."""
 
-    Attributes
-    ----------
-    indptr, indices : (n + 1,), (p,) array
-        The CSR pattern.
-    keys : (p,) array
-        row * n + column of each pair, ascending: a pair is found by bisection.
-    """
-
-    indptr: NDArray[np.int32]
-    indices: NDArray[np.int32]
-    keys: NDArray[np.int64]
+    indptr: NDArray[np.int32]  # (n + 1,), the CSR pattern
+    indices: NDArray[np.int32]  # (n + 1,), the CSR pattern
+    keys: NDArray[np.int64]  # (p,), row * n + column of each pair, ascending: a pair is found by bisection
 
     @property
     def n_pairs(self) -> int:

@@ -24,51 +24,25 @@ _CUBE_SIDES = (5, 3, 2, 4, 0, 1)
 
 @dataclass(frozen=True)
 class ShapeTable:
-    """Shape functions at the q points of a quadrature rule, for b displacement nodes and g geometry nodes.
+    """Shape functions at the q points of a quadrature rule, for b displacement nodes and g geometry nodes."""
 
-    Attributes
-    ----------
-    values : (q, b) array
-        Shape functions of the displacement.
-    gradients : (q, 3, b) array
-        Their gradients on the reference cell.
-    geometry : (q, g) array
-        Shape functions of the geometry.
-    geometry_gradients : (q, g, 3) array
-        Their gradients on the reference cell.
-    weights : (q,) array
-        Quadrature weights.
-    """
-
-    values: Array
-    gradients: Array
-    geometry: Array
-    geometry_gradients: Array
-    weights: Array
+    values: Array  # (q, b), shape functions of the displacement
+    gradients: Array  # (q, 3, b), their gradients on the reference cell
+    geometry: Array  # (q, g), shape functions of the geometry
+    geometry_gradients: Array  # (q, g, 3), their gradients on the reference cell
+    weights: Array  # (q,), quadrature weights
 
 
 @dataclass(frozen=True)
 class ReferenceSide:
-    """A side of the reference cell: the points origin + x u + y v, 0 <= x, y <= 1, of a triangle x + y <= 1.
+    """A side of the reference cell: the points origin + x u + y v, 0 <= x, y <= 1, of a triangle x + y <= 1."""
 
-    Attributes
-    ----------
-    side : int
-        Number of the side in `ElementKind.sides`.
-    origin, u, v : (3,) array
-        The parametrisation.
-    outward : float
-        1 where u x v points out of the cell, -1 where it points inwards.
-    triangle : bool
-        Whether the side is a triangle.
-    """
-
-    side: int
-    origin: Array
-    u: Array
-    v: Array
-    outward: float
-    triangle: bool
+    side: int  # number of the side in `ElementKind.sides`
+    origin: Array  # (3,), the parametrisation
+    u: Array  # (3,), the parametrisation
+    v: Array  # (3,), the parametrisation
+    outward: float  # 1 where u x v points out of the cell, -1 where it points inwards
+    triangle: bool  # whether the side is a triangle
 
     def at(self, x: Array, y: Array) -> Array:
         """Points (3, q) of the reference cell at parameters (q,)."""
@@ -77,21 +51,11 @@ class ReferenceSide:
 
 @dataclass(frozen=True)
 class ReferenceElement:
-    """An element on its reference cell.
+    """An element on its reference cell."""
 
-    Attributes
-    ----------
-    element : str
-        A kind of the mesh, or "hex27".
-    kind : str
-        Kind of the element of the mesh that it stands on.
-    promoted : bool
-        Whether its geometry is that of the corners alone.
-    """
-
-    element: str
-    kind: str
-    promoted: bool
+    element: str  # A kind of the mesh, or "hex27"
+    kind: str  # kind of the element of the mesh that it stands on
+    promoted: bool  # whether its geometry is that of the corners alone
 
     def shape_functions(self, points: Array) -> tuple[Array, Array]:
         """Values (q, b) and gradients (q, b, 3) of the displacement's shape functions at points (3, q)."""

@@ -18,29 +18,17 @@ Rule = tuple[Array, Array]
 
 @dataclass(frozen=True)
 class SidePoints:
-    """q quadrature points on the same side of s elements of one block.
+    """q quadrature points on the same side of s elements of one block."""
 
-    Attributes
-    ----------
-    position : (s, q, 3) array
-        Points, m.
-    normal : (s, q, 3) array
-        Outward normals, not of unit length: times the weights they are the area vectors, m^2.
-    weights : (q,) array
-        Quadrature weights.
-    nodes, vertices : (s, b), (s, g) array
-        Nodes of the elements, and rows of the points of the mesh that give their geometry.
-    values, geometry : (q, b), (q, g) array
-        Shape functions of the displacement and of the geometry.
-    """
-
-    position: Array
-    normal: Array
-    weights: Array
+    position: Array  # (s, q, 3), points, m
+    normal: Array  # (s, q, 3), outward normals, not of unit length: times the weights they are the area vectors, m^2
+    weights: Array  # (q,), quadrature weights
+    # (s, b), nodes of the elements, and rows of the points of the mesh that give their geometry
     nodes: NDArray[np.int64]
+    # (s, b), nodes of the elements, and rows of the points of the mesh that give their geometry
     vertices: NDArray[np.int64]
-    values: Array
-    geometry: Array
+    values: Array  # (q, b), shape functions of the displacement and of the geometry
+    geometry: Array  # (q, b), shape functions of the displacement and of the geometry
 
     @property
     def area(self) -> Array:

@@ -45,27 +45,14 @@ _SMALLEST_PART = 1.0 / 64.0  # of the load in one step
 
 @dataclass(frozen=True)
 class RotatingBody:
-    """A clamped body and its inertia in rotation about the x axis.
+    """A clamped body and its inertia in rotation about the x axis."""
 
-    Attributes
-    ----------
-    body : ElasticBody
-        The body, n nodes.
-    full : FullModel
-        Its matrices at rest.
-    pair_mass : (p,) array
-        Mass of the pairs of nodes, kg, in the order of the pattern of the body.
-    free : (f,) array
-        Dofs that are not clamped.
-    motion : (3n, f) matrix or None
-        T of the admissible displacements u = T z, in whose coordinates the balance is T^T r = 0; None: those of the
-        free dofs.
-    """
-
-    body: ElasticBody
-    full: FullModel
-    pair_mass: Array
-    free: NDArray[np.int64]
+    body: ElasticBody  # the body, n nodes
+    full: FullModel  # its matrices at rest
+    pair_mass: Array  # (p,), mass of the pairs of nodes, kg, in the order of the pattern of the body
+    free: NDArray[np.int64]  # (f,), dofs that are not clamped
+    # (3n, f), T of the admissible displacements u = T z, in whose coordinates the balance is T^T r = 0; None: those
+    # of the free dofs
     motion: csr_matrix | None = None
 
     @classmethod

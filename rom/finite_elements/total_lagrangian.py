@@ -40,21 +40,11 @@ _KEPT_DOUBLES = 8_000_000
 
 @dataclass(frozen=True)
 class ElasticBody:
-    """A body of n nodes; its displacements (3n,) are node-major x, y, z, in m.
+    """A body of n nodes; its displacements (3n,) are node-major x, y, z, in m."""
 
-    Attributes
-    ----------
-    discretisation : Discretisation
-        Nodes and shape functions.
-    materials : Material or mapping of str to Material
-        The material, or the materials by the names in the mesh.
-    pattern : NodePattern
-        Pattern of its matrices.
-    """
-
-    discretisation: Discretisation
-    materials: Materials
-    pattern: NodePattern
+    discretisation: Discretisation  # nodes and shape functions
+    materials: Materials  # the material, or the materials by the names in the mesh
+    pattern: NodePattern  # pattern of its matrices
 
     @classmethod
     def of(cls, discretisation: Discretisation, materials: Materials) -> ElasticBody:
@@ -84,10 +74,7 @@ class ElasticBody:
     def internal_force(self, displacement: Array) -> tuple[Array, float]:
         """Internal forces (3n,), N, and the largest Frobenius norm of the Green-Lagrange strain.
 
-        Parameters
-        ----------
-        displacement : (3n,) array
-            The displacement.
+        Shapes: `displacement` (3n,).
         """
         nodal = displacement.reshape(-1, 3)
         force = np.zeros((self.discretisation.n_nodes, 3))
@@ -107,13 +94,7 @@ class ElasticBody:
     def tangent_blocks(self, displacement: Array, stress: Stress | None = None) -> Array:
         """Components `UPPER` (6, p) of the tangent stiffness for every pair of nodes, N/m.
 
-        Parameters
-        ----------
-        displacement : (3n,) array
-            The displacement.
-        stress : tuple of (E, q, 3, 3) array, optional
-            Stress of the geometric stiffness, Pa, at the quadrature points of each block; that of the displacement by
-            default.
+        Shapes: `displacement` (3n,), `stress` (E, q, 3, 3).
         """
         nodal = displacement.reshape(-1, 3)
         upper = np.zeros((len(UPPER), self.pattern.n_pairs))

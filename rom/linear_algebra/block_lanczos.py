@@ -85,18 +85,7 @@ def lowest_eigenpairs(
 ) -> tuple[NDArray[np.float64], Block]:
     """The `count` eigenvalues w^2 (m,) of smallest modulus, ascending, and their M-orthonormal shapes (m, n).
 
-    Parameters
-    ----------
-    solve : callable
-        K^-1 for rows (p, n).
-    mass : (n, n) matrix
-        M, symmetric, or Hermitian.
-    start : (p, n) array
-        Start block of random numbers, complex for Hermitian matrices: it must hold a part of every mode.
-    count : int
-        Number of eigenpairs.
-    tolerance : float
-        Largest residual of a pair in K^-1 M, relative to its eigenvalue; the error of w^2 is its square.
+    Shapes: `mass` (n, n), `start` (p, n).
     """
     size = mass.shape[0]
     basis = _Basis(size, min(size, 4 * count + 8 * len(start)), start.dtype)

@@ -21,14 +21,9 @@ class IsotropicMatrix:
     """Matrix A (3n, 3n) of n nodes whose block for a pair of nodes is a number times the identity.
 
     A product with k columns is that of the numbers with 3k columns: a third of the entries is read.
-
-    Attributes
-    ----------
-    pairs : (n, n) CSR matrix
-        The number of each pair.
     """
 
-    pairs: csr_matrix
+    pairs: csr_matrix  # (n, n), the number of each pair
 
     @classmethod
     def of(cls, matrix: csr_matrix) -> IsotropicMatrix:

@@ -28,18 +28,11 @@ _PER_NODE = 3  # unknowns, ordered node by node
 
 @dataclass(frozen=True)
 class Bisection:
-    """A separator that cuts the unknowns of a symmetric matrix into two halves without couplings.
+    """A separator that cuts the unknowns of a symmetric matrix into two halves without couplings."""
 
-    Attributes
-    ----------
-    halves : ((a,), (b,)) arrays
-        Unknowns of each half, in an order of elimination by nested dissection.
-    separator : (s,) array
-        The other unknowns, ascending.
-    """
-
+    # (a,), unknowns of each half, in an order of elimination by nested dissection
     halves: tuple[NDArray[np.int64], NDArray[np.int64]]
-    separator: NDArray[np.int64]
+    separator: NDArray[np.int64]  # (s,), the other unknowns, ascending
 
 
 def nested_dissection(matrix: csr_matrix, from_size: int | None = None) -> NDArray[np.int64] | None:

@@ -26,24 +26,7 @@ def svqb(
 
     With D = diag(lengths) and D^-1 G D^-1 = V S V^H the combinations are X = D^-1 V S^-1/2: X^H G X = I. Linearly
     dependent directions are dropped.
-
-    Parameters
-    ----------
-    gram : (k, k) array
-        Gram matrix of the vectors, real or Hermitian.
-    lengths : (k,) array
-        Scale of each vector, above 0.
-    smallest : float
-        Eigenvalues S up to this value are dropped.
-    most : int, optional
-        Largest number r of combinations.
-
-    Returns
-    -------
-    combinations : (k, r) array
-        X.
-    components : (r, k) array
-        The vectors in terms of the orthonormal ones, S^1/2 V^H D.
+    Shapes: `gram` (k, k), `lengths` (k,), returns `combinations` (k, r), `components` (r, k).
     """
     squares, directions = np.linalg.eigh(0.5 * (gram + gram.conj().T) / np.outer(lengths, lengths))
     chosen = np.flatnonzero(squares > smallest)

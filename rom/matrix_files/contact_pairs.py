@@ -18,26 +18,14 @@ _LARGEST_MISMATCH = 0.25  # of the distance between contact nodes, by default
 
 @dataclass(frozen=True)
 class ContactPairs:
-    """Both faces and what was found on the way.
+    """Both faces and what was found on the way."""
 
-    Attributes
-    ----------
-    right, left : ContactFace
-        Node k of one lies opposite node k of the other.
-    mismatch : float
-        Largest distance in the face between the nodes of a pair, m.
-    gap : float
-        Largest distance along the normal between them, m.
-    normals, areas : str
-        Where these are from.
-    """
-
-    right: ContactFace
-    left: ContactFace
-    mismatch: float
-    gap: float
-    normals: str
-    areas: str
+    right: ContactFace  # node k of one lies opposite node k of the other
+    left: ContactFace  # node k of one lies opposite node k of the other
+    mismatch: float  # largest distance in the face between the nodes of a pair, m
+    gap: float  # largest distance along the normal between them, m
+    normals: str  # where these are from
+    areas: str  # where these are from
 
 
 def contact_pairs(
@@ -50,21 +38,7 @@ def contact_pairs(
 ) -> ContactPairs:
     """Contact faces of a sector about the x axis.
 
-    Parameters
-    ----------
-    points : (n, 3) array
-        All nodes, m.
-    sets : two (k,) arrays
-        Rows of the right and of the left contact nodes.
-    n_blades : int
-        Blades of the ring.
-    tolerance : float, optional
-        Largest distance between the nodes of a pair in the tangent plane, m; by default a quarter of the distance
-        between contact nodes.
-    normals : (n, 3) array, optional
-        Outward normals; NaN where not known. Where one of the right face is not known they are fitted.
-    area : (n,) array, optional
-        Areas, m^2; NaN where not known. Where one of the right face is not known a triangulation shares the area.
+    Shapes: `points` (n, 3), `sets` (k,), `normals` (n, 3), `area` (n,).
     """
     right, left = sets
     for name, nodes in (("contact_right", right), ("contact_left", left)):

@@ -19,24 +19,12 @@ _LISTED = 8
 
 @dataclass(frozen=True)
 class SectorNodes:
-    """Nodes of a sector without elements.
+    """Nodes of a sector without elements."""
 
-    Attributes
-    ----------
-    table : NodeTable
-        The nodes as the file has them.
-    axes : RingAxes
-        How they were turned and scaled.
-    sector : SectorMesh
-        Points and faces, no elements.
-    pairs : ContactPairs
-        What was found about the faces.
-    """
-
-    table: NodeTable
-    axes: RingAxes
-    sector: SectorMesh
-    pairs: ContactPairs
+    table: NodeTable  # the nodes as the file has them
+    axes: RingAxes  # how they were turned and scaled
+    sector: SectorMesh  # points and faces, no elements
+    pairs: ContactPairs  # what was found about the faces
 
     @property
     def notes(self) -> tuple[str, ...]:

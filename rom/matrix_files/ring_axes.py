@@ -15,21 +15,11 @@ _ON_AXIS = 1e-9  # of the largest distance from the axis
 
 @dataclass(frozen=True)
 class RingAxes:
-    """Rows: x, y, z of the ring in the axes of the file; a point on the engine axis; the unit of length.
+    """Rows: x, y, z of the ring in the axes of the file; a point on the engine axis; the unit of length."""
 
-    Attributes
-    ----------
-    rows : (3, 3) array
-        Directions, orthonormal and right-handed; x is the engine axis, z outward.
-    origin : (3,) array
-        Point on the axis, in the unit of the file.
-    unit : str
-        A name in `UNIT_SYSTEMS`: "mm" goes with N, t, "in" with lbf, lbf s^2/in.
-    """
-
-    rows: NDArray[np.float64]
-    origin: NDArray[np.float64]
-    unit: str
+    rows: NDArray[np.float64]  # (3, 3), directions, orthonormal and right-handed; x is the engine axis, z outward
+    origin: NDArray[np.float64]  # (3,), point on the axis, in the unit of the file
+    unit: str  # A name in `UNIT_SYSTEMS`: "mm" goes with N, t, "in" with lbf, lbf s^2/in
 
     @property
     def turned(self) -> bool:

@@ -91,35 +91,21 @@ AT_TIP = BoundaryChoice()
 
 @dataclass(frozen=True)
 class BoundaryDofs:
-    """Boundary nodes in the order of the reduced coordinates: right and left contact, tip, loaded node, interface.
+    """Boundary nodes in the order of the reduced coordinates: right and left contact, tip, loaded node, interface."""
 
-    Attributes
-    ----------
-    nodes : (k,) array
-        The boundary nodes. With averaged contact dofs the first ones stand for the averages.
-    frames : (f, 3, 3) array
-        Rows: the directions of the coordinates of each of the first f nodes, t1, t2, n for contact nodes and x, y, z
-        for the others; q = frame @ u. The nodes behind them are those of the interface, without it f = k.
-    contact : ContactDofs
-        The contact dofs.
-    tip, loaded : int
-        Positions of the tip and of the loaded node in `nodes`.
-    direction : (3,) array
-        Direction of the excitation, of length 1.
-    variables : (n, n) matrix or None
-        T of the mesh displacements u = T z of n nodes, the same for x, y and z; z holds the averaged contact dofs in
-        the places of as many nodes, the first boundary nodes. None: z = u, the contact dofs are nodal.
-    interface : InterfaceMotion or None
-        Motions of the last boundary nodes, which have fewer coordinates than dofs.
-    """
-
+    # (k,), the boundary nodes. With averaged contact dofs the first ones stand for the averages
     nodes: NDArray[np.int64]
+    # (f, 3, 3), rows: the directions of the coordinates of each of the first f nodes, t1, t2, n for contact nodes and
+    # x, y, z for the others; q = frame @ u. The nodes behind them are those of the interface, without it f = k
     frames: NDArray[np.float64]
-    contact: ContactDofs
-    tip: int
-    loaded: int
-    direction: NDArray[np.float64]
+    contact: ContactDofs  # the contact dofs
+    tip: int  # positions of the tip and of the loaded node in `nodes`
+    loaded: int  # positions of the tip and of the loaded node in `nodes`
+    direction: NDArray[np.float64]  # (3,), direction of the excitation, of length 1
+    # (n, n), T of the mesh displacements u = T z of n nodes, the same for x, y and z; z holds the averaged contact
+    # dofs in the places of as many nodes, the first boundary nodes. None: z = u, the contact dofs are nodal
     variables: csr_matrix | None = None
+    # motions of the last boundary nodes, which have fewer coordinates than dofs
     interface: InterfaceMotion | None = None
 
     @property

@@ -24,27 +24,14 @@ CONTACT_DOFS = ("mortar", "patch", "nodal")
 
 @dataclass(frozen=True)
 class ContactDofs:
-    """Contact dofs of both faces, the n_c of the right face first, on n mesh nodes.
+    """Contact dofs of both faces, the n_c of the right face first, on n mesh nodes."""
 
-    Attributes
-    ----------
-    weights : (2 n_c, n) CSR matrix
-        W: the displacement u_k = sum_j W_kj u_j that a contact node stands for; each row sums to 1.
-    frames : (2 n_c, 3, 3) array
-        Contact frames, rows t1, t2, n.
-    position : (n_c, 3) array
-        Positions of the right contact nodes, m.
-    area : (n_c,) array
-        Areas that they stand for, m^2.
-    kind : {"mortar", "patch", "nodal"}
-        Kind of contact dofs.
-    """
-
+    # (2 n_c, n), W: the displacement u_k = sum_j W_kj u_j that a contact node stands for; each row sums to 1
     weights: csr_matrix
-    frames: NDArray[np.float64]
-    position: NDArray[np.float64]
-    area: NDArray[np.float64]
-    kind: str
+    frames: NDArray[np.float64]  # (2 n_c, 3, 3), contact frames, rows t1, t2, n
+    position: NDArray[np.float64]  # (n_c, 3), positions of the right contact nodes, m
+    area: NDArray[np.float64]  # (n_c,), areas that they stand for, m^2
+    kind: str  # kind of contact dofs
 
     @property
     def count(self) -> int:

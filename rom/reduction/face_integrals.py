@@ -23,21 +23,11 @@ _NORMALISED = 1e-12
 
 @dataclass(frozen=True)
 class FacePoints:
-    """Quadrature points on one contact face.
+    """Quadrature points on one contact face."""
 
-    Attributes
-    ----------
-    position : (q, 3) array
-        Points, m.
-    area : (q,) array
-        Their shares of the area, m^2.
-    interpolation : (q, n) CSR matrix
-        Shape functions N_j of the n mesh nodes at the points.
-    """
-
-    position: NDArray[np.float64]
-    area: NDArray[np.float64]
-    interpolation: csr_matrix
+    position: NDArray[np.float64]  # (q, 3), points, m
+    area: NDArray[np.float64]  # (q,), their shares of the area, m^2
+    interpolation: csr_matrix  # (q, n), shape functions N_j of the n mesh nodes at the points
 
 
 def face_points(discretisation: Discretisation, sector: SectorMesh, side: str, kind: str, rule: Rule) -> FacePoints:

@@ -25,19 +25,11 @@ _INSIDE = (0.25, 0.75)  # where in an interval its chord is taken
 
 @dataclass(frozen=True)
 class Outline:
-    """Chords of a face between the radii of the corners of its outline.
+    """Chords of a face between the radii of the corners of its outline."""
 
-    Attributes
-    ----------
-    radius : (m + 1,) array
-        Radii of the corners, rising.
-    low, high : (m, 2) array
-        In each interval the chord's ends as polynomials: value at the lower radius, and slope.
-    """
-
-    radius: Array
-    low: Array
-    high: Array
+    radius: Array  # (m + 1,), radii of the corners, rising
+    low: Array  # (m, 2), in each interval the chord's ends as polynomials: value at the lower radius, and slope
+    high: Array  # (m, 2), in each interval the chord's ends as polynomials: value at the lower radius, and slope
 
     def straightened(self, s: Array, r: Array) -> Array:
         """xi (q,) of points with coordinates s and r (q,)."""

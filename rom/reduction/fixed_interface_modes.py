@@ -24,18 +24,10 @@ _TOLERANCE = 1e-9  # of the shapes; the error of an eigenvalue is the square of 
 
 @dataclass(frozen=True)
 class ModalBasis:
-    """Natural modes of a structure.
+    """Natural modes of a structure."""
 
-    Attributes
-    ----------
-    omega : (m,) array
-        Natural frequencies in rad/s, ascending.
-    shapes : (n, m) array
-        Mass-normalised mode shapes.
-    """
-
-    omega: NDArray[np.float64]
-    shapes: NDArray[np.float64]
+    omega: NDArray[np.float64]  # (m,), natural frequencies in rad/s, ascending
+    shapes: NDArray[np.float64]  # (n, m), mass-normalised mode shapes
 
     def __len__(self) -> int:
         return len(self.omega)

@@ -10,44 +10,27 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class WaveReference:
-    """Natural frequencies of the whole mesh at a nodal diameter.
+    """Natural frequencies of the whole mesh at a nodal diameter."""
 
-    Attributes
-    ----------
-    nodal_diameter : int
-        Number of nodal diameters.
-    frequency_hz : (m,) array
-        The lowest frequencies, Hz, ascending.
-    sampled : bool
-        Whether the motions of the cut faces were taken from these modes too.
-    """
-
-    nodal_diameter: int
-    frequency_hz: NDArray[np.float64]
-    sampled: bool
+    nodal_diameter: int  # number of nodal diameters
+    frequency_hz: NDArray[np.float64]  # (m,), the lowest frequencies, Hz, ascending
+    sampled: bool  # whether the motions of the cut faces were taken from these modes too
 
 
 @dataclass(frozen=True)
 class InterfaceMotion:
-    """Cut faces of a sector whose k nodes move in c given patterns.
+    """Cut faces of a sector whose k nodes move in c given patterns."""
 
-    Attributes
-    ----------
-    nodes : (k,) array
-        Nodes of the full model.
-    rows : (c, 3k) array
-        Patterns, orthonormal: coordinates = rows @ u of the displacements u, u = rows^T @ coordinates.
-    right, left : (r, c) arrays
-        The same r motions of the right and of the left face from the coordinates, those of the left one turned by
-        one pitch: in a travelling wave the right ones are those of the left times exp(i psi).
-    references : tuple of WaveReference
-        Frequencies of the whole mesh against which a reduction can be measured.
-    """
-
-    nodes: NDArray[np.int64]
+    nodes: NDArray[np.int64]  # (k,), nodes of the full model
+    # (c, 3k), patterns, orthonormal: coordinates = rows @ u of the displacements u, u = rows^T @ coordinates
     rows: NDArray[np.float64]
+    # (r, c), the same r motions of the right and of the left face from the coordinates, those of the left one turned
+    # by one pitch: in a travelling wave the right ones are those of the left times exp(i psi)
     right: NDArray[np.float64]
+    # (r, c), the same r motions of the right and of the left face from the coordinates, those of the left one turned
+    # by one pitch: in a travelling wave the right ones are those of the left times exp(i psi)
     left: NDArray[np.float64]
+    # frequencies of the whole mesh against which a reduction can be measured
     references: tuple[WaveReference, ...] = ()
 
     @property

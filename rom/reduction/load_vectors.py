@@ -105,17 +105,10 @@ class LoadVectors:
 
 @dataclass(frozen=True)
 class InteriorLoads:
-    """Load vectors of a model that is partitioned at its boundary dofs.
+    """Load vectors of a model that is partitioned at its boundary dofs."""
 
-    Attributes
-    ----------
-    vectors : LoadVectors
-        The vectors on interior (3i) and boundary dofs (b), one behind the other.
-    columns : (3i, k) array
-        Real and imaginary parts of their interior parts, where these are not zero.
-    """
-
-    vectors: LoadVectors
+    vectors: LoadVectors  # the vectors on interior (3i) and boundary dofs (b), one behind the other
+    # (3i, k), real and imaginary parts of their interior parts, where these are not zero
     columns: NDArray[np.float64]
 
     @classmethod
@@ -159,15 +152,7 @@ def with_attachment_modes(
     """Fixed-interface modes and behind them combinations of the static responses to some forces.
 
     The added shapes are orthonormal to each other and to the modes in the mass, and orthogonal in the stiffness.
-
-    Parameters
-    ----------
-    modes : ModalBasis
-        Fixed-interface modes of K_ii and M_ii.
-    columns, responses : (3i, k) array
-        Forces on the interior and K_ii^-1 times them.
-    mass : (3i, 3i) matrix
-        M_ii.
+    Shapes: `columns` (3i, k), `responses` (3i, k), `mass` (3i, 3i).
     """
     if not columns.shape[1]:
         return modes

@@ -95,27 +95,13 @@ def mortar_projections(
 
 @dataclass(frozen=True)
 class _Projection:
-    """Mortar projection of one face.
+    """Mortar projection of one face."""
 
-    Attributes
-    ----------
-    rows : (n_c, n) CSR matrix
-        W.
-    points : FacePoints
-        Quadrature points.
-    at : (2, n_c) array
-        Coordinates s, r of the contact nodes, m.
-    weight : (n_c,) array
-        w_k, m^2.
-    oblique : float
-        Largest scalar product of two psi_k over the largest w_k; infinite where a w_k is not above 0.
-    """
-
-    rows: csr_matrix
-    points: FacePoints
-    at: NDArray[np.float64]
-    weight: NDArray[np.float64]
-    oblique: float
+    rows: csr_matrix  # (n_c, n), W
+    points: FacePoints  # quadrature points
+    at: NDArray[np.float64]  # (2, n_c), coordinates s, r of the contact nodes, m
+    weight: NDArray[np.float64]  # (n_c,), w_k, m^2
+    oblique: float  # largest scalar product of two psi_k over the largest w_k; infinite where a w_k is not above 0
 
 
 def _oblique(projections: Sequence[_Projection]) -> float:

@@ -34,56 +34,29 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Substructure:
-    """A full model with b boundary dofs and 3i dofs of i interior nodes; the clamped dofs are left out.
+    """A full model with b boundary dofs and 3i dofs of i interior nodes; the clamped dofs are left out."""
 
-    Attributes
-    ----------
-    sector : SectorMesh
-        The mesh.
-    boundary : BoundaryDofs
-        Boundary dofs and their frames.
-    interior : (i,) array
-        Nodes that are neither boundary nodes nor clamped; with averaged contact dofs, the variables in their places.
-    interior_mass : (3i, 3i) matrix
-        M_ii, a number for each pair of nodes where the mass is isotropic.
-    factor : Factor
-        Factor of K_ii. K_ii itself is not stored: it takes as much memory as that of the full model.
-    constraint : (3i, b) array
-        Constraint modes Psi = -K_ii^-1 K_ib.
-    coupling : (3i, b) array
-        Inertia of the interior under the constraint modes, L = M_ib + M_ii Psi.
-    stiffness, mass : (b, b) array
-        Guyan condensed matrices of the boundary dofs.
-    centrifugal : (N,) array
-        Centrifugal force of the full model at 1 rad/s, on its variables.
-    coriolis : (b, b) array or None
-        Coriolis matrix of the boundary dofs with their constraint modes at 1 rad/s; None at rest.
-    coriolis_inertia : (3i, b) array or None
-        Inertia of the interior under the Coriolis accelerations A(C) of the constraint modes, rows i of M A(C); None
-        at rest and where the mass is isotropic: there it is that of A M, whose product with modes is known.
-    element : str or None
-        Element of the full model.
-    speed_rpm : float
-        Speed of the full model, rev/min.
-    loads : InteriorLoads or None
-        Further loads and outputs.
-    """
-
-    sector: SectorMesh
-    boundary: BoundaryDofs
+    sector: SectorMesh  # the mesh
+    boundary: BoundaryDofs  # boundary dofs and their frames
+    # (i,), nodes that are neither boundary nodes nor clamped; with averaged contact dofs, the variables in their
+    # places
     interior: NDArray[np.int64]
+    # (3i, 3i), m_ii, a number for each pair of nodes where the mass is isotropic
     interior_mass: IsotropicMatrix | csr_matrix
-    factor: Factor
-    constraint: NDArray[np.float64]
-    coupling: NDArray[np.float64]
-    stiffness: NDArray[np.float64]
-    mass: NDArray[np.float64]
-    centrifugal: NDArray[np.float64]
+    factor: Factor  # factor of K_ii. K_ii itself is not stored: it takes as much memory as that of the full model
+    constraint: NDArray[np.float64]  # (3i, b), constraint modes Psi = -K_ii^-1 K_ib
+    coupling: NDArray[np.float64]  # (3i, b), inertia of the interior under the constraint modes, L = M_ib + M_ii Psi
+    stiffness: NDArray[np.float64]  # (b, b), guyan condensed matrices of the boundary dofs
+    mass: NDArray[np.float64]  # (b, b), guyan condensed matrices of the boundary dofs
+    centrifugal: NDArray[np.float64]  # (N,), centrifugal force of the full model at 1 rad/s, on its variables
+    # (b, b), Coriolis matrix of the boundary dofs with their constraint modes at 1 rad/s; None at rest
     coriolis: NDArray[np.float64] | None
+    # (3i, b), inertia of the interior under the Coriolis accelerations A(C) of the constraint modes, rows i of M
+    # A(C); None at rest and where the mass is isotropic: there it is that of A M, whose product with modes is known
     coriolis_inertia: NDArray[np.float64] | None
-    element: str | None
-    speed_rpm: float
-    loads: InteriorLoads | None = None
+    element: str | None  # element of the full model
+    speed_rpm: float  # speed of the full model, rev/min
+    loads: InteriorLoads | None = None  # further loads and outputs
 
     @property
     def sources(self) -> NDArray[np.float64]:
@@ -98,36 +71,22 @@ class Substructure:
 
 @dataclass(frozen=True)
 class HeldSector:
-    """A sector held at its boundary dofs, with what couples these to the interior; see `Substructure`.
+    """A sector held at its boundary dofs, with what couples these to the interior; see `Substructure`."""
 
-    Attributes
-    ----------
-    sector, boundary, interior, interior_mass, factor, centrifugal, element, speed_rpm, loads
-        As in `Substructure`.
-    stiffness_ib : (3i, b) matrix
-        K_ib, boundary dofs in their frames.
-    stiffness_bb : (b, b) array
-        K_bb in these frames.
-    mass_ib, mass_bb : (3i, 3k), (3k, 3k) matrix
-        M_ib and M_bb of the k nodes of the boundary, along x, y, z.
-    isotropic : bool
-        Whether the mass is isotropic.
-    """
-
-    sector: SectorMesh
-    boundary: BoundaryDofs
-    interior: NDArray[np.int64]
-    interior_mass: IsotropicMatrix | csr_matrix
-    factor: Factor
-    stiffness_ib: csr_matrix
-    stiffness_bb: NDArray[np.float64]
-    mass_ib: csr_matrix
-    mass_bb: csr_matrix
-    isotropic: bool
-    centrifugal: NDArray[np.float64]
-    element: str | None
-    speed_rpm: float
-    loads: InteriorLoads | None
+    sector: SectorMesh  # as in `Substructure`
+    boundary: BoundaryDofs  # as in `Substructure`
+    interior: NDArray[np.int64]  # as in `Substructure`
+    interior_mass: IsotropicMatrix | csr_matrix  # as in `Substructure`
+    factor: Factor  # as in `Substructure`
+    stiffness_ib: csr_matrix  # (3i, b), k_ib, boundary dofs in their frames
+    stiffness_bb: NDArray[np.float64]  # (b, b), k_bb in these frames
+    mass_ib: csr_matrix  # (3i, 3k), m_ib and M_bb of the k nodes of the boundary, along x, y, z
+    mass_bb: csr_matrix  # (3i, 3k), m_ib and M_bb of the k nodes of the boundary, along x, y, z
+    isotropic: bool  # whether the mass is isotropic
+    centrifugal: NDArray[np.float64]  # as in `Substructure`
+    element: str | None  # as in `Substructure`
+    speed_rpm: float  # as in `Substructure`
+    loads: InteriorLoads | None  # as in `Substructure`
 
     @property
     def size(self) -> int:

@@ -18,27 +18,15 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class BoundarySurface:
-    """Sides on the surface and the edges between them.
+    """Sides on the surface and the edges between them."""
 
-    Attributes
-    ----------
-    sides : (S, 4) array
-        Corners of each side, anticlockwise seen from outside; the fourth of a triangle is its third again.
-    edges : (E, 2) array
-        Ends of the edges at which exactly two sides meet.
-    pairs : (E, 2) array
-        The two sides of each edge.
-    angle : (E,) array
-        Angle inside the body between the two sides, rad: below pi at convex edges, above it at re-entrant ones.
-    crossed : (c, 2) array
-        Ends of the edges at which more than two sides meet.
-    """
-
+    # (S, 4), corners of each side, anticlockwise seen from outside; the fourth of a triangle is its third again
     sides: IntArray
-    edges: IntArray
-    pairs: IntArray
+    edges: IntArray  # (E, 2), ends of the edges at which exactly two sides meet
+    pairs: IntArray  # (E, 2), the two sides of each edge
+    # (E,), angle inside the body between the two sides, rad: below pi at convex edges, above it at re-entrant ones
     angle: Array
-    crossed: IntArray
+    crossed: IntArray  # (c, 2), ends of the edges at which more than two sides meet
 
     @classmethod
     def of(cls, blocks: Sequence[ElementBlock], points: Array) -> BoundarySurface:

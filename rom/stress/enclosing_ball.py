@@ -22,19 +22,7 @@ _CENTRING, _DAMPING = 0.1, 0.95
 def enclosing_balls(points: Array, tolerance: float = 1e-4) -> tuple[Array, Array]:
     """Centres and radii of the smallest balls.
 
-    Parameters
-    ----------
-    points : (c, k, d) array
-        c clouds of k points.
-    tolerance : float
-        Largest relative amount by which a radius may be too large.
-
-    Returns
-    -------
-    centre : (c, d) array
-        The centres.
-    radius : (c,) array
-        Distance of the farthest point: never below the smallest radius.
+    Shapes: `points` (c, k, d), returns `centre` (c, d), `radius` (c,).
     """
     middle = points.mean(axis=1)
     shifted = points - middle[:, None]

@@ -85,28 +85,7 @@ class SolvedPoint:
 
 
 class MeshMotion:
-    """Displacements of all nodes of a full model at points solved on its reduced model.
-
-    Parameters
-    ----------
-    full : FullModel
-        The full model, at its speed.
-    sector : SectorMesh
-        Its mesh.
-    model : ReducedModel
-        Its reduced model, with basis.
-    modal : ModalModel or SectorModes
-        The modes of the reduced model with damping.
-    boundary : BoundaryChoice
-        Excitation and contact dofs of the reduced model.
-    faces : CyclicFaces or None
-        Cut faces of a sector of a bladed disk.
-
-    Raises
-    ------
-    FactorisationError
-        The structure is not held.
-    """
+    """Displacements of all nodes of a full model at points solved on its reduced model."""
 
     def __init__(
         self,

@@ -20,17 +20,10 @@ Complex = NDArray[np.complex128]
 
 @dataclass(frozen=True)
 class SectorStatics:
-    """Solutions of K u = f in a wave.
+    """Solutions of K u = f in a wave."""
 
-    Attributes
-    ----------
-    full : FullModel
-        The full model.
-    faces : CyclicFaces or None
-        Cut faces of a sector of a bladed disk; None: a blade alone, the same in every wave.
-    """
-
-    full: FullModel
+    full: FullModel  # the full model
+    # cut faces of a sector of a bladed disk; None: a blade alone, the same in every wave
     faces: CyclicFaces | None = None
     _waves: dict[int, WaveProblem] = field(default_factory=dict, init=False, repr=False, compare=False)
 
@@ -50,12 +43,7 @@ class SectorStatics:
     def solve(self, force: Complex, phase: float) -> Complex:
         """K^-1 f of a force (N,) on the sector, zero on the clamped dofs.
 
-        Parameters
-        ----------
-        force : (N,) complex array
-            The force, N. On cut faces it is shared with the neighbours.
-        phase : float
-            Phase from one sector to the next, rad.
+        Shapes: `force` (N,).
         """
         if self.faces is None:
             found = np.zeros(self.full.n_dofs, complex)

@@ -30,21 +30,11 @@ _LINEAR = {4: "tet4", 6: "wedge6", 8: "hex8"}  # by the number of corners
 
 @dataclass(frozen=True)
 class StressBlock:
-    """E elements of b nodes, all of one kind and material.
+    """E elements of b nodes, all of one kind and material."""
 
-    Attributes
-    ----------
-    nodes : (E, b) array
-        Nodes of each element.
-    extrapolation : (b, q) array
-        From values at the quadrature points to values at the nodes.
-    material : str
-        Name of the material.
-    """
-
-    nodes: NDArray[np.int64]
-    extrapolation: Array
-    material: str
+    nodes: NDArray[np.int64]  # (E, b), nodes of each element
+    extrapolation: Array  # (b, q), from values at the quadrature points to values at the nodes
+    material: str  # name of the material
 
 
 def stress_blocks(discretisation: Discretisation) -> tuple[StressBlock, ...]:
@@ -72,19 +62,7 @@ def _extrapolation_in(block: DiscreteBlock) -> Array:
 def extrapolation(corner_values: Array, weights: Array, shares: Array) -> Array:
     """Least squares projection on the corner functions, then their values at the nodes.
 
-    Parameters
-    ----------
-    corner_values : (q, c) array
-        Linear shape functions of the c corners at the quadrature points.
-    weights : (q,) array
-        Quadrature weights, above 0.
-    shares : (b, c) array
-        The same functions at the nodes.
-
-    Returns
-    -------
-    (b, q) array
-        With too few quadrature points for a linear field, the smallest corner values that fit.
+    Shapes: `corner_values` (q, c), `weights` (q,), `shares` (b, c), returns (b, q).
     """
     root = np.sqrt(weights)
     return np.asarray(shares @ (np.linalg.pinv(root[:, None] * corner_values) * root))

@@ -47,33 +47,18 @@ class NodalStress:
 
 @dataclass(frozen=True)
 class StressRecovery:
-    """Recovers nodal stresses of one mesh.
+    """Recovers nodal stresses of one mesh."""
 
-    Attributes
-    ----------
-    discretisation : Discretisation
-        The mesh.
-    blocks : sequence of StressBlock
-        Its elements.
-    materials : Material or mapping of str to Material
-        The material, or the materials by name.
-    node, material : (s,) array
-        Node and number of the material of each place; the materials are numbered in the order of `names`.
-    names : tuple of str
-        Names of the materials.
-    base : (n, 3) array or None
-        Displacement about which increments are linearised, m; None: small strains.
-    thermal : tuple of (E, q) array, or None
-        Pressure of the heated elements if they could not expand, E alpha T / (1 - 2 nu), Pa, block by block.
-    """
-
-    discretisation: Discretisation
-    blocks: Sequence[StressBlock]
-    materials: Materials
+    discretisation: Discretisation  # the mesh
+    blocks: Sequence[StressBlock]  # its elements
+    materials: Materials  # the material, or the materials by name
+    # (s,), node and number of the material of each place; the materials are numbered in the order of `names`
     node: NDArray[np.int64]
+    # (s,), node and number of the material of each place; the materials are numbered in the order of `names`
     material: NDArray[np.int64]
-    names: tuple[str, ...]
-    base: Array | None = None
+    names: tuple[str, ...]  # names of the materials
+    base: Array | None = None  # (n, 3), displacement about which increments are linearised, m; None: small strains
+    # (E, q), pressure of the heated elements if they could not expand, E alpha T / (1 - 2 nu), Pa, block by block
     thermal: tuple[Array, ...] | None = None
     _places: tuple[NDArray[np.int64], ...] = field(default=(), repr=False)
 

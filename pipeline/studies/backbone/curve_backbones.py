@@ -63,19 +63,7 @@ class _Problem:
 
 
 def curve_backbones(number: int, result: CurveResult, file: Path, rom: Path, section: Backbone) -> CurveBackbones:
-    """The nonlinear modes of a curve.
-
-    Parameters
-    ----------
-    number : int
-        Number of the curve in the run.
-    result : CurveResult
-        The curve.
-    file, rom : Path
-        Its file, and that of its reduced model.
-    section : Backbone
-        What is asked for.
-    """
+    """The nonlinear modes of a curve."""
     from nonlinear import compare_with_peaks
     from rom import one_blas_thread, read_reduced_model
 

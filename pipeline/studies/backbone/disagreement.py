@@ -24,24 +24,12 @@ QUASISTATIC = 3.0  # a free mode with a frequency so much higher answers quasi-s
 
 @dataclass(frozen=True)
 class Disagreement:
-    """The reasons for the deviations on one curve.
+    """The reasons for the deviations on one curve."""
 
-    Attributes
-    ----------
-    neighbours : LinearNeighbours
-        Linear frequencies of the structure.
-    modes : sequence of (int, NonlinearMode)
-        Numbers of the modes, and the modes that were computed.
-    tolerance : float
-        Deviation above which there is something to explain.
-    several : bool
-        Whether the excitation has harmonics above 1.
-    """
-
-    neighbours: LinearNeighbours
-    modes: Sequence[tuple[int, NonlinearMode]]
-    tolerance: float
-    several: bool
+    neighbours: LinearNeighbours  # linear frequencies of the structure
+    modes: Sequence[tuple[int, NonlinearMode]]  # numbers of the modes, and the modes that were computed
+    tolerance: float  # deviation above which there is something to explain
+    several: bool  # whether the excitation has harmonics above 1
 
     def of_resonance(self, pair: PeakAgreement) -> tuple[str, ...]:
         """Reasons why a resonance deviates by more than the tolerance from its peak; none where it does not."""

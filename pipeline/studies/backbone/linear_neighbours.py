@@ -19,21 +19,11 @@ _COUNT = 20
 
 @dataclass(frozen=True)
 class LinearNeighbours:
-    """Frequencies of one structure with its contacts.
+    """Frequencies of one structure with its contacts."""
 
-    Attributes
-    ----------
-    modal : rom.ModalModel or rom.SectorModes
-        The structure with free contacts.
-    contact : ContactParameters
-        The contact.
-    nodal_diameter : int
-        Nodal diameter of harmonic 1.
-    """
-
-    modal: RingModes
-    contact: ContactParameters
-    nodal_diameter: int
+    modal: RingModes  # the structure with free contacts
+    contact: ContactParameters  # the contact
+    nodal_diameter: int  # nodal diameter of harmonic 1
 
     def free_hz(self, harmonic: int = 1) -> NDArray[np.float64]:
         """Natural frequencies with open contacts at the phase of a harmonic, Hz."""

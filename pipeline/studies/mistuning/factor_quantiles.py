@@ -22,15 +22,7 @@ CONFIDENCE = 0.95
 def factor_quantiles(values: NDArray[np.float64]) -> tuple[FactorQuantile, ...]:
     """Quantiles of independent samples.
 
-    Parameters
-    ----------
-    values : (n,) array
-        The samples; those that are NaN are left out.
-
-    Returns
-    -------
-    tuple of FactorQuantile
-        At the levels that lie between the samples: of few samples the median alone, of none nothing.
+    Shapes: `values` (n,).
     """
     known = np.sort(values[np.isfinite(values)])
     levels = [level for level in LEVELS if known.size * min(level, 1.0 - level) >= 0.5]

@@ -30,13 +30,7 @@ class MistuningStudy:
         return {}
 
     def compute(self, context: StudyContext) -> MistuningResult:
-        """The rings, one after another.
-
-        Raises
-        ------
-        StudyError
-            The model is not that of a ring, or no ring has a solution.
-        """
+        """The rings, one after another."""
         from nonlinear import MistuningError, OptionsError, whitehead_bound
         from rom import one_blas_thread
 

@@ -37,40 +37,17 @@ ABOVE = 1.1  # upper end of the frequencies of linear rings over that of the ran
 
 @dataclass(frozen=True)
 class RingProblem:
-    """What the rings of a scene have in common.
+    """What the rings of a scene have in common."""
 
-    Attributes
-    ----------
-    keys : MistuningKeys
-        The section of the scene.
-    modal, contact, excitation, options
-        What `nonlinear.mistuned_response` takes.
-    """
-
-    keys: MistuningKeys
-    modal: RingModes
-    contact: ContactParameters
-    excitation: Excitation
-    options: Options
+    keys: MistuningKeys  # the section of the scene
+    modal: RingModes  # what `nonlinear.mistuned_response` takes
+    contact: ContactParameters  # what `nonlinear.mistuned_response` takes
+    excitation: Excitation  # what `nonlinear.mistuned_response` takes
+    options: Options  # what `nonlinear.mistuned_response` takes
 
     @classmethod
     def of(cls, scene: Scene, keys: MistuningKeys, rom: Path) -> RingProblem:
-        """The problem of a scene on a reduced model.
-
-        Parameters
-        ----------
-        scene : Scene
-            The scene.
-        keys : MistuningKeys
-            Its section.
-        rom : Path
-            File of the reduced model.
-
-        Raises
-        ------
-        StudyError
-            The model does not say how many blades the ring has, or a list has another number.
-        """
+        """The problem of a scene on a reduced model."""
         from rom import SectorModes, read_reduced_model
 
         modal, contact, excitation, options = nonlinear_problem(scene, read_reduced_model(rom, with_basis=False))
@@ -122,13 +99,7 @@ class RingProblem:
         return mistuned_response(self.modal, self.contact, self.excitation, self.options, mistuning)
 
     def tuned(self) -> TunedCurve:
-        """The tuned ring.
-
-        Raises
-        ------
-        StudyError
-            It has no solution.
-        """
+        """The tuned ring."""
         found = self.response(None)
         if found.peak is None:
             raise StudyError(f"the tuned ring has no solution: {found.message}")
@@ -192,22 +163,7 @@ class RingProblem:
 def sampled_rings(
     problem: RingProblem, tuned_m: float, progress: Callable[[str], None]
 ) -> tuple[tuple[SampledRing, ...], RingCurve]:
-    """The nonlinear responses of the rings asked for, and the curve of the highest.
-
-    Parameters
-    ----------
-    problem : RingProblem
-        The rings.
-    tuned_m : float
-        Peak of the tuned ring, m.
-    progress : callable
-        Called with a text after each ring.
-
-    Raises
-    ------
-    StudyError
-        No ring has a solution.
-    """
+    """The nonlinear responses of the rings asked for, and the curve of the highest."""
     rings: list[SampledRing] = []
     highest: RingCurve | None = None
     seeds = problem.seeds(problem.keys.samples)

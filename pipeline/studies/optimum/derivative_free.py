@@ -24,34 +24,17 @@ _DIGITS = 6  # of a share of the range, by which points are known again
 
 @dataclass
 class UnitSearch:
-    """Values of a function on the unit cube, each computed once, and its minimum.
+    """Values of a function on the unit cube, each computed once, and its minimum."""
 
-    Attributes
-    ----------
-    function : callable
-        Gives the values at a list of points of the unit cube; infinity where there is none.
-    size : int
-        Number of variables.
-    grid : int
-        Points of the grid of one variable.
-    evaluations : int
-        Largest number of evaluations of a refinement for each variable.
-    """
-
+    # gives the values at a list of points of the unit cube; infinity where there is none
     function: Callable[[Sequence[Point]], Sequence[float]]
-    size: int
-    grid: int = GRID
-    evaluations: int = EVALUATIONS
+    size: int  # number of variables
+    grid: int = GRID  # points of the grid of one variable
+    evaluations: int = EVALUATIONS  # largest number of evaluations of a refinement for each variable
     known: dict[Point, float] = field(default_factory=dict)
 
     def minimise(self, first: Sequence[Point] = ()) -> Point | None:
-        """The lowest point found; None where the function has no value at any of the first points.
-
-        Parameters
-        ----------
-        first : sequence of tuple of float
-            Points that are looked at besides those of the grid, such as today's values.
-        """
+        """The lowest point found; None where the function has no value at any of the first points."""
         self._evaluate([*(_rounded(point) for point in first), *(self._grid() if self.size == 1 else self._sample())])
         if not any(map(math.isfinite, self.known.values())):
             return None

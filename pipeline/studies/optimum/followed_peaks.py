@@ -25,33 +25,15 @@ _DIGITS = 13  # of a value: the mean of equal numbers differs from them by round
 
 @dataclass(frozen=True)
 class FollowedPeaks:
-    """Finds the optimum over one to three keys of the solver, with other values of some keys of the model.
+    """Finds the optimum over one to three keys of the solver, with other values of some keys of the model."""
 
-    Attributes
-    ----------
-    context : StudyContext
-        The scene, and what solves its curves.
-    limits : mapping of str to (float, float)
-        The keys with their ranges, in the units of the scene.
-    others : mapping of str to float
-        Further keys with their values.
-    rough : bool
-        Whether as few responses as possible are to be solved.
-    """
-
-    context: StudyContext
-    limits: Mapping[str, tuple[float, float]]
-    others: Mapping[str, float]
-    rough: bool = False
+    context: StudyContext  # the scene, and what solves its curves
+    limits: Mapping[str, tuple[float, float]]  # the keys with their ranges, in the units of the scene
+    others: Mapping[str, float]  # further keys with their values
+    rough: bool = False  # whether as few responses as possible are to be solved
 
     def optimum(self) -> Optimum | JointOptimum:
-        """The optimum in the units of the solver (`per_unit`), found in the store where it is there.
-
-        Raises
-        ------
-        StudyError
-            A model or a response could not be computed, or no response has a motion that persists.
-        """
+        """The optimum in the units of the solver (`per_unit`), found in the store where it is there."""
         member = self.context.member({key: self._given(key, value) for key, value in self.others.items()}, PLACE)
         model = self.context.model_of(member)
         inputs = {"limits": dict(self.limits), "rough": self.rough, "curve": self.context.key_of(member, model)}
@@ -118,15 +100,6 @@ def per_unit(key: str, scene: Scene, n_contacts: int) -> float:
 
     A stiffness of the scene is that of the whole face, of the solver the mean of the nodes. The damping of the solver
     is a factor on that of the scene.
-
-    Parameters
-    ----------
-    key : str
-        A key of the solver.
-    scene : Scene
-        The scene.
-    n_contacts : int
-        Number of contact nodes.
     """
     if key in WHOLE_FACE:
         return float(n_contacts)

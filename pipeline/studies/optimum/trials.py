@@ -26,15 +26,9 @@ if TYPE_CHECKING:
 
 @dataclass
 class CurveTrials:
-    """Solves curves of a scene with other values of some keys, each once.
+    """Solves curves of a scene with other values of some keys, each once."""
 
-    Attributes
-    ----------
-    context : StudyContext
-        The scene and what solves its curves.
-    """
-
-    context: StudyContext
+    context: StudyContext  # the scene and what solves its curves
 
     def __call__(self, points: Sequence[Mapping[str, float]]) -> list[Trial]:
         """The worst motion at each of these points; all curves are solved as one sweep."""
@@ -55,13 +49,7 @@ class CurveTrials:
 
 
 def member_at(context: StudyContext, point: Mapping[str, float]) -> Member:
-    """The scene with these values; a list node by node keeps its shape.
-
-    Raises
-    ------
-    InputError
-        A value is not allowed.
-    """
+    """The scene with these values; a list node by node keeps its shape."""
     scene = context.scene
     return context.member({key: as_in_scene(scene, key, value) for key, value in point.items()}, PLACE)
 

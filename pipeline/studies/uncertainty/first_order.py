@@ -23,57 +23,31 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class FirstOrderTerm:
-    """What one parameter contributes to first order.
+    """What one parameter contributes to first order."""
 
-    Attributes
-    ----------
-    key : str
-        Dotted key of the parameter.
-    amplitude_rate, frequency_rate : float
-        Derivatives of the worst amplitude, m, and of its frequency, Hz, per unit of the key.
-    amplitude_deviation, frequency_deviation : float
-        Their products with the standard deviation of the parameter, with their signs.
-    """
-
-    key: str
-    amplitude_rate: float
-    frequency_rate: float
-    amplitude_deviation: float
-    frequency_deviation: float
+    key: str  # dotted key of the parameter
+    amplitude_rate: float  # derivatives of the worst amplitude, m, and of its frequency, Hz, per unit of the key
+    frequency_rate: float  # derivatives of the worst amplitude, m, and of its frequency, Hz, per unit of the key
+    amplitude_deviation: float  # their products with the standard deviation of the parameter, with their signs
+    frequency_deviation: float  # their products with the standard deviation of the parameter, with their signs
 
 
 @dataclass(frozen=True)
 class LinearSpread:
-    """Distribution of a quantity by the linear model.
+    """Distribution of a quantity by the linear model."""
 
-    Attributes
-    ----------
-    mean, deviation : float
-        Mean and standard deviation.
-    quantiles : tuple of float
-        At the levels of the result.
-    """
-
-    mean: float
-    deviation: float
-    quantiles: tuple[float, ...]
+    mean: float  # mean and standard deviation
+    deviation: float  # mean and standard deviation
+    quantiles: tuple[float, ...]  # at the levels of the result
 
 
 @dataclass(frozen=True)
 class FirstOrder:
-    """The linear model of the worst motion.
+    """The linear model of the worst motion."""
 
-    Attributes
-    ----------
-    terms : tuple of FirstOrderTerm
-        One for each parameter.
-    amplitude, frequency : LinearSpread
-        Distribution of amplitude, m, and frequency, Hz.
-    """
-
-    terms: tuple[FirstOrderTerm, ...]
-    amplitude: LinearSpread
-    frequency: LinearSpread
+    terms: tuple[FirstOrderTerm, ...]  # one for each parameter
+    amplitude: LinearSpread  # distribution of amplitude, m, and frequency, Hz
+    frequency: LinearSpread  # distribution of amplitude, m, and frequency, Hz
 
 
 def first_order(
@@ -83,21 +57,7 @@ def first_order(
     levels: Sequence[float],
     seed: int,
 ) -> FirstOrder:
-    """The linear model at the centre of the distributions.
-
-    Parameters
-    ----------
-    marginals : sequence of Marginal
-        Distributions of the parameters.
-    peak : (float, float)
-        Worst amplitude, m, and its frequency, Hz, at the centre.
-    rates : mapping of str to (float, float)
-        Derivatives of both with respect to each parameter, per unit of its key.
-    levels : sequence of float
-        Levels of the quantiles.
-    seed : int
-        Seed of the points at which the model is evaluated.
-    """
+    """The linear model at the centre of the distributions."""
     moments = [marginal.moments for marginal in marginals]
     terms = tuple(
         FirstOrderTerm(m.key, *rates[m.key], rates[m.key][0] * deviation, rates[m.key][1] * deviation)
@@ -118,19 +78,7 @@ def first_order(
 def linear_values(
     marginals: Sequence[Marginal], terms: Sequence[FirstOrderTerm], peak: tuple[float, float], seed: int
 ) -> Array:
-    """Amplitude, m, and frequency, Hz, of the linear model at `POINTS` points of equal probability, (points, 2).
-
-    Parameters
-    ----------
-    marginals : sequence of Marginal
-        Distributions of the parameters.
-    terms : sequence of FirstOrderTerm
-        Derivatives, in the order of the parameters.
-    peak : (float, float)
-        Amplitude, m, and frequency, Hz, at the centre.
-    seed : int
-        Seed of the points.
-    """
+    """Amplitude, m, and frequency, Hz, of the linear model at `POINTS` points of equal probability, (points, 2)."""
     points = unit_points(POINTS, len(marginals), seed)
     moved = np.column_stack([m.quantile(points[:, k]) - m.centre for k, m in enumerate(marginals)])
     slopes = np.array([[term.amplitude_rate, term.frequency_rate] for term in terms])

@@ -36,24 +36,13 @@ _GRID = 4096  # points of equal probability on which the polynomials of a parame
 
 @dataclass(frozen=True)
 class PolynomialChaos:
-    """A polynomial fitted to samples, and what follows from it.
+    """A polynomial fitted to samples, and what follows from it."""
 
-    Attributes
-    ----------
-    degree : int
-        Total degree of the polynomial.
-    leave_one_out : float
-        Leave-one-out error relative to the variance: the share of the variance that the polynomial misses.
-    indices : tuple of SobolIndex
-        First-order and total index of each parameter.
-    percentiles : (99,) float
-        Quantiles of the polynomial at the levels 1 % to 99 %.
-    """
-
-    degree: int
+    degree: int  # total degree of the polynomial
+    # leave-one-out error relative to the variance: the share of the variance that the polynomial misses
     leave_one_out: float
-    indices: tuple[SobolIndex, ...]
-    percentiles: tuple[float, ...]
+    indices: tuple[SobolIndex, ...]  # first-order and total index of each parameter
+    percentiles: tuple[float, ...]  # (99,), quantiles of the polynomial at the levels 1 % to 99 %
 
     def at(self, level: float) -> float:
         """Quantile of the polynomial at a level that is a whole percentage."""
@@ -65,16 +54,7 @@ def polynomial_chaos(
 ) -> PolynomialChaos | None:
     """Fit polynomials to samples; None where the values do not vary, or where there are too few.
 
-    Parameters
-    ----------
-    marginals : sequence of Marginal
-        Distributions of the d parameters.
-    points : (n, d) float
-        Values of the parameters, in the units of their keys.
-    values : (n,) float
-        The quantity; samples where it is NaN are left out.
-    seed : int
-        Seed of the points at which the quantiles are taken.
+    Shapes: `points` (n, d), `values` (n,).
     """
     known = np.isfinite(values)
     points, values = points[known], values[known]

@@ -37,21 +37,14 @@ CONVERGENCE = 8, 4, 2, 1  # parts of the samples whose quantiles are compared
 
 @dataclass(frozen=True)
 class Estimate:
-    """A number estimated from samples with its confidence interval.
+    """A number estimated from samples with its confidence interval."""
 
-    Attributes
-    ----------
-    value : float
-        The estimate.
-    low, high : float or None
-        Ends of the interval that holds the true value with a probability of 95 %; None: the samples do not tell.
-    at_most : float or None
-        The estimate if every sample whose amplitude is only a lower bound were infinite; None: no bound.
-    """
-
-    value: float
+    value: float  # the estimate
+    # ends of the interval that holds the true value with a probability of 95 %; None: the samples do not tell
     low: float | None
+    # ends of the interval that holds the true value with a probability of 95 %; None: the samples do not tell
     high: float | None
+    # the estimate if every sample whose amplitude is only a lower bound were infinite; None: no bound
     at_most: float | None
 
 
@@ -63,14 +56,7 @@ def levels_of(count: int) -> tuple[float, ...]:
 def quantile(values: Array, level: float, open_above: NDArray[np.bool_] | None = None) -> Estimate:
     """A quantile of n samples with its confidence interval.
 
-    Parameters
-    ----------
-    values : (n,) float
-        The samples; NaN where there is none. Sample i belongs to scrambling i % `REPLICATES`.
-    level : float
-        Probability of a value below the quantile.
-    open_above : (n,) bool
-        Which samples are only lower bounds; none by default.
+    Shapes: `values` (n,), `open_above` (n,).
     """
     known = values[np.isfinite(values)]
     value = _at(known, level)

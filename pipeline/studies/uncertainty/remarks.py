@@ -50,17 +50,7 @@ def interval(estimate: Estimate, factor: float) -> str:
 
 
 def remarks_on(result: UncertaintyResult, without_first_order: str, sampled_indices: bool) -> tuple[str, ...]:
-    """What qualifies the numbers of a result, one line each.
-
-    Parameters
-    ----------
-    result : UncertaintyResult
-        The result.
-    without_first_order : str
-        Why there is no first-order answer; empty where there is one.
-    sampled_indices : bool
-        Whether Sobol indices from samples of their own were asked for.
-    """
+    """What qualifies the numbers of a result, one line each."""
     lines = [*_bounds(result), *_convergence(result), *_exchange(result)]
     if without_first_order:
         lines.append(f"no first-order answer: {without_first_order}")

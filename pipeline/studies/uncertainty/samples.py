@@ -27,17 +27,7 @@ _CELL = 2.0**-31  # half of the resolution of the sequence: no number is 0, wher
 
 
 def unit_points(count: int, dimensions: int, seed: int) -> Array:
-    """Points of the unit cube, (count, dimensions); the first ones are those of any smaller count.
-
-    Parameters
-    ----------
-    count : int
-        Number of points, `REPLICATES` times a power of two.
-    dimensions : int
-        Number of coordinates.
-    seed : int
-        Seed of the scramblings.
-    """
+    """Points of the unit cube, (count, dimensions); the first ones are those of any smaller count."""
     from scipy.stats import qmc
 
     points = np.empty((count, dimensions))
@@ -49,17 +39,7 @@ def unit_points(count: int, dimensions: int, seed: int) -> Array:
 
 
 def sampled_values(marginals: Sequence[Marginal], count: int, seed: int) -> tuple[Array, Array]:
-    """Two independent samples A and B of the parameters, each (count, d), in the units of the keys.
-
-    Parameters
-    ----------
-    marginals : sequence of Marginal
-        Distributions of the d parameters.
-    count : int
-        Number of samples of each, `REPLICATES` times a power of two.
-    seed : int
-        Seed of the scramblings.
-    """
+    """Two independent samples A and B of the parameters, each (count, d), in the units of the keys."""
     d = len(marginals)
     points = unit_points(count, 2 * d, seed)
     columns = [marginals[k % d].quantile(points[:, k]) for k in range(2 * d)]

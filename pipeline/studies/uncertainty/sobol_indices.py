@@ -20,25 +20,13 @@ RESAMPLES = 999
 
 @dataclass(frozen=True)
 class SobolIndex:
-    """Sensitivity of a quantity to one parameter.
+    """Sensitivity of a quantity to one parameter."""
 
-    Attributes
-    ----------
-    key : str
-        Dotted key of the parameter.
-    first : float
-        First-order index: share of the variance that is left out if the parameter alone is known.
-    total : float
-        Total index: share of the variance that is left if all others are known.
-    first_interval, total_interval : (float, float) or None
-        Confidence intervals, 95 %; None where none is known.
-    """
-
-    key: str
-    first: float
-    total: float
-    first_interval: tuple[float, float] | None = None
-    total_interval: tuple[float, float] | None = None
+    key: str  # dotted key of the parameter
+    first: float  # first-order index: share of the variance that is left out if the parameter alone is known
+    total: float  # total index: share of the variance that is left if all others are known
+    first_interval: tuple[float, float] | None = None  # confidence intervals, 95 %; None where none is known
+    total_interval: tuple[float, float] | None = None  # confidence intervals, 95 %; None where none is known
 
 
 def sobol_indices(
@@ -46,16 +34,7 @@ def sobol_indices(
 ) -> tuple[SobolIndex, ...]:
     """Sobol indices of all parameters, from a quantity at sampled values.
 
-    Parameters
-    ----------
-    keys : sequence of str
-        Dotted keys of the d parameters.
-    first, second : (n,) float
-        The quantity at the samples A and B.
-    mixed : (d, n) float
-        The quantity at the samples A_B^(i), see `mixed_values`.
-    seed : int
-        Seed of the bootstrap.
+    Shapes: `first` (n,), `second` (n,), `mixed` (d, n).
     """
     from scipy.stats import bootstrap
 

@@ -17,163 +17,87 @@ from pipeline.studies.uncertainty.sobol_indices import SobolIndex
 
 @dataclass(frozen=True)
 class Spread:
-    """Distribution of a quantity over the samples.
+    """Distribution of a quantity over the samples."""
 
-    Attributes
-    ----------
-    mean, deviation : float
-        Mean and standard deviation.
-    quantiles : tuple of Estimate
-        At the levels of the result.
-    """
-
-    mean: float
-    deviation: float
-    quantiles: tuple[Estimate, ...]
+    mean: float  # mean and standard deviation
+    deviation: float  # mean and standard deviation
+    quantiles: tuple[Estimate, ...]  # at the levels of the result
 
 
 @dataclass(frozen=True)
 class Convergence:
-    """Quantiles from the first samples only.
+    """Quantiles from the first samples only."""
 
-    Attributes
-    ----------
-    samples : int
-        Number of samples.
-    amplitude, frequency : tuple of Estimate
-        Quantiles of the worst amplitude, m, and of its frequency, Hz, at the levels 0.05, 0.5 and 0.95.
-    """
-
-    samples: int
+    samples: int  # number of samples
+    # quantiles of the worst amplitude, m, and of its frequency, Hz, at the levels 0.05, 0.5 and 0.95
     amplitude: tuple[Estimate, ...]
+    # quantiles of the worst amplitude, m, and of its frequency, Hz, at the levels 0.05, 0.5 and 0.95
     frequency: tuple[Estimate, ...]
 
 
 @dataclass(frozen=True)
 class Centre:
-    """The worst motion with every parameter at the centre of its distribution.
+    """The worst motion with every parameter at the centre of its distribution."""
 
-    Attributes
-    ----------
-    values : mapping of str to float
-        The parameters.
-    amplitude_m, frequency_hz : float
-        The worst motion.
-    branch : int
-        Its branch, 0 is the main one.
-    motion : str
-        "periodic" or "quasi-periodic".
-    """
-
-    values: Mapping[str, float]
-    amplitude_m: float
-    frequency_hz: float
-    branch: int
-    motion: str
+    values: Mapping[str, float]  # the parameters
+    amplitude_m: float  # the worst motion
+    frequency_hz: float  # the worst motion
+    branch: int  # its branch, 0 is the main one
+    motion: str  # "periodic" or "quasi-periodic"
 
 
 @dataclass(frozen=True)
 class ResidualBand:
-    """Lowest and highest peak of the main branch over all residual tractions, at the centre of the distributions.
+    """Lowest and highest peak of the main branch over all residual tractions, at the centre of the distributions."""
 
-    Attributes
-    ----------
-    lowest_m, highest_m : float
-        Largest displacements as a whole, m.
-    lowest_hz, highest_hz : float
-        Their frequencies, Hz.
-    """
-
-    lowest_m: float
-    lowest_hz: float
-    highest_m: float
-    highest_hz: float
+    lowest_m: float  # largest displacements as a whole, m
+    lowest_hz: float  # their frequencies, Hz
+    highest_m: float  # largest displacements as a whole, m
+    highest_hz: float  # their frequencies, Hz
 
 
 @dataclass(frozen=True)
 class UncertaintyResult:
-    """Distribution of the worst motion for uncertain parameters.
+    """Distribution of the worst motion for uncertain parameters."""
 
-    Attributes
-    ----------
-    samples : int
-        Number n of samples.
-    seed : int
-        Seed of the quasi-random numbers.
-    curves : int
-        Curves that the study is made of, those of the sensitivities included.
-    marginals : tuple of Marginal
-        Distributions of the parameters.
-    values : mapping of str to (n,) float
-        The sampled values of each parameter.
-    amplitude_m, frequency_hz : (n,) float
-        The worst motion of each sample; NaN without a curve.
-    lower_bound : (n,) bool
-        Whether the worst motion of the sample may be higher: its curve is incomplete or its search left something
-        open.
-    branch : (n,) int
-        Branch of the worst motion, 0 is the main one; -1: on no branch found, or not known.
-    periodic : (n,) bool
-        Whether the worst motion is periodic.
-    missing, incomplete, unresolved : int
-        Samples without a curve, with an incomplete one, and whose search for the worst motion left something open.
-    levels : tuple of float
-        Levels of the quantiles.
-    amplitude, frequency : Spread
-        Distribution of the worst amplitude, m, and of its frequency, Hz.
-    convergence : tuple of Convergence
-        Quantiles from the first eighth, quarter and half of the samples and from all.
-    limit_m : float or None
-        The given limit of the amplitude.
-    exceedance : Estimate or None
-        The probability that the worst amplitude exceeds the limit.
-    centre : Centre or None
-        The worst motion at the centre of the distributions; None without a curve.
-    first_order : FirstOrder or None
-        The linear answer from derivatives at the centre; None where there are none.
-    residual : ResidualBand or None
-        What friction leaves open at the centre; None where it leaves nothing open.
-    polynomial, frequency_polynomial : PolynomialChaos or None
-        Sensitivities and quantiles of the amplitude, m, and of the frequency, Hz, from a polynomial through the
-        samples; None where they do not vary.
-    sobol : tuple of SobolIndex
-        Sensitivities from samples of their own; empty where they were not asked for.
-    message : str
-        One line that says what was found.
-    remarks : tuple of str
-        What qualifies the numbers.
-    at_end : int
-        Samples whose worst motion lies at an end of the frequency range: lower bounds.
-    truncation_error : (n,) float
-        Estimated relative error of each amplitude by neglected harmonics; NaN without an estimate.
-    """
-
-    samples: int
-    seed: int
-    curves: int
-    marginals: tuple[Marginal, ...]
-    values: Mapping[str, tuple[float, ...]]
-    amplitude_m: NDArray[np.float64]
-    frequency_hz: NDArray[np.float64]
+    samples: int  # number n of samples
+    seed: int  # seed of the quasi-random numbers
+    curves: int  # curves that the study is made of, those of the sensitivities included
+    marginals: tuple[Marginal, ...]  # distributions of the parameters
+    values: Mapping[str, tuple[float, ...]]  # (n,), the sampled values of each parameter
+    amplitude_m: NDArray[np.float64]  # (n,), the worst motion of each sample; NaN without a curve
+    frequency_hz: NDArray[np.float64]  # (n,), the worst motion of each sample; NaN without a curve
+    # (n,), whether the worst motion of the sample may be higher: its curve is incomplete or its search left something
+    # open
     lower_bound: NDArray[np.bool_]
+    # (n,), branch of the worst motion, 0 is the main one; -1: on no branch found, or not known
     branch: NDArray[np.int64]
-    periodic: NDArray[np.bool_]
+    periodic: NDArray[np.bool_]  # (n,), whether the worst motion is periodic
+    # samples without a curve, with an incomplete one, and whose search for the worst motion left something open
     missing: int
+    # samples without a curve, with an incomplete one, and whose search for the worst motion left something open
     incomplete: int
+    # samples without a curve, with an incomplete one, and whose search for the worst motion left something open
     unresolved: int
-    levels: tuple[float, ...]
-    amplitude: Spread
-    frequency: Spread
+    levels: tuple[float, ...]  # levels of the quantiles
+    amplitude: Spread  # distribution of the worst amplitude, m, and of its frequency, Hz
+    frequency: Spread  # distribution of the worst amplitude, m, and of its frequency, Hz
+    # quantiles from the first eighth, quarter and half of the samples and from all
     convergence: tuple[Convergence, ...]
-    limit_m: float | None
-    exceedance: Estimate | None
-    centre: Centre | None
-    first_order: FirstOrder | None
-    residual: ResidualBand | None
+    limit_m: float | None  # the given limit of the amplitude
+    exceedance: Estimate | None  # the probability that the worst amplitude exceeds the limit
+    centre: Centre | None  # the worst motion at the centre of the distributions; None without a curve
+    first_order: FirstOrder | None  # the linear answer from derivatives at the centre; None where there are none
+    residual: ResidualBand | None  # what friction leaves open at the centre; None where it leaves nothing open
+    # sensitivities and quantiles of the amplitude, m, and of the frequency, Hz, from a polynomial through the
+    # samples; None where they do not vary
     polynomial: PolynomialChaos | None
+    # sensitivities and quantiles of the amplitude, m, and of the frequency, Hz, from a polynomial through the
+    # samples; None where they do not vary
     frequency_polynomial: PolynomialChaos | None
-    sobol: tuple[SobolIndex, ...]
-    message: str
-    remarks: tuple[str, ...]
-    at_end: int = 0
+    sobol: tuple[SobolIndex, ...]  # sensitivities from samples of their own; empty where they were not asked for
+    message: str  # one line that says what was found
+    remarks: tuple[str, ...]  # what qualifies the numbers
+    at_end: int = 0  # samples whose worst motion lies at an end of the frequency range: lower bounds
+    # (n,), estimated relative error of each amplitude by neglected harmonics; NaN without an estimate
     truncation_error: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))

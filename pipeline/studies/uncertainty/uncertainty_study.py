@@ -74,13 +74,7 @@ class UncertaintyStudy:
         return {}
 
     def compute(self, context: StudyContext) -> UncertaintyResult:
-        """The curves of all samples and their statistics.
-
-        Raises
-        ------
-        StudyError
-            Too few samples have a curve.
-        """
+        """The curves of all samples and their statistics."""
         return _Computation(context).result()
 
     def lines(self, result: UncertaintyResult) -> Sequence[str]:

@@ -18,73 +18,35 @@ LEVEL = 1.1  # of the basin, relative to the lowest worst motion
 
 @dataclass(frozen=True)
 class BasinRange:
-    """Values of one key around the lowest point.
+    """Values of one key around the lowest point."""
 
-    Attributes
-    ----------
-    key : str
-        The dotted key.
-    value : float
-        Its value at the lowest point, in SI units.
-    bracket : (float, float)
-        The neighbouring values on the map: between them the map does not tell where the lowest value is.
-    alone : (float, float)
-        Values within the level where this key alone changes, interpolated between points that continue each other.
-    together : (float, float)
-        Lowest and highest value of all points of the basin.
-    at_edge : (bool, bool)
-        Whether the basin reaches the lowest and the highest value of the map.
-    """
-
-    key: str
-    value: float
+    key: str  # the dotted key
+    value: float  # its value at the lowest point, in SI units
+    # the neighbouring values on the map: between them the map does not tell where the lowest value is
     bracket: tuple[float, float]
+    # values within the level where this key alone changes, interpolated between points that continue each other
     alone: tuple[float, float]
-    together: tuple[float, float]
-    at_edge: tuple[bool, bool]
+    together: tuple[float, float]  # lowest and highest value of all points of the basin
+    at_edge: tuple[bool, bool]  # whether the basin reaches the lowest and the highest value of the map
 
 
 @dataclass(frozen=True)
 class Basin:
-    """The lowest worst motion and the connected points whose worst motion is at most 10 % higher.
+    """The lowest worst motion and the connected points whose worst motion is at most 10 % higher."""
 
-    Attributes
-    ----------
-    lowest : int
-        Number of the point with the lowest worst motion, not refined any further.
-    points : tuple of int
-        All points of the basin.
-    ranges : (BasinRange, BasinRange)
-        Extent along both keys.
-    share : float
-        Part of the map's area that is nearest to a point of the basin.
-    borders_detached : bool
-        Whether a neighbour of the basin has its worst motion on a detached branch.
-    borders_jump : bool
-        Whether the worst motion jumps between the basin and a neighbour.
-    """
-
-    lowest: int
-    points: tuple[int, ...]
-    ranges: tuple[BasinRange, BasinRange]
-    share: float
-    borders_detached: bool
-    borders_jump: bool
+    lowest: int  # number of the point with the lowest worst motion, not refined any further
+    points: tuple[int, ...]  # all points of the basin
+    ranges: tuple[BasinRange, BasinRange]  # (BasinRange, BasinRange), extent along both keys
+    share: float  # part of the map's area that is nearest to a point of the basin
+    borders_detached: bool  # whether a neighbour of the basin has its worst motion on a detached branch
+    borders_jump: bool  # whether the worst motion jumps between the basin and a neighbour
 
 
 def find_basin(points: Sequence[MapPoint], keys: tuple[str, str], triangles: Indices) -> Basin | None:
     """The basin of a map; None where no worst motion is known.
 
     The lowest point is sought among those that cannot be higher than stated, where there are any.
-
-    Parameters
-    ----------
-    points : sequence of MapPoint
-        The points.
-    keys : (str, str)
-        The two dotted keys.
-    triangles : (t, 3) array of int
-        Triangulation of their places.
+    Shapes: `triangles` (t, 3).
     """
     lowest = lowest_point(points)
     if lowest is None:

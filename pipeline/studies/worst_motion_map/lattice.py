@@ -18,15 +18,7 @@ Indices = NDArray[np.int64]
 def triangulated(places: Array) -> Indices:
     """Delaunay triangles of the points of a map.
 
-    Parameters
-    ----------
-    places : (n, 2) array
-        Columns and rows of the points, not all on one line.
-
-    Returns
-    -------
-    (t, 3) array of int
-        Points of each triangle, counterclockwise.
+    Shapes: `places` (n, 2), returns (t, 3).
     """
     from scipy.spatial import Delaunay
 
@@ -66,12 +58,7 @@ def nearest_parts(places: Array, triangles: Indices) -> Array:
 
     Parts of a point from all its triangles are its cell: on a full grid a rectangle that ends half-way to its
     neighbours.
-
-    Returns
-    -------
-    (t, 3, 4, 2) array
-        For each corner a quadrilateral: corner, middle of the edge to the next corner, circumcentre, middle of the
-        edge from the previous corner.
+    Shapes: returns (t, 3, 4, 2).
     """
     corners = places[triangles]
     after = 0.5 * (corners + np.roll(corners, -1, axis=1))
@@ -83,10 +70,7 @@ def nearest_parts(places: Array, triangles: Indices) -> Array:
 def separating_lines(places: Array, triangles: Indices, parted: NDArray[np.bool_]) -> Array:
     """Lines half-way between neighbours, across the edges of triangles that are `parted` (t, 3).
 
-    Returns
-    -------
-    (m, 2, 2) array
-        Ends of m straight pieces.
+    Shapes: returns (m, 2, 2).
     """
     pieces = np.asarray(nearest_parts(places, triangles)[:, :, 1:3][parted])
     return pieces[np.abs(pieces[:, 0] - pieces[:, 1]).max(axis=1) > 1e-12]

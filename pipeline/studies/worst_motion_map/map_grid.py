@@ -12,21 +12,11 @@ Place = tuple[float, float]
 
 @dataclass(frozen=True)
 class MapAxis:
-    """One key of a map.
+    """One key of a map."""
 
-    Attributes
-    ----------
-    key : str
-        Its dotted key.
-    values : tuple of float
-        Ascending values of the grid, in SI units.
-    logarithmic : bool
-        Whether values between them lie in the middle of the logarithm.
-    """
-
-    key: str
-    values: tuple[float, ...]
-    logarithmic: bool = False
+    key: str  # its dotted key
+    values: tuple[float, ...]  # ascending values of the grid, in SI units
+    logarithmic: bool = False  # whether values between them lie in the middle of the logarithm
 
     def value_at(self, place: float) -> float:
         """Value at a column or row, which may be a fraction."""

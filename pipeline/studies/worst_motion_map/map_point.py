@@ -24,44 +24,28 @@ STATES = (FREE, SEPARATING, SLIPPING, STUCK, UNKNOWN)
 
 @dataclass(frozen=True)
 class MapPoint:
-    """One curve of a map.
+    """One curve of a map."""
 
-    Attributes
-    ----------
-    place : (float, float)
-        Column and row in the grid, whole numbers at the values of the grid, fractions between them.
-    values : (float, float)
-        Values of the two keys, in SI units.
-    amplitude_m, frequency_hz : float or None
-        Worst motion, or the peak of the main branch where that is not known; None without either.
-    state : str
-        Contact at the worst motion: "free" (no node ever in contact), "separating" (some node opens at some time),
-        "slipping" (some node slips, none opens), "stuck" (all nodes stick all the time) or "unknown". Where the
-        worst motion is quasi-periodic the state is that of the periodic solution that it departs from.
-    branch : int
-        Branch of the worst motion: 0 the main one, k detached branch k, -1 none of them.
-    motion : str
-        "periodic" or "quasi-periodic"; empty where the worst motion is not known.
-    may_be_higher : str
-        Why the worst motion may be higher, or why the curve has not come to its end; empty where no reason is known.
-    peaks : tuple of (float, float)
-        Frequency, Hz, and amplitude, m, of the local maxima of every branch.
-    at_end : bool
-        Whether the worst motion lies at an end of the frequency range: no peak, and no candidate for the lowest.
-    truncation_error : float
-        Estimated relative error of the amplitude by neglected harmonics; NaN without an estimate.
-    """
-
+    # column and row in the grid, whole numbers at the values of the grid, fractions between them
     place: tuple[float, float]
-    values: tuple[float, float]
+    values: tuple[float, float]  # values of the two keys, in SI units
+    # worst motion, or the peak of the main branch where that is not known; None without either
     amplitude_m: float | None
+    # worst motion, or the peak of the main branch where that is not known; None without either
     frequency_hz: float | None
+    # contact at the worst motion: "free" (no node ever in contact), "separating" (some node opens at some time),
+    # "slipping" (some node slips, none opens), "stuck" (all nodes stick all the time) or "unknown". Where the worst
+    # motion is quasi-periodic the state is that of the periodic solution that it departs from
     state: str = UNKNOWN
-    branch: int = -1
-    motion: str = ""
+    branch: int = -1  # branch of the worst motion: 0 the main one, k detached branch k, -1 none of them
+    motion: str = ""  # "periodic" or "quasi-periodic"; empty where the worst motion is not known
+    # why the worst motion may be higher, or why the curve has not come to its end; empty where no reason is known
     may_be_higher: str = ""
+    # frequency, Hz, and amplitude, m, of the local maxima of every branch
     peaks: tuple[tuple[float, float], ...] = ()
+    # whether the worst motion lies at an end of the frequency range: no peak, and no candidate for the lowest
     at_end: bool = False
+    # estimated relative error of the amplitude by neglected harmonics; NaN without an estimate
     truncation_error: float = math.nan
 
     @property
@@ -81,17 +65,7 @@ class MapPoint:
 
 
 def map_point(curve: CurveResult, place: tuple[float, float], values: tuple[float, float]) -> MapPoint:
-    """The point of a solved curve; its file is read.
-
-    Parameters
-    ----------
-    curve : CurveResult
-        The curve.
-    place : (float, float)
-        Column and row of the point.
-    values : (float, float)
-        Values of the two keys, in SI units.
-    """
+    """The point of a solved curve; its file is read."""
     facts = curve.facts
     if curve.file is None or facts is None or not facts.points:
         return MapPoint(place, values, None, None, may_be_higher=curve.reason or "no point was solved")

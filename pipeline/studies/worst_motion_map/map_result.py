@@ -16,24 +16,12 @@ from pipeline.studies.worst_motion_map.map_point import MapPoint
 
 @dataclass(frozen=True)
 class WorstMotionMap:
-    """Worst motion over two keys.
+    """Worst motion over two keys."""
 
-    Attributes
-    ----------
-    grid : MapGrid
-        Values of both keys.
-    points : tuple of MapPoint
-        A point for each curve: those of the grid, then those of the refined cells.
-    basin : Basin or None
-        The lowest worst motion with its neighbourhood; None where no worst motion is known.
-    shares : mapping of str to float
-        Part of the map's area by contact state at the worst motion.
-    """
-
-    grid: MapGrid
-    points: tuple[MapPoint, ...]
-    basin: Basin | None
-    shares: Mapping[str, float]
+    grid: MapGrid  # values of both keys
+    points: tuple[MapPoint, ...]  # A point for each curve: those of the grid, then those of the refined cells
+    basin: Basin | None  # the lowest worst motion with its neighbourhood; None where no worst motion is known
+    shares: Mapping[str, float]  # part of the map's area by contact state at the worst motion
 
     @property
     def keys(self) -> tuple[str, str]:

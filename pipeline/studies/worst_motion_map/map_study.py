@@ -31,13 +31,7 @@ class MapStudy:
         return {}
 
     def compute(self, context: StudyContext) -> WorstMotionMap:
-        """Curves of the grid, then of its refined cells.
-
-        Raises
-        ------
-        StudyError
-            No curve has a solution.
-        """
+        """Curves of the grid, then of its refined cells."""
         from pipeline.studies.study import StudyError
 
         section = context.scene.map

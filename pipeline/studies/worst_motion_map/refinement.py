@@ -25,15 +25,6 @@ def refined(cells: set[Cell], points: Sequence[MapPoint], tolerance: float) -> s
     A cell is not resolved where contact state or kind of motion differ between its corners, where the worst motion
     jumps along a side, where the estimated error of linear interpolation exceeds the tolerance, or where a corner
     is the lowest point. Sides of neighbouring cells stay within a factor of 2.
-
-    Parameters
-    ----------
-    cells : set of Cell
-        The cells.
-    points : sequence of MapPoint
-        Points at all their corners.
-    tolerance : float
-        Largest relative error of the interpolated amplitude.
     """
     at = {point.place: point for point in points}
     curvature = curvatures(points)
