@@ -45,7 +45,7 @@ def equations(cell: str) -> set[int]:
     return set(range(int(found[1]), int(found[2] or found[1]) + 1)) if found else set()
 
 
-@pytest.mark.parametrize("section", ["Equations of the paper", "Algorithms", "Laws and rules", "Way of a parameter"])
+@pytest.mark.parametrize("section", ["Equations of the paper", "Algorithms"])
 def test_every_name_is_defined_in_its_file(section: str) -> None:
     found = [fault for fault in map(wrong, rows(section)) if fault]
     assert found == [], "\n".join(["wrong rows of docs/where.md:", *found])
