@@ -2,7 +2,7 @@
 
     python benchmarks/bench.py                  # every study, some minutes: out/bench
     python benchmarks/bench.py --only modes     # one of them; may be given several times
-    python benchmarks/bench.py --docs           # measure nothing: docs/performance.md from the CSV files
+    python benchmarks/bench.py --docs           # measure nothing: docs/developers/performance.md from the CSV files
 
 A study leaves NAME.csv, NAME.md and NAME.png. References on fine meshes are cached in out/bench/store.
 """
@@ -46,11 +46,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     form = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=form)
     parser.add_argument("--only", action="append", choices=STUDIES, metavar="NAME", help=", ".join(STUDIES))
-    parser.add_argument("--docs", action="store_true", help="only docs/performance.md, from what was measured")
+    parser.add_argument(
+        "--docs", action="store_true", help="only docs/developers/performance.md, from what was measured"
+    )
     parser.add_argument("--out", type=Path, default=OUT, help="output folder")
     options = parser.parse_args(arguments)
     if options.docs:
-        written = update_document(ROOT / "docs" / "performance.md", options.out, STUDIES, REPORTS)
+        written = update_document(ROOT / "docs" / "developers" / "performance.md", options.out, STUDIES, REPORTS)
         print(f"written: {', '.join(str(path) for path in written)}")
     else:
         measure(options.only or STUDIES, options.out)

@@ -2,7 +2,7 @@
 
     python benchmarks/disk.py [MESH SIZE in m ...]
 
-Each size runs in a process of its own. A row for docs/performance.md is printed for each.
+Each size runs in a process of its own. A row for docs/developers/performance.md is printed for each.
 """
 
 from __future__ import annotations

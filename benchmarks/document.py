@@ -1,4 +1,4 @@
-"""docs/performance.md: tables of the benchmarks between its markers, everything else written by people."""
+"""docs/developers/performance.md: tables of the benchmarks between its markers, everything else written by people."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ def update_document(target: Path, tables: Path, studies: Sequence[str], reports:
     for name in studies:
         if (tables / f"{name}.csv").exists():
             study = read_csv(tables / f"{name}.csv")
-            picture = target.parent / "images" / f"bench_{name}.png"
+            picture = target.parent.parent / "images" / f"bench_{name}.png"
             picture.parent.mkdir(parents=True, exist_ok=True)
             save_figure(study, picture)
             written.append(picture)
-            head = f"## {study.title}\n\n![{study.title}](images/{picture.name})"
+            head = f"## {study.title}\n\n![{study.title}](../images/{picture.name})"
             text = with_block(text, name, f"{head}\n\n{markdown(study)}\n")
     for name in reports:
         report = tables / name / f"{name}.md"

@@ -1,4 +1,4 @@
-"""Natural frequencies at speed against CalculiX on the same meshes: the table of docs/verification.md.
+"""Natural frequencies at speed against CalculiX on the same meshes: the table of docs/developers/verification.md.
 
     python benchmarks/frequencies_at_speed.py --size 8
 

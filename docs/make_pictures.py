@@ -137,7 +137,7 @@ def pictures() -> dict[str, Picture]:
         Picture("friction_map", (f"{tutorials}/friction_map.ipynb", f"{tutorials}/friction_map.toml"), _of_notebook),
     ]
     for study in ("whole", "mesh", "modes", "harmonics", "integration", "continuation"):
-        made.append(Picture(f"bench_{study}", (f"docs/performance.md#{study}",), _of_table(study)))
+        made.append(Picture(f"bench_{study}", (f"docs/developers/performance.md#{study}",), _of_table(study)))
     return {picture.name: picture for picture in made}
 
 

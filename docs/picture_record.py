@@ -35,7 +35,7 @@ class Picture:
     name : str
         Its file in docs/images, without `.png`.
     sources : tuple of str
-        Files or folders of the repository; `docs/performance.md#NAME`: a block of that page.
+        Files or folders of the repository; `docs/developers/performance.md#NAME`: a block of that page.
     make : callable
         How it is made.
     """
@@ -51,8 +51,8 @@ class Picture:
 
 
 def block(name: str) -> str:
-    """The text of docs/performance.md between the markers of a benchmark."""
-    text = (DOCS / "performance.md").read_text(encoding="utf-8")
+    """The text of docs/developers/performance.md between the markers of a benchmark."""
+    text = (DOCS / "developers" / "performance.md").read_text(encoding="utf-8")
     return text.partition(f"<!-- bench: {name} -->\n")[2].partition("<!-- end -->")[0]
 
 

@@ -1,6 +1,6 @@
 """Stability of a periodic solution: Hill's method on the condensed problem, with the memory of the sliders.
 
-All formulas stand on one page, docs/stability_algebra.md, in the notation of the code.
+All formulas stand on one page, docs/developers/stability_algebra.md, in the notation of the code.
 
     hill                  the eigenvalue problem of the perturbations of the travelling wave
     modal_condensation    the contact-free modal model: poles kept as states, the others as a residual flexibility

@@ -33,7 +33,9 @@ from nonlinear.worst_motion.time_integrated import SAME_AMPLITUDE, Departure, De
 from rom import RingModes
 
 Problem = tuple[RingModes, ContactParameters, Excitation, SolverOptions]
-COULD_MATTER = 0.3  # of the highest motion known: lower unstable solutions are left alone; see docs/method.md
+COULD_MATTER = (
+    0.3  # of the highest motion known: lower unstable solutions are left alone; see docs/developers/method.md
+)
 MOST_STRETCHES = 6  # unstable stretches that time integration starts from
 
 

@@ -36,7 +36,7 @@ def longest_first(scene: Scene) -> tuple[float, float]:
 
 
 def _expected(scene: Scene) -> float:
-    """Estimated seconds for a curve of this scene, within a factor of about three (docs/performance.md)."""
+    """Estimated seconds for a curve of this scene, within a factor of about three."""
     response = scene.response
     number = _AUTO if isinstance(response.harmonics, str) else response.harmonics
     nodes = 9 if scene.mesh is None else math.prod(scene.mesh.contact_grid)

@@ -1,6 +1,6 @@
 """Sparse factorisation of symmetric or Hermitian positive definite matrices.
 
-CHOLMOD where it is installed, inside the cvxopt wheel (docs/dependencies.md says why); SuperLU otherwise. Both give
+CHOLMOD where it is installed, inside the cvxopt wheel; SuperLU otherwise. Both give
 the same solutions to round-off.
 
 References

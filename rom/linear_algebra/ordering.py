@@ -20,7 +20,7 @@ from rom.linear_algebra.threads import SHARED_FROM
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
-# Below this size minimum degree is as good and METIS takes longer than it saves (docs/dependencies.md).
+# Below this size minimum degree is as good and METIS takes longer than it saves (docs/developers/dependencies.md).
 DISSECT_FROM = 60_000
 BISECT_FROM = SHARED_FROM
 _PER_NODE = 3  # unknowns, ordered node by node

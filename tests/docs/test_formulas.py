@@ -8,7 +8,7 @@ import pytest
 
 from docs.formulas import mathml
 
-METHOD = (Path(__file__).parents[2] / "docs" / "method.md").read_text()
+METHOD = (Path(__file__).parents[2] / "docs" / "developers" / "method.md").read_text()
 SPACE = "{http://www.w3.org/1998/Math/MathML}"
 
 

@@ -72,9 +72,9 @@ def test_what_makes_a_picture_old(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 
 def test_a_picture_of_a_table_follows_the_table(monkeypatch: pytest.MonkeyPatch) -> None:
-    before = fingerprint("docs/performance.md#whole")
+    before = fingerprint("docs/developers/performance.md#whole")
     monkeypatch.setattr(picture_record, "block", lambda name: f"another table of {name}")
-    assert fingerprint("docs/performance.md#whole") != before
+    assert fingerprint("docs/developers/performance.md#whole") != before
 
 
 def test_an_unknown_picture_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

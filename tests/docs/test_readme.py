@@ -33,28 +33,30 @@ def test_it_is_short() -> None:
 
 def test_presets() -> None:
     seconds, errors = row("four curves").split("|")[2].split(";")
-    measured = [cells("performance.md", "accuracy =", f'"{name}"') for name in ("draft", "standard", "reference")]
+    measured = [
+        cells("developers/performance.md", "accuracy =", f'"{name}"') for name in ("draft", "standard", "reference")
+    ]
     assert numbers(seconds) == pytest.approx([float(found[5]) for found in measured], rel=0.02)
     assert numbers(errors) == [numbers(found[6])[0] for found in measured]
 
 
 def test_run_times() -> None:
     first, again = (
-        float(cells("performance.md", name)[3].split()[0])
+        float(cells("developers/performance.md", name)[3].split()[0])
         for name in ("default scene from nothing", "`shroud run`, nothing changed")
     )
     assert numbers(row("the default scene").split("|")[2]) == pytest.approx([first, again], rel=0.03)
-    dofs = float(cells("performance.md", "142 000 dofs to reduced model")[3].split()[0])
+    dofs = float(cells("developers/performance.md", "142 000 dofs to reduced model")[3].split()[0])
     assert numbers(row("142 000 dofs").split("|")[2])[0] == pytest.approx(dofs, rel=0.03)
 
 
 def test_beside_pyharm() -> None:
-    faster = [int(cells("performance.md", case)[5]) for case in ("A1", "A5", "V1", "V5", "S1")]
+    faster = [int(cells("developers/performance.md", case)[5]) for case in ("A1", "A5", "V1", "V5", "S1")]
     assert numbers(row("a solved point").split("|")[2]) == [min(faster), max(faster)]
 
 
 def test_beside_calculix_and_rings_in_time() -> None:
-    text = (ROOT / "docs" / "verification.md").read_text()
+    text = (ROOT / "docs" / "developers" / "verification.md").read_text()
     table = text.partition("## Frequencies at speed")[2].partition("\n## ")[0]
     lines = [line.strip("|").split("|") for line in table.splitlines() if "e-0" in line and line[:1] == "|"]
     assert max(float(cell) for line in lines for cell in line[3:5]) <= numbers(row("natural frequencies"))[0]

@@ -1,4 +1,4 @@
-"""The tables of docs/where.md and the files that the pages name: every name is where they say."""
+"""The tables of docs/developers/where.md and the files that the pages name: every name is where they say."""
 
 import ast
 import re
@@ -15,8 +15,8 @@ PAGES = [ROOT / "README.md", *sorted(DOCS.rglob("*.md"))]
 
 
 def rows(section: str) -> list[list[str]]:
-    """Cells of the table rows in a section of docs/where.md."""
-    text = (DOCS / "where.md").read_text().split(f"## {section}\n")[1].split("\n## ")[0]
+    """Cells of the table rows in a section of docs/developers/where.md."""
+    text = (DOCS / "developers" / "where.md").read_text().split(f"## {section}\n")[1].split("\n## ")[0]
     lines = [line for line in text.splitlines() if line.startswith("| ")]
     return [[cell.strip() for cell in line.strip("|").split(" | ")] for line in lines[1:]]
 
@@ -48,7 +48,7 @@ def equations(cell: str) -> set[int]:
 @pytest.mark.parametrize("section", ["Equations of the paper", "Algorithms"])
 def test_every_name_is_defined_in_its_file(section: str) -> None:
     found = [fault for fault in map(wrong, rows(section)) if fault]
-    assert found == [], "\n".join(["wrong rows of docs/where.md:", *found])
+    assert found == [], "\n".join(["wrong rows of docs/developers/where.md:", *found])
 
 
 def test_every_equation_of_the_paper_stands_somewhere() -> None:
@@ -57,7 +57,7 @@ def test_every_equation_of_the_paper_stands_somewhere() -> None:
 
 
 def test_every_algorithm_of_the_method_is_listed() -> None:
-    parts = (DOCS / "method.md").read_text().split("\n## ")
+    parts = (DOCS / "developers" / "method.md").read_text().split("\n## ")
     described = [re.findall(r"^### (.*)$", part, re.MULTILINE) for part in parts if part.startswith("Algorithms")]
     assert {cells[0] for cells in rows("Algorithms")} == {name for names in described for name in names}
 

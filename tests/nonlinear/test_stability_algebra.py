@@ -1,4 +1,4 @@
-"""The formulas of docs/stability_algebra.md against dense matrices, and the names that the page gives."""
+"""The formulas of docs/developers/stability_algebra.md against dense matrices, and the names that the page gives."""
 
 import importlib
 import re
@@ -16,7 +16,7 @@ from nonlinear.stability.memory_feedback import _memory_forces
 from rom import modal_model
 
 ROOT = Path(__file__).parents[2]
-PAGE = (ROOT / "docs" / "stability_algebra.md").read_text()
+PAGE = (ROOT / "docs" / "developers" / "stability_algebra.md").read_text()
 OMEGA, HARMONICS = 1.3, 3
 
 

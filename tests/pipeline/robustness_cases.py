@@ -1,4 +1,4 @@
-"""What docs/robustness.md says of bad input: each line of its tables is tried; run as a program, this writes them."""
+"""What docs/developers/robustness.md says of bad input: each line is tried; run as a program, this writes it."""
 
 import re
 import tempfile
@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 from pipeline_support import ground_scene, shroud, small_scene, to_toml, write_ground_model, write_scene
 
-DOCUMENT = Path(__file__).parents[2] / "docs" / "robustness.md"
+DOCUMENT = Path(__file__).parents[2] / "docs" / "developers" / "robustness.md"
 LONGEST = 150
 Case = tuple[str, Callable[[Path], object]]
 

@@ -145,7 +145,7 @@ def test_a_chord_that_is_wrong_is_what_is_named(tmp_path: Path, chord: Any) -> N
 
 
 def test_expected_errors_cover_what_was_measured() -> None:
-    document = Path(__file__).parents[2] / "docs" / "performance.md"
+    document = Path(__file__).parents[2] / "docs" / "developers" / "performance.md"
     rows = [[cell.strip() for cell in line.split("|")] for line in document.read_text().splitlines()]
     measured = {row[2].strip('"'): row[-3:-1] for row in rows if len(row) > 5 and row[1] == "accuracy ="}
     assert set(measured) == set(PRESETS)

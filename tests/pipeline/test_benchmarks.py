@@ -144,9 +144,9 @@ def studies(benchmark: Any, tmp_path_factory: pytest.TempPathFactory) -> dict[st
         patch.setattr(whole, "DEFAULT", tiny)
         assert bench.main(["--out", str(out)]) == 0
         patch.setattr(bench, "ROOT", out)
-        (out / "docs").mkdir()
+        (out / "docs" / "developers").mkdir(parents=True)
         assert bench.main(["--docs", "--out", str(out)]) == 0
-    document = (out / "docs" / "performance.md").read_text()
+    document = (out / "docs" / "developers" / "performance.md").read_text()
     study = benchmark("work_precision.study")
     found = {name: study.read_csv(out / f"{name}.csv") for name in bench.STUDIES}
     for name, made in found.items():
@@ -241,7 +241,7 @@ def test_conclusions_of_a_designer(benchmark: Any, tmp_path: Path, monkeypatch: 
 
 def test_a_block_of_the_document_is_replaced_and_the_rest_stays(benchmark: Any) -> None:
     with_block = benchmark("document").with_block
-    document = (BENCHMARKS.parent / "docs" / "performance.md").read_text()
+    document = (BENCHMARKS.parent / "docs" / "developers" / "performance.md").read_text()
     changed = with_block(document, "family", "new\n")
     before, _, rest = changed.partition("<!-- bench: family -->\n")
     assert rest.startswith("new\n<!-- end -->\n")

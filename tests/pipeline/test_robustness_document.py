@@ -1,4 +1,4 @@
-"""docs/robustness.md in step with the program: its tables are made by `robustness_cases`.
+"""docs/developers/robustness.md in step with the program: its tables are made by `robustness_cases`.
 
 That the messages are right is asserted elsewhere: test_scene_mutations, test_bad_files, tests/rom/test_damaged_*.
 """
