@@ -7,14 +7,14 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from geometry.build import build_sector
-    from geometry.checks import check_parameters
-    from geometry.contact import contact_frames, rotate_about_axis
-    from geometry.edge_angle import side_edge_angle
+    from geometry.blade.build import build_sector
+    from geometry.blade.checks import check_parameters
+    from geometry.blade.fitting import side_edge_angle
+    from geometry.blade.parameters import BladeParameters, DiskParameters, MeshParameters, ShroudParameters
     from geometry.elements import ELEMENT_KINDS, ElementBlock, ElementKind, ElementSides, sides_on
-    from geometry.engine_axes import NAMED_AXES, axes_through
     from geometry.errors import GeometryError, MeshFileError, OwnMeshError, ParameterError, SectorFileError
     from geometry.exchange import MESHIO_CELLS, cell_library, export_sector, import_sector
+    from geometry.frames import NAMED_AXES, axes_through, contact_frames, rotate_about_axis
     from geometry.hdf5_content import check_dataset, check_links
     from geometry.imported_mesh import ImportedMesh
     from geometry.mesh_files.includes import included_names
@@ -25,10 +25,8 @@ if TYPE_CHECKING:
     from geometry.own_mesh.own_sector import OwnSector, sector_from_mesh
     from geometry.own_mesh.ring import SectorRing, fitting_ring, ring_of_faces
     from geometry.own_mesh.sector_choice import SectorChoice
-    from geometry.parameters import BladeParameters, DiskParameters, MeshParameters, ShroudParameters
     from geometry.quality import hexahedron_scaled_jacobian, scaled_jacobian
-    from geometry.sector import ContactFace, SectorMesh
-    from geometry.sector_check import check_sector
+    from geometry.sector import ContactFace, SectorMesh, check_sector
     from geometry.subdivision import subdivided
     from geometry.units import BLADE_RADII, UNIT_SYSTEMS, UnitSystem
 
@@ -84,13 +82,13 @@ __all__ = [
 ]
 
 _PLACES = {
-    "DiskParameters": "geometry.parameters",
+    "DiskParameters": "geometry.blade.parameters",
     "ELEMENT_KINDS": "geometry.elements",
     "MESHIO_CELLS": "geometry.exchange",
-    "NAMED_AXES": "geometry.engine_axes",
+    "NAMED_AXES": "geometry.frames",
     "BLADE_RADII": "geometry.units",
     "UNIT_SYSTEMS": "geometry.units",
-    "BladeParameters": "geometry.parameters",
+    "BladeParameters": "geometry.blade.parameters",
     "ContactFace": "geometry.sector",
     "ElementBlock": "geometry.elements",
     "ElementKind": "geometry.elements",
@@ -98,7 +96,7 @@ _PLACES = {
     "GeometryError": "geometry.errors",
     "ImportedMesh": "geometry.imported_mesh",
     "MeshFileError": "geometry.errors",
-    "MeshParameters": "geometry.parameters",
+    "MeshParameters": "geometry.blade.parameters",
     "OwnMeshError": "geometry.errors",
     "OwnSector": "geometry.own_mesh.own_sector",
     "ParameterError": "geometry.errors",
@@ -107,16 +105,16 @@ _PLACES = {
     "SectorFindings": "geometry.own_mesh.findings",
     "SectorMesh": "geometry.sector",
     "SectorRing": "geometry.own_mesh.ring",
-    "ShroudParameters": "geometry.parameters",
+    "ShroudParameters": "geometry.blade.parameters",
     "UnitSystem": "geometry.units",
-    "axes_through": "geometry.engine_axes",
-    "build_sector": "geometry.build",
+    "axes_through": "geometry.frames",
+    "build_sector": "geometry.blade.build",
     "cell_library": "geometry.exchange",
     "check_dataset": "geometry.hdf5_content",
     "check_links": "geometry.hdf5_content",
-    "check_parameters": "geometry.checks",
-    "check_sector": "geometry.sector_check",
-    "contact_frames": "geometry.contact",
+    "check_parameters": "geometry.blade.checks",
+    "check_sector": "geometry.sector",
+    "contact_frames": "geometry.frames",
     "export_sector": "geometry.exchange",
     "fitting_ring": "geometry.own_mesh.ring",
     "hexahedron_scaled_jacobian": "geometry.quality",
@@ -125,10 +123,10 @@ _PLACES = {
     "named_cuts": "geometry.own_mesh.cut_faces",
     "read_mesh": "geometry.mesh_files.read",
     "ring_of_faces": "geometry.own_mesh.ring",
-    "rotate_about_axis": "geometry.contact",
+    "rotate_about_axis": "geometry.frames",
     "scaled_jacobian": "geometry.quality",
     "sector_from_mesh": "geometry.own_mesh.own_sector",
-    "side_edge_angle": "geometry.edge_angle",
+    "side_edge_angle": "geometry.blade.fitting",
     "sides_on": "geometry.elements",
     "subdivided": "geometry.subdivision",
     "write_mesh": "geometry.mesh_files.write",

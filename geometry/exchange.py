@@ -14,8 +14,7 @@ import numpy as np
 
 from geometry.elements import ElementBlock
 from geometry.errors import SectorFileError
-from geometry.sector import ContactFace, IntArray, SectorMesh
-from geometry.sector_check import check_sector
+from geometry.sector import ContactFace, IntArray, SectorMesh, check_sector
 
 FORMATS = {".msh": "gmsh22", ".vtu": "vtu"}
 AXES = ("t1", "t2", "n")

@@ -25,8 +25,8 @@ from docs.drawings.lines import (
     leader,
 )
 from geometry import BladeParameters, ShroudParameters
-from geometry.edge_angle import fitted_planform
-from geometry.planform import Planform, mid_radius, section_at
+from geometry.blade.fitting import fitted_planform
+from geometry.blade.planform import Planform, mid_radius, section_at
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

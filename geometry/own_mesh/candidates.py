@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometry.contact import rotate_about_axis
 from geometry.elements import ElementBlock, ElementSides, IntArray
 from geometry.errors import OwnMeshError
+from geometry.frames import rotate_about_axis
 from geometry.own_mesh.body import chosen_sides, pieces, side_corners
 from geometry.sector import FloatArray
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from geometry.contact import rotate_about_axis
 from geometry.elements import ElementSides, IntArray
 from geometry.errors import OwnMeshError
+from geometry.frames import rotate_about_axis
 from geometry.imported_mesh import ImportedMesh
 from geometry.own_mesh.body import chosen_sides
 from geometry.own_mesh.candidates import Pair, listed, matched_pairs

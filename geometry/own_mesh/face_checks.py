@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from geometry.contact import rotate_about_axis
-from geometry.engine_axes import axes_through, distance_from_axis
 from geometry.errors import OwnMeshError
+from geometry.frames import axes_through, distance_from_axis, rotate_about_axis
 from geometry.own_mesh.sector_choice import SectorChoice
 from geometry.own_mesh.side_quadrature import SidePoints
 from geometry.sector import FloatArray

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from geometry.elements import ElementSides, IntArray
-from geometry.engine_axes import axes_through, distance_from_axis
 from geometry.errors import OwnMeshError
+from geometry.frames import axes_through, distance_from_axis
 from geometry.imported_mesh import ImportedMesh
 from geometry.own_mesh.body import boundary, check_orientation, checked_body, side_corners
 from geometry.own_mesh.candidates import find_faces, find_root

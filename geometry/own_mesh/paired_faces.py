@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometry.contact import contact_frames, rotate_about_axis
 from geometry.elements import IntArray
 from geometry.errors import OwnMeshError
+from geometry.frames import contact_frames, rotate_about_axis
 from geometry.own_mesh.contact_points import cell_centres, evened, on_nodes, tributary_areas
 from geometry.own_mesh.face_checks import check_alike, check_pitch
 from geometry.own_mesh.face_pairing import Surface, gap_along, overlap, partners

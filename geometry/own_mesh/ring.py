@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometry.engine_axes import NAMED_AXES, axes_through
+from geometry.frames import NAMED_AXES, axes_through
 from geometry.imported_mesh import ImportedMesh
 from geometry.own_mesh.body import boundary
 from geometry.own_mesh.candidates import fitting_number, matched_pairs

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from geometry.engine_axes import NAMED_AXES
 from geometry.errors import OwnMeshError
+from geometry.frames import NAMED_AXES
 from geometry.sector import FloatArray
 from geometry.units import UNIT_SYSTEMS
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from geometry.contact import contact_frames
+from geometry.frames import contact_frames
 from geometry.own_mesh.side_quadrature import SidePoints
 from geometry.sector import FloatArray
 

@@ -212,7 +212,8 @@ def refusal_of(function, *parameters):
 
 @settings(max_examples=25, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 @given(blade=BLADES, shroud=SHROUDS, mesh=MESHES)
-@patch("geometry.checks._meshes", lambda *_: True)  # whether named values mesh is tested in test_random_blades.py
+# Whether named values mesh is tested in test_random_blades.py.
+@patch("geometry.blade.checks._meshes", lambda *_: True)
 def test_what_passes_the_check_builds_and_what_does_not_is_refused_alike(blade, shroud, mesh):
     refusal = refusal_of(check_parameters, blade, shroud, mesh)
     if refusal:

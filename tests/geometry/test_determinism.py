@@ -43,8 +43,8 @@ def test_repeats_in_one_process_whatever_was_built_between(name):
 
 def test_the_contorted_case_is_unstructured():
     """Otherwise these tests would not see the mesher that has random numbers."""
-    from geometry.edge_angle import fitted_planform
-    from geometry.planform_mesh import _best_halves
+    from geometry.blade.fitting import fitted_planform
+    from geometry.blade.planform_mesh import _best_halves
 
     blade, shroud, mesh = CONTORTED
     (layout, _), _ = _best_halves(fitted_planform(blade, shroud), mesh.size, mesh.contact_grid[0])

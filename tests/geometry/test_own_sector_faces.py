@@ -5,7 +5,7 @@ import pytest
 from own_mesh_support import N_BLADES, NAMES, Form, dummy, imported, tet_wedge, wedge
 
 from geometry import OwnMeshError, SectorChoice, check_sector, sector_from_mesh
-from geometry.contact import rotate_about_axis
+from geometry.frames import rotate_about_axis
 from geometry.own_mesh.side_quadrature import quadrature, side_shapes
 
 ANGLES = np.radians([33.0, -71.0, 118.0])

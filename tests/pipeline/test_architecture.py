@@ -30,12 +30,13 @@ HEAVY = (
 # Folders and top-level files of a package, lowest first: each imports only from those on earlier lines.
 LAYERS = {
     "geometry": [
-        {"errors", "gmsh_start", "hdf5_content", "units"},
-        {"elements"},
+        {"errors", "gmsh_start", "hdf5_content"},
+        {"elements", "units"},
         {"sector"},
-        {"contact", "engine_axes", "imported_mesh"},
-        {"mesh_files"},
+        {"frames", "imported_mesh", "quality"},
+        {"blade", "mesh_files"},
         {"own_mesh"},
+        {"exchange", "subdivision"},
     ],
     "rom": [
         {"errors", "units"},

@@ -11,8 +11,8 @@ from math import cos, pi, radians, sin, tan
 
 import numpy as np
 
-from geometry.parameters import BladeParameters, ShroudParameters
-from geometry.section import Section
+from geometry.blade.parameters import BladeParameters, ShroudParameters
+from geometry.blade.section import Section
 from geometry.sector import FloatArray
 
 LEAST_CAMBER = 1e-3  # degrees: less bulges by less than 3e-6 chords, and is no camber

@@ -1,26 +1,105 @@
-"""Three layouts of patches for the upper half of a planform: for shallow, steep and all other side profiles.
+"""A planform divided into patches for gmsh: three layouts, for shallow, steep and all other side profiles.
 
-The half lies above the camber line and its continuation to the two axial edges of the platform. The other half is the
-upper half of the planform rotated by 180 degrees; both have the same nodes on the line between them.
-Names of points, from left (-x) to right:
+A layout is that of the upper half, above the camber line and its continuation to the two axial edges of the platform.
+The other half is the upper half of the planform rotated by 180 degrees; both have the same nodes on the line between
+them. Names of points, from left (-x) to right:
 
     RB -- Q1 -- CB            CT -- Q2 -- RT      side profile: side edge, contact CB-CT, side edge
     F1 -- LT -- T1 .. T2 -- TT -- F2              upper flank of the airfoil between its corners
     E1 -- LE -- P1 .. P2 -- TE -- E2              camber line between the ends of the airfoil
 """
 
+from dataclasses import dataclass, field
 from math import ceil
 
 import numpy as np
 
-from geometry.cut import cut_beyond_airfoil
-from geometry.divisions import contact_fractions
-from geometry.layout import Curve, Layout, MeshingError, Patch, equal_steps
-from geometry.planform import Planform
+from geometry.blade.fitting import cut_beyond_airfoil
+from geometry.blade.planform import Planform
 from geometry.sector import FloatArray
 
+GROWTH = 1.5  # ratio of neighbouring steps of a graded division: more saves few steps, less gains no accuracy
 SLACK = 0.25  # relative excess of a step over the target size before it is divided
 SPLINE_POINTS = 8
+
+
+class MeshingError(RuntimeError):
+    """A region that cannot be divided into patches, or that gmsh does not mesh with quadrilaterals alone."""
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A straight line between two named points, or a spline, with its node positions."""
+
+    fractions: FloatArray  # (n,), node positions from 0 to 1 along the length, ends included; equal steps on a spline
+    # (k, 2), inner points of a spline; none for a line
+    through: FloatArray = field(default_factory=lambda: np.empty((0, 2)))
+
+
+@dataclass(frozen=True)
+class Patch:
+    """A counterclockwise loop of points; meshed in rows with four ``corners``, unstructured without."""
+
+    loop: tuple[str, ...]
+    corners: tuple[str, ...] = ()
+    airfoil: bool = False
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Points, curves and patches of half a planform. The contact segment is the curve from "CB" to "CT"."""
+
+    name: str  # name of the layout
+    points: dict[str, FloatArray]  # (2,), points by name
+    curves: dict[tuple[str, str], Curve]  # curves by the names of their ends
+    patches: tuple[Patch, ...]  # patches, which share curves
+    cut: tuple[str, ...]  # path through the origin, along which the other half is joined
+    flank: tuple[str, ...]  # path along the upper side of the airfoil, from leading to trailing edge
+
+    @property
+    def free(self) -> bool:
+        """True where a patch is unstructured."""
+        return any(not patch.corners for patch in self.patches)
+
+
+def equal_steps(count: int) -> FloatArray:
+    """Fractions of ``count`` equal steps."""
+    return np.linspace(0.0, 1.0, count + 1)
+
+
+def grid_fractions(count: int) -> FloatArray:
+    """Centres of ``count`` equal parts of [0, 1]."""
+    return (np.arange(count) + 0.5) / count
+
+
+def contact_fractions(count: int, length: float, size: float, *, even: bool = False) -> FloatArray:
+    """Node positions on [0, 1] that include the centres of ``count`` equal parts.
+
+    The steps are at most ``size`` / ``length`` long and symmetric about 1/2; with ``even`` their number is even.
+    """
+    knots = np.concatenate([[0.0], grid_fractions(count), [1.0]])
+    parts = [max(1, ceil(step * length / size - 1e-6)) for step in np.diff(knots)]
+    if even and sum(parts) % 2:
+        parts[count // 2] += 1  # an odd number of steps means an even number of centres, so this is the middle part
+    pieces = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(knots[:-1], knots[1:], parts, strict=True)]
+    fractions = np.concatenate([*pieces, [1.0]])
+    return (fractions + (1 - fractions[::-1])) / 2
+
+
+def graded_fractions(length: float, size: float, least: int = 1, grading: float = 1.0) -> FloatArray:
+    """Node positions on [0, 1] with steps at most ``size`` / ``length`` and 1 / ``least`` long, finer at both ends.
+
+    The steps at the ends are ``grading`` times shorter than the longest and grow by the factor ``GROWTH`` towards the
+    middle; with a grading of 1 all are equal. They are symmetric about 1/2.
+    """
+    count = max(least, ceil(length / size - 1e-6))
+    if grading == 1.0:
+        return np.linspace(0.0, 1.0, count + 1)
+    steps = [1.0 / (count * grading)]
+    while sum(steps) < 0.5 - 1e-6:
+        steps.append(min(GROWTH * steps[-1], 1.0 / count))
+    half = np.concatenate([[0.0], np.cumsum(steps)]) / (2 * sum(steps))
+    return np.concatenate([half[:-1], 1.0 - half[::-1]])
 
 
 def half_layouts(plan: Planform, size: float, contact_nodes: int) -> list[Layout]:

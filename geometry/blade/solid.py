@@ -5,16 +5,14 @@ from math import ceil, radians
 
 import numpy as np
 
-from geometry.divisions import contact_fractions, graded_fractions
-from geometry.edge_angle import fitted_planform
-from geometry.fillet import fillet_layers
-from geometry.layout import MeshingError
-from geometry.parameters import BladeParameters, MeshParameters, ShroudParameters
-from geometry.planform import Planform, inner_radius, is_mirrored, mid_radius, section_at
-from geometry.planform_mesh import PlanformMesh, mesh_planform
+from geometry.blade.fitting import fitted_planform
+from geometry.blade.layouts import MeshingError, contact_fractions, graded_fractions
+from geometry.blade.parameters import BladeParameters, MeshParameters, ShroudParameters
+from geometry.blade.planform import Planform, inner_radius, is_mirrored, mid_radius, section_at
+from geometry.blade.planform_mesh import PlanformMesh, mesh_planform
+from geometry.blade.section import fillet_layers, resized
 from geometry.quality import hexahedron_scaled_jacobian
 from geometry.sector import FloatArray, IntArray
-from geometry.straight_edges import resized
 
 MIRRORED_CORNERS = [0, 3, 2, 1, 4, 7, 6, 5]  # a mirror image turns hexahedra inside out; this node order undoes it
 TWIST_STEP = 15.0  # degrees: largest twist of one layer of elements

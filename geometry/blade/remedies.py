@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from geometry.parameters import BladeParameters, ShroudParameters
+from geometry.blade.parameters import BladeParameters, ShroudParameters
 from geometry.sector import FloatArray
 
 ANGLE_STEPS = (5.0, 0.1)  # degrees: of the search, of suggested angles
