@@ -43,8 +43,7 @@ SCENES = ("dummy", "figure6", "campbell", "disk")
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 QUIET_BROWSER = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run")
 STYLE, LINE = "pipeline/figures/style.py", "pipeline/figures/curve_line.py"
-CURVES = (STYLE, LINE, "pipeline/figures/response.py", "pipeline/figures/curve_marks.py")
-MARKS = "pipeline/figures/crossing_marks.py"
+CURVES = (STYLE, LINE, "pipeline/figures/response.py")
 DUMMY, DISK = "scenes/dummy.toml", "scenes/disk.toml"
 UNCERTAIN = "docs/uncertainty.toml"  # its section [uncertainty]
 
@@ -57,7 +56,7 @@ def pictures() -> dict[str, Picture]:
         Picture("contact_element", (drawings,), _drawn("contact_element", "element_figure")),
         Picture("frames", (drawings, DUMMY), _drawn("frames", "frames_figure")),
         Picture("dummy_response", (DUMMY, *CURVES), _of_run("dummy", "figures/response.png")),
-        Picture("dummy_peaks", (DUMMY, STYLE, "pipeline/figures/trend.py"), _of_run("dummy", "figures/peaks.png")),
+        Picture("dummy_peaks", (DUMMY, STYLE, "pipeline/figures/peaks.py"), _of_run("dummy", "figures/peaks.png")),
         Picture(
             "dummy_mode_1",
             (DUMMY, "pipeline/render/mode_shapes.py", "pipeline/render/ring.py"),
@@ -66,22 +65,22 @@ def pictures() -> dict[str, Picture]:
         Picture("figure6", ("scenes/figure6.toml", *CURVES), _of_run("figure6", "figures/response.png")),
         Picture(
             "campbell",
-            ("scenes/campbell.toml", STYLE, "pipeline/figures/campbell.py", MARKS),
+            ("scenes/campbell.toml", STYLE, "pipeline/figures/campbell.py"),
             _of_run("campbell", "figures/campbell.png"),
         ),
         Picture(
             "nodal_diameters",
-            (DUMMY, STYLE, "pipeline/figures/nodal_diameters.py", MARKS),
+            (DUMMY, STYLE, "pipeline/figures/campbell.py"),
             _of_run("dummy", "figures/nodal_diameters.png"),
         ),
         Picture(
             "disk_nodal_diameters",
-            (DISK, STYLE, "pipeline/figures/nodal_diameters.py", MARKS, "rom/cyclic/mode_families.py"),
+            (DISK, STYLE, "pipeline/figures/campbell.py", "rom/cyclic/mode_families.py"),
             _of_run("disk", "figures/nodal_diameters.png"),
         ),
         Picture(
             "disk_mode_1",
-            (DISK, "pipeline/render/mode_shapes.py", "pipeline/render/ring.py", "pipeline/render/wheel.py"),
+            (DISK, "pipeline/render/mode_shapes.py", "pipeline/render/ring.py", "pipeline/render/ring.py"),
             _of_run("disk", "renders/mode_1.png"),
         ),
         Picture(
@@ -96,7 +95,7 @@ def pictures() -> dict[str, Picture]:
         ),
         Picture(
             "check_of_a_motion",
-            (DUMMY, STYLE, "pipeline/check/envelope_figure.py", "pipeline/check/answer.py"),
+            (DUMMY, STYLE, "pipeline/check/check_run.py", "pipeline/check/check_point.py"),
             _check,
         ),
         Picture(
@@ -107,7 +106,7 @@ def pictures() -> dict[str, Picture]:
         Picture("bladed_disk", ("docs/bladed_disk.md#disk_effect", STYLE), _disk_effect),
         Picture("mistuning", (DUMMY, STYLE, "pipeline/figures/mistuning_figure.py"), _mistuning),
         Picture("mistuned_disk", (DISK, STYLE, "pipeline/figures/mistuning_figure.py"), _mistuned_disk),
-        Picture("report", (DUMMY, STYLE, "pipeline/report/templates", "pipeline/report/story.py"), _report),
+        Picture("report", (DUMMY, STYLE, "pipeline/report/templates", "pipeline/report/error_budget.py"), _report),
         Picture("first_blade_shrouds", (f"{tutorials}/first_blade.md",), _of_page("first_blade")),
         *(
             Picture(

@@ -1,18 +1,54 @@
-"""The command `shroud check`: curves from the store or solved, the check, and its files in OUT/check."""
+"""The command `shroud check`: curves from the store or solved, the check, its figure and its files in OUT/check."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from textwrap import fill
+from typing import TYPE_CHECKING, Any
 
-from pipeline.check.answer import answer_lines, plain
-from pipeline.check.check_point import Check, CheckedPoint, check_point, refuse
+import numpy as np
+
+from pipeline.check.check_point import Check, CheckedPoint, answer_lines, check_point, plain, refuse, verdict
+from pipeline.figures.style import ordered_colours, save, scale, styled, subplots, write_heading
 from pipeline.process.progress import Reporter
 from pipeline.results.outputs import as_json
 from pipeline.run import solved_curves
 from pipeline.scene.labels import member_label
 from pipeline.stages.request import Request, Run
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+CHARACTERS = 90  # in a line below the axis
+MOST_NAMED = 8  # blades with a name in the legend
+
+
+def envelope_figure(check: Check, title: str) -> Figure:
+    """Largest displacement of each period and blade, and the amplitude of the solution that the ring started from."""
+    motion, stored = check.motion, check.checked.amplitude_m
+    figure, axes = subplots(size=(8.4, 4.2))
+    factor, unit = scale(np.append(motion.envelope_m.max(axis=1), stored), "m")
+    periods = np.arange(1, len(motion.envelope_m) + 1)
+    for blade, colour in enumerate(ordered_colours(motion.n_blades)):
+        name = f"blade {blade + 1}" if motion.n_blades <= MOST_NAMED else None
+        axes.plot(periods, motion.envelope_m[:, blade] * factor, color=colour, linewidth=0.9, label=name)
+    axes.axhline(
+        stored * factor, color="0.0", linestyle=(0, (5, 2)), linewidth=1.0, label="amplitude of the solution"
+    )
+    others = [each.amplitude_m for n, each in enumerate(check.solutions, 1) if n != check.point.solution]
+    for number, amplitude in enumerate(others):
+        label = "other solutions" if number == 0 else None
+        axes.axhline(amplitude * factor, color="0.6", linestyle=(0, (1, 1.5)), linewidth=1.0, label=label)
+    write_heading(axes, title)
+    said = fill(verdict(check), CHARACTERS, break_on_hyphens=False)
+    axes.set(xlabel=f"period\n{said}", ylabel=f"largest displacement of a period [{unit}]")
+    axes.set_xlim(0, len(periods))
+    axes.set_ylim(bottom=0.0)
+    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=9)
+    return figure
+
 
 FOLDER = "check"
 
@@ -40,9 +76,6 @@ def run_check(request: Request, point: CheckedPoint, reporter: Reporter) -> Chec
 
 def _written(run: Run, check: Check) -> list[Path]:
     """Write the picture and the values, replaced together."""
-    from pipeline.check.envelope_figure import envelope_figure
-    from pipeline.figures.style import save, styled
-
     point, first, out = check.point, run.request.scene.first, run.request.out
     name = f"curve_{point.curve}_{point.frequency_hz:.10g}_Hz_solution_{point.solution}"
     if point.branch is not None:

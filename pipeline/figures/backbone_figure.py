@@ -134,7 +134,7 @@ def _log_axis(axes: Axes, values: np.ndarray) -> None:
 
 def _legend(figure: Figure, row: Sequence[Axes], curves: Sequence[CurveBackbones]) -> None:
     """One entry for each curve and each kind of mark."""
-    from pipeline.figures.curve_marks import grey_mark
+    from pipeline.figures.curve_line import grey_mark
 
     found: dict[str, Any] = {}
     names = [curve.label for curve in curves]

@@ -1,22 +1,294 @@
-"""Campbell diagram: natural frequencies against speed, with the lines of the engine orders."""
+"""Natural frequencies with free, sliding and stuck shrouds, against speed (Campbell diagram) and nodal diameter.
+
+The nodal diameter diagram has the engine orders on it (interference diagram). Resonance crossings are numbered, and
+listed below the diagram.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from pipeline.figures.crossing_marks import COLOUR, draw_list, list_height
 from pipeline.figures.data import Array, PlottedCurve
-from pipeline.figures.spectra import LOOKS, MODES, apart, spectrum
 from pipeline.figures.style import subplots, write_heading
-from pipeline.stages.engine_orders import FEWEST, by_speed
+from pipeline.stages.engine_orders import COUNT, FEWEST, by_speed, excited_orders
 from pipeline.stages.mode_families_file import read_families
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    from rom import ModeFamilies, ReducedModel, ResonanceCrossing
+
+
+MODES = 4  # lowest ones that a diagram shows
+CLOSE = 0.025  # of the height of the diagram: names nearer than this would overlap
+LOOKS: dict[str, dict[str, Any]] = {
+    "free": {"color": "0.0", "linestyle": (0, (1, 1.2)), "linewidth": 1.0},
+    "sliding": {"color": "#0072B2", "linestyle": (0, (5, 1.5)), "linewidth": 1.2},
+    "stuck": {"color": "#D55E00", "marker": "o", "markersize": 2.0, "linewidth": 0.8},
+}
+
+
+def spectrum(
+    model: ReducedModel,
+    curve: PlottedCurve,
+    nodal_diameter: int,
+    states: Collection[str] = tuple(LOOKS),
+    modes: int = MODES,
+) -> dict[str, Array]:
+    """Lowest natural frequencies (Hz) by state of the shrouds: normal springs only when sliding, all when stuck."""
+    from rom import natural_frequencies
+
+    phase = 0.0 if model.n_blades is None else 2.0 * np.pi * nodal_diameter / model.n_blades
+    contact = curve.contact_parameters(model.n_contacts)
+    springs: dict[str, dict[str, Array]] = {
+        "free": {},
+        "sliding": {"normal": contact.normal_stiffness},
+        "stuck": {"normal": contact.normal_stiffness, "tangential": contact.tangential_stiffness},
+    }
+    count = min(modes, model.size)
+    return {name: natural_frequencies(model, phase, count=count, **springs[name]) for name in states}
+
+
+def apart(heights: Array, names: Sequence[str], top: float) -> list[tuple[float, str]]:
+    """Names of modes with their heights in a diagram up to `top`; those too near to the last one join it."""
+    found: list[tuple[float, str]] = []
+    for height, name in zip(heights, names, strict=True):
+        if found and height - found[-1][0] < CLOSE * top:
+            found[-1] = (0.5 * (found[-1][0] + float(height)), f"{found[-1][1]}, {name}")
+        else:
+            found.append((float(height), name))
+    return found
+
+
+COLOUR = "#CC79A7"
+TITLE = "Resonance crossings: from free to stuck shrouds; speed = 60 f / EO"
+LISTED = 16  # crossings that the list names; of more the numbers are those of the table in the report
+COLUMNS = 2
+BOX = 0.045  # of the height of the diagram: numbers nearer than this share a box
+ROW = 0.17  # height of a row of the list, inches
+
+
+@dataclass(frozen=True)
+class NumberedCrossing:
+    """A crossing in the frequency range with its number in diagram and table, and the part of the mode's frequencies
+    between free and stuck contacts that is in the range, Hz."""
+
+    number: int
+    crossing: ResonanceCrossing
+    name: str
+    low_hz: float
+    high_hz: float
+
+    @property
+    def text(self) -> str:
+        """Engine order, wave, mode, frequencies and speeds."""
+        each = self.crossing
+        parts = [f"EO {each.engine_order}, {each.wave}, {self.name}: {_span(each.free_hz, each.stuck_hz)} Hz"]
+        if each.speeds_rpm is not None:
+            parts.append(f"{_span(*each.speeds_rpm)} rev/min")
+        return ", ".join(parts)
+
+
+def numbered_crossings(
+    curve: PlottedCurve, model: ReducedModel, families: ModeFamilies | None, orders: Collection[int]
+) -> list[NumberedCrossing]:
+    """The crossings of engine orders and their multiples in the frequency range, as in the table of the report."""
+    from rom import inter_blade_phase, resonance_crossings
+
+    ranges = sorted({item for order in orders for item in excited_orders(curve.scene, order)})
+    found: list[NumberedCrossing] = []
+    for order, (low, high) in ranges:
+        hz = spectrum(model, curve, order, ("free", "stuck"), COUNT)
+        names = [f"mode {mode}" for mode in range(1, len(hz["free"]) + 1)]
+        if families is not None:
+            names = families.modes(model, inter_blade_phase(order, model.n_blades), count=len(names))[1]
+        for each in resonance_crossings(order, model.n_blades, hz["free"], hz["stuck"], (low, high)):
+            if each.in_range:
+                part = max(each.free_hz, low), min(each.stuck_hz, high)
+                found.append(NumberedCrossing(len(found) + 1, each, names[each.mode - 1], *part))
+    return found
+
+
+def list_height(count: int) -> float:
+    """Height, inches, that the list of so many crossings takes below the diagram."""
+    rows = -(-count // COLUMNS) if count <= LISTED else 0
+    return ROW * (1 + rows) if count else 0.0
+
+
+def draw_crossings(axes: Axes, crossings: Sequence[NumberedCrossing], last: int, top: float) -> None:
+    """A bar with its numbers for each mode, and the list; `last` diameter and `top` frequency of the diagram."""
+    shown = [each for each in crossings if each.low_hz <= top]
+    for diameter, low, high in {(each.crossing.nodal_diameter, each.low_hz, each.high_hz) for each in shown}:
+        axes.vlines(diameter, low, min(high, top), color=COLOUR, linewidth=6.0, alpha=0.45, zorder=2.5)
+    for diameter in sorted({each.crossing.nodal_diameter for each in shown}):
+        here = [each for each in shown if each.crossing.nodal_diameter == diameter]
+        _write_numbers(
+            axes, diameter, [(0.5 * (e.low_hz + min(e.high_hz, top)), e.number) for e in here], (last, top)
+        )
+    draw_list(axes, TITLE, [each.text for each in crossings])
+
+
+def draw_list(axes: Axes, title: str, texts: Sequence[str]) -> None:
+    """Numbered texts below the diagram; of too many their number alone."""
+    from matplotlib.lines import Line2D
+
+    if not texts:
+        return
+    listed = list(texts) if len(texts) <= LISTED else []
+    handles = [
+        Line2D([], [], linestyle="", marker=f"${number}$", color="black", markersize=6.0 if number < 10 else 9.0)
+        for number in range(1, len(listed) + 1)
+    ]
+    for handle in handles:
+        handle.set_markeredgewidth(0.0)
+    figure: Any = axes.figure
+    figure.legend(
+        handles,
+        listed,
+        title=title if listed else f"{len(texts)} resonance crossings, numbered as in the report",
+        title_fontsize=8,
+        loc="outside lower center",
+        ncols=COLUMNS,
+        fontsize=7.0,
+        handletextpad=0.2,
+        columnspacing=1.0,
+        borderpad=0.0,
+    )
+
+
+def _write_numbers(axes: Axes, diameter: int, places: list[tuple[float, int]], end: tuple[int, float]) -> None:
+    """Numbers at their heights beside the line of a nodal diameter; those that would overlap in one box.
+
+    `end`: last nodal diameter and top of the diagram.
+    """
+    boxes: list[list[tuple[float, int]]] = []
+    for place in sorted(places):
+        if boxes and place[0] - boxes[-1][-1][0] < BOX * end[1]:
+            boxes[-1].append(place)
+        else:
+            boxes.append([place])
+    offset, align = (5, "left") if diameter < end[0] else (-6, "right")
+    look: dict[str, Any] = {"xytext": (offset, 0), "ha": align, "va": "center", "fontsize": 8, "zorder": 5.0}
+    frame = {"boxstyle": "round,pad=0.12", "facecolor": "white", "edgecolor": COLOUR, "linewidth": 0.7}
+    for box in boxes:
+        height = sum(place for place, _ in box) / len(box)
+        text = ", ".join(str(number) for number in sorted(number for _, number in box))
+        axes.annotate(text, (diameter, height), textcoords="offset points", bbox=frame, **look)
+
+
+def _span(first: float, last: float) -> str:
+    """Two numbers, or one where both are the same with four digits."""
+    ends = list(dict.fromkeys(f"{value:.0f}" if value >= 1e3 else f"{value:.4g}" for value in (first, last)))
+    return "–".join(ends)
+
+
+SHARES = "plasma"  # colours of the disk's share of the strain energy
+LISTED_CROSSINGS = 4  # engine orders that the legend names
+NAMES = 0.1  # of the width of the diagram, at each end
+
+
+def nodal_diameter_figure(curve: PlottedCurve, title: str, orders: Collection[int] = ()) -> Figure | None:
+    """A line for each mode and contact condition over nodal diameters 0 .. N_b / 2; the excited ones are marked.
+
+    With a disk the modes of free shrouds have names, and the colour of the disk's share of the strain energy. At a
+    steady speed the engine orders make the folded line of the interference diagram. Bars with numbers: resonance
+    crossings in the frequency range.
+    None for a single blade against ground. The steady speed and the contact stiffness are those of `curve`; `orders`
+    are the engine orders of the sweep, without any that of `curve`.
+    """
+    from rom import excited_nodal_diameter, read_reduced_model
+
+    model = read_reduced_model(curve.rom, with_basis=False)
+    if model.n_blades is None:
+        return None
+    known, families = sorted(model.wave_blocks), read_families(curve.rom)
+    diameters = np.array(known or range(model.n_blades // 2 + 1))
+    asked = set(orders) or {curve.scene.excitation.engine_order}
+    crossings = numbered_crossings(curve, model, families, asked)
+    figure, axes = subplots(size=(7.2, 4.8 + list_height(len(crossings))))
+    top = _draw_states(axes, model, curve, diameters)
+    if families is not None:
+        _draw_families(axes, model, families, diameters, top)
+    low, high = curve.scene.response.frequency
+    axes.axhspan(low, high, color="0.95", zorder=0, label="range of the response")
+    excited = sorted({multiple for order in asked for multiple, _ in excited_orders(curve.scene, order)})
+    few = ", ".join(map(str, excited))
+    numbers = few if len(excited) <= LISTED_CROSSINGS else f"{excited[0]} to {excited[-1]}"
+    name = f"excited by engine order{'s' * (len(excited) > 1)} {numbers}"
+    for number, diameter in enumerate(sorted({excited_nodal_diameter(order, model.n_blades) for order in excited})):
+        axes.axvline(diameter, color="0.6", linewidth=0.8, zorder=0.5, label=name if number == 0 else None)
+    if curve.scene.load.speed_rpm > 0.0:
+        _draw_excited_orders(axes, model.n_blades, curve.scene.load.speed_rpm, excited, top)
+    draw_crossings(axes, crossings, int(diameters[-1]), 1.05 * top)
+    write_heading(axes, title)
+    axes.set(xlabel="nodal diameter", ylabel="natural frequency [Hz]")
+    axes.set_ylim(0.0, 1.05 * top)
+    if families is None:
+        axes.set_xlim(-0.5, diameters[-1] + 0.5)
+        axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=9)
+    else:  # beside the diagram there are names and colours
+        axes.set_xlim(-NAMES * diameters[-1], (1.0 + NAMES) * diameters[-1])
+        axes.legend(loc="upper left", bbox_to_anchor=(-0.13, -0.12), ncols=3, fontsize=8.5)
+    return figure
+
+
+def _draw_states(axes: Axes, model: ReducedModel, curve: PlottedCurve, diameters: NDArray[np.int64]) -> float:
+    """Lines of free, sliding and stuck shrouds; returns the highest frequency, Hz."""
+    free = (
+        {} if model.has_disk else spectrum(model, curve, 0, ("free",))
+    )  # that of one blade, whatever the nodal diameter
+    states = tuple(LOOKS) if model.has_disk else ("sliding", "stuck")
+    found = [free | spectrum(model, curve, int(diameter), states) for diameter in diameters]
+    for name, look in LOOKS.items():
+        lines = np.array([item[name] for item in found])
+        for mode in range(lines.shape[1]):
+            axes.plot(diameters, lines[:, mode], label=f"shrouds {name}" if mode == 0 else None, **look)
+    return max(float(item["stuck"].max()) for item in found)
+
+
+def _draw_families(
+    axes: Axes, model: ReducedModel, families: ModeFamilies, diameters: NDArray[np.int64], top: float
+) -> None:
+    """Modes of free shrouds by the disk's share of their strain energy, and their names at both ends."""
+    assert model.n_blades is not None
+    pitch, last = 2.0 * np.pi / model.n_blades, int(diameters[-1])
+    modes = [families.modes(model, pitch * int(diameter), count=min(MODES, model.size)) for diameter in diameters]
+    places = np.concatenate(
+        [np.full(len(hz), diameter) for (hz, _, _), diameter in zip(modes, diameters, strict=True)]
+    )
+    values, shares = (np.concatenate([item[k] for item in modes]) for k in (0, 2))
+    points = axes.scatter(places, values, c=100.0 * shares, cmap=SHARES, vmin=0.0, vmax=100.0, s=14.0, zorder=3.0)
+    bar = axes.figure.colorbar(points, ax=axes)
+    bar.set_label("share of the disk in the strain energy, shrouds free [%]")
+    for side, (hz, names, _) in ((0, modes[0]), (last, modes[-1])):
+        offset, align = (-4, "right") if side == 0 else (5, "left")
+        for height, name in apart(hz, names, top):
+            look: dict[str, Any] = {"xytext": (offset, 0), "ha": align, "va": "center", "fontsize": 8}
+            axes.annotate(name, (side, height), textcoords="offset points", **look)
+
+
+def _draw_excited_orders(axes: Axes, n_blades: int, speed_rpm: float, excited: Sequence[int], top: float) -> None:
+    """The line f = EO n / 60 folded at half the number of blades, with the excited orders on it."""
+    from rom import excited_nodal_diameter
+
+    per_order = speed_rpm / 60.0
+    orders = np.arange(int(1.05 * top / per_order) + 2)
+    folded = [excited_nodal_diameter(int(order), n_blades) for order in orders]
+    name = f"engine orders at {speed_rpm:g} rev/min"
+    axes.plot(folded, orders * per_order, color="#009E73", linewidth=1.0, zorder=2.0, label=name)
+    shown = [order for order in excited if order * per_order <= 1.05 * top]
+    places = [excited_nodal_diameter(order, n_blades) for order in shown]
+    heights = [order * per_order for order in shown]
+    axes.plot(places, heights, "s", color="#009E73", markersize=5.0, zorder=4.0)
+    for order, place, height in zip(shown, places, heights, strict=True):
+        axes.annotate(f"EO {order}", (place, height), textcoords="offset points", xytext=(5, 4), fontsize=8)
+
 
 RAYS = 7  # approximate number of engine orders drawn
 

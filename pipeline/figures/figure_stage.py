@@ -1,11 +1,14 @@
-"""The stage `figures`: every figure that the curves of a run allow, in `figures/` of the output folder."""
+"""The stage `figures`: every figure that curves and studies of a run allow, in `figures/` of the output folder.
+
+The module of a figure is imported where the figure is drawn.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pipeline.process.workers import Call, kept_count, workers
 from pipeline.results.publishing import Attempts, PicturesMissing, published, remove_outdated
@@ -21,10 +24,72 @@ if TYPE_CHECKING:
     from pipeline.stages.respond import CurveResult
     from pipeline.studies.backbone.backbone_result import BackboneResult
 
+StudyFigure = Callable[[Any, str], "Figure | None"]
 NAMES = ("response", "peaks", "hysteresis", "map", "hysteresis_sweep", "nodal_diameters", "campbell", "outputs")
 MAIN = NAMES[:2]  # those of a run that was stopped
 _SHARED = NAMES[:3], NAMES[3:]  # between two processes, about the same work for each
 MOST_LIMITS = 24  # of a kind, in one figure
+FILES = {"map": "response_map"}  # names of figures that are not those of their studies: figures/map is of a sweep
+
+
+def figure_of(study: str) -> StudyFigure | None:
+    """The function that draws the result of a study under a title; None where a study has no figure."""
+    if study == "backbone":
+        from pipeline.figures.backbone_figure import backbone_figure
+
+        return backbone_figure
+    if study == "optimum":
+        from pipeline.figures.optimum_figure import optimum_figure
+
+        return optimum_figure
+    if study == "map":
+        from pipeline.figures.map_figure import map_figure
+
+        return map_figure
+    if study == "uncertainty":
+        from pipeline.figures.uncertainty_figure import uncertainty_figure
+
+        return uncertainty_figure
+    if study == "mistuning":
+        from pipeline.figures.mistuning_figure import mistuning_figure
+
+        return mistuning_figure
+    return None
+
+
+def figure_file(study: str) -> str:
+    """Name of the figure of a study in `figures/`, without its suffix."""
+    return FILES.get(study, study)
+
+
+def study_figures(run: Run, studies: Mapping[str, StudyOutcome], title: str, formats: Sequence[str]) -> list[Path]:
+    """The figures of these studies in the output folder; those that are missing are drawn."""
+    folder = run.request.out / "figures"
+    attempts, files = Attempts(folder), []
+    for name, study in studies.items():
+        draw = figure_of(name)
+        if draw is not None:
+            files += attempts.result(figure_file(name), partial(_published, run, study, draw, title, formats)) or []
+    remove_outdated(folder, [f"{figure_file(name)}.*" for name in studies], files)
+    if attempts.problems:
+        raise PicturesMissing(files, attempts.problems)
+    return files
+
+
+def _published(run: Run, study: StudyOutcome, draw: StudyFigure, title: str, formats: Sequence[str]) -> list[Path]:
+    """The files of one figure, drawn where they are missing."""
+
+    def build(folder: Path) -> None:
+        from pipeline.figures.style import save, styled
+
+        with styled():
+            figure = draw(study.result, title)
+            if figure is not None:
+                save(figure, folder, figure_file(study.name), formats)
+
+    inputs = {"study": study.key, "title": title, "formats": list(formats), "code": code_fingerprint(draw.__module__)}
+    doing = f"drawing the figure of the study {study.name}"
+    return published(run, Stage.FIGURES, fingerprint(inputs), doing, build, run.request.out / "figures")
 
 
 def figure_stage(
@@ -33,7 +98,7 @@ def figure_stage(
     """The figures of the run, those `names` of its curves and those of its studies; missing ones are drawn."""
     title, formats = _title(run), _formats(run)
     attempts = Attempts(run.request.out / "figures")
-    drawn = attempts.result("studies", partial(_study_figures, run, studies, title, formats)) if studies else []
+    drawn = attempts.result("studies", partial(study_figures, run, studies, title, formats)) if studies else []
     try:
         files = _curve_figures(run, curves, (title, formats, studies.get("backbone")), names)
     except PicturesMissing as missing:
@@ -42,13 +107,6 @@ def figure_stage(
     if attempts.problems:
         raise PicturesMissing([*files, *(drawn or [])], attempts.problems)
     return [*files, *(drawn or [])]
-
-
-def _study_figures(run: Run, studies: Mapping[str, StudyOutcome], title: str, formats: Sequence[str]) -> list[Path]:
-    """Figures of the studies, imported where there are any."""
-    from pipeline.figures.study_figures import study_figures
-
-    return study_figures(run, studies, title, formats)
 
 
 def _curve_figures(
@@ -113,17 +171,14 @@ def draw(
 
     `out` is the folder that an error of the disk names; `backbone` are nonlinear modes drawn into the response.
     """
-    from pipeline.figures.campbell import campbell_figure
+    from pipeline.figures.campbell import campbell_figure, nodal_diameter_figure
     from pipeline.figures.data import plotted_curves, sweep_points
     from pipeline.figures.hysteresis import most_damped, node_figure, sweep_figure
     from pipeline.figures.linear_limits import count_limits, linear_limits
-    from pipeline.figures.nodal_diameters import nodal_diameter_figure
-    from pipeline.figures.outputs import outputs_figure
-    from pipeline.figures.quantiles import band_figure, curves_to_read, quantile_figure
-    from pipeline.figures.response import has_lines, response_figure
+    from pipeline.figures.peaks import band_figure, curves_to_read, has_few_lines, quantile_figure, trend_figure
+    from pipeline.figures.response import has_lines, outputs_figure, response_figure
     from pipeline.figures.style import save, styled
     from pipeline.figures.sweep_map import sweep_map_figure
-    from pipeline.figures.trend import has_few_lines, trend_figure
     from rom import one_blas_thread
 
     points = sweep_points(curves)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.figures.sweep_keys import SweepKey
+from pipeline.figures.data import SweepKey
 from pipeline.scene.labels import quantity
 from pipeline.studies.worst_motion_map.map_grid import MapAxis
 

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.figures.data import SweepKey
 from pipeline.figures.optimum_curves import OptimumCurves, optimum_curves
 from pipeline.figures.style import DISTINCT, LOG_FROM, plain_log_labels, scale, subplots, write_heading
-from pipeline.figures.sweep_keys import SweepKey
 from pipeline.scene.labels import quantity
 from pipeline.scene.optimum_section import OBJECTIVES
 

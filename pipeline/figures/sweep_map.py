@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pipeline.figures.data import Array, SweepPoint
+from pipeline.figures.data import Array, SweepKey, SweepPoint, is_grid, sweep_keys
 from pipeline.figures.style import LOG_FROM, plain_log_labels, scale, subplots, write_heading
-from pipeline.figures.sweep_keys import SweepKey, is_grid, sweep_keys
 from pipeline.scene.latin_hypercube import takes_fractions
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from pipeline.figures.style import drawn, styled
 from pipeline.render.ring import LEFT_DARK, RIGHT_COLOUR
-from pipeline.report.surface import triangles_of
+from pipeline.report.viewer import triangles_of
 
 if TYPE_CHECKING:
     from geometry import ElementBlock

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, cast, get_args
 
 from pipeline.errors import input_error
-from pipeline.figures.study_figures import study_figures
+from pipeline.figures.figure_stage import study_figures
 from pipeline.optimise.asked_ranges import STATIC, asked_ranges, check_ranges, default_range, with_ranges
 from pipeline.optimise.static_range import static_ranges
 from pipeline.process.progress import Reporter

@@ -1,7 +1,11 @@
-"""Drawing in a process of its own, because VTK crashes where there is no GL library."""
+"""Drawing in a process of its own, because VTK crashes where there is no GL library.
+
+A job is JSON on the command line of the process.
+"""
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import stat
@@ -10,16 +14,68 @@ import sys
 import threading
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from dataclasses import asdict, dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import TypeVar
+from typing import Self, TypeVar
 
 from pipeline.bootstrap import missing_packages
 from pipeline.errors import one_line
 from pipeline.process.deferred_modules import defer_unused
 from pipeline.process.garbage_collection import loading
 from pipeline.process.interrupts import kept_from_children
-from pipeline.render.job import Job
+
+
+@dataclass(frozen=True)
+class Job:
+    """What the drawing process draws."""
+
+    def to_json(self) -> str:
+        """The job on one line."""
+        return json.dumps(asdict(self))
+
+    @classmethod
+    def from_json(cls, text: str) -> Self:
+        """The job that `to_json` wrote."""
+        return cls(**{key: tuple(v) if isinstance(v, list) else v for key, v in json.loads(text).items()})
+
+
+@dataclass(frozen=True)
+class RenderJob(Job):
+    """Mode shapes of one reduced model."""
+
+    sector: str  # files of the mesh and of the reduced model
+    rom: str  # files of the mesh and of the reduced model
+    folder: str  # pictures are `<prefix>mode_<number>.png` in `folder`
+    prefix: str  # pictures are `<prefix>mode_<number>.png` in `folder`
+    title: str  # first part of the heading
+    modes: tuple[int, ...]  # mode numbers, from 1
+    deformation: float  # largest drawn displacement, m
+    contact: str  # state of the shrouds: free, sliding or stuck
+    blades: int  # blades drawn side by side
+    phase: float  # inter-blade phase angle, rad
+    normal: tuple[float, ...]  # contact springs of each node, N/m
+    tangential: tuple[float, ...]  # contact springs of each node, N/m
+    # those of stuck shrouds, whose modes are drawn too; empty where they are not
+    stuck_normal: tuple[float, ...] = ()
+    # those of stuck shrouds, whose modes are drawn too; empty where they are not
+    stuck_tangential: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class OperatingJob(Job):
+    """The operating deflection shape of one curve: `<name>.png` and `<name>.gif` in `folder`."""
+
+    sector: str  # files of the mesh, of the reduced model and of the curve
+    rom: str  # files of the mesh, of the reduced model and of the curve
+    curve: str  # files of the mesh, of the reduced model and of the curve
+    folder: str  # folder and base name of the pictures
+    name: str  # folder and base name of the pictures
+    title: str  # heading
+    deformation: float  # largest drawn displacement, m
+    blades: int  # blades drawn side by side
+    frames: int  # frames of the animation, one period
+
 
 J = TypeVar("J", bound=Job)
 _PROJECT = Path(__file__).parents[2]

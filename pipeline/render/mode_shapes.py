@@ -11,10 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.render import ring
-from pipeline.render.drawing_process import drawing_main
-from pipeline.render.job import RenderJob
-from pipeline.render.wheel import ENLARGED, aim, wheel
-from pipeline.render.window import Window, save_png
+from pipeline.render.drawing_process import RenderJob, drawing_main
+from pipeline.render.ring import ENLARGED, Window, aim, save_png, wheel
 from pipeline.stages.joined_sectors import is_joined
 from pipeline.stages.mode_families_file import read_families
 

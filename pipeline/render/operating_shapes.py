@@ -9,10 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pipeline.render import ring
-from pipeline.render.drawing_process import drawing_main
-from pipeline.render.job import OperatingJob
-from pipeline.render.wheel import ENLARGED, aim, wheel
-from pipeline.render.window import Window, save_png
+from pipeline.render.drawing_process import OperatingJob, drawing_main
+from pipeline.render.ring import ENLARGED, Window, aim, save_png, wheel
 from pipeline.scene.labels import prefixed
 from pipeline.stages.joined_sectors import is_joined
 from pipeline.stages.operating_shape import OperatingShape, operating_shape

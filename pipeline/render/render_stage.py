@@ -10,8 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from pipeline.render.drawing_process import Drawing, draw_apart
-from pipeline.render.job import OperatingJob, RenderJob
+from pipeline.render.drawing_process import Drawing, OperatingJob, RenderJob, draw_apart
 from pipeline.results.publishing import Attempts, PicturesMissing, published, remove_outdated
 from pipeline.scene.labels import member_label
 from pipeline.scene.schema import Render, Scene

@@ -1,23 +1,168 @@
-"""Data of the charts with zoom and values under the pointer: response curves, and worst motions over the sweep."""
+"""Pictures that only the page has: charts with zoom and values under the pointer, the undeformed ring, the hysteresis
+loops of every curve shown; and the captions of all its figures.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from pipeline.figures.curve_line import KINDS, stability_segments
-from pipeline.figures.curve_marks import END_OF_RANGE, MARKS, SAME_HEIGHT
-from pipeline.figures.data import PlottedCurve, SweepPoint
-from pipeline.figures.hysteresis import spread
-from pipeline.figures.quantiles import ENDS, MOST_KEYS, ends
+from pipeline.figures.curve_line import END_OF_RANGE, KINDS, MARKS, SAME_HEIGHT, stability_segments
+from pipeline.figures.data import PlottedCurve, SweepKey, SweepPoint, sweep_keys
+from pipeline.figures.hysteresis import node_figure, spread
+from pipeline.figures.peaks import ENDS, MOST_KEYS, MOST_LINES, ends
 from pipeline.figures.response import has_lines, panel_keys
-from pipeline.figures.style import LOG_FROM, ordered_colours, scale
-from pipeline.figures.sweep_keys import SweepKey, sweep_keys
-from pipeline.figures.trend import MOST_LINES
+from pipeline.figures.style import LOG_FROM, drawn, ordered_colours, scale, styled, subplots
+from pipeline.render.ring import LEFT_DARK, RIGHT_COLOUR, VIEW, blades_of, turned
+from pipeline.report.viewer import Surface, outer_surface
 from pipeline.scene.labels import value_label
+from pipeline.stages.build_mesh import SECTOR
+from pipeline.stages.model_chain import BuiltModel
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from geometry import SectorMesh
+
+
+_RESPONSE = (
+    "Largest displacement over a period against frequency. Dashed: unstable; long dashes: against perturbations of "
+    "another nodal diameter than the wave. Circles: peaks of the main branches. Stars: worst motions that are not "
+    "these peaks. Thin lines: isolated and detached branches. Squares: Neimark-Sacker bifurcations, where the motion "
+    "becomes or stops being quasi-periodic; triangles: period doublings; diamonds: branch points."
+)
+_BANDS = (
+    "Quantiles of the largest displacement over the curves at each frequency (main branches), and the curves with "
+    "the highest, the median and the lowest worst motion."
+)
+_PEAKS = (
+    "Height and frequency of the worst motions, and of the peaks of the main branches (thin), against the swept "
+    "parameter, with the linear limits. Triangles: the worst motion may be higher."
+)
+_QUANTILES = (
+    "Quantiles of the worst motions and of their frequencies against each swept parameter; dots: single curves."
+)
+_OTHERS = {
+    "map": (
+        "Worst motion over the two swept parameters: height on the left, frequency on the right. Frame: the lowest; "
+        "dots in the corner of a cell: it may be higher."
+    ),
+    "nodal_diameters": (
+        "Natural frequencies against nodal diameter; excitation and frequency range are marked. Bars: resonance "
+        "crossings from free to stuck shrouds, numbered as in the table. With a disk: modes "
+        "by their names (F flap, E edge, T torsion, R radial, D disk), in colours the disk's share of strain energy."
+    ),
+    "campbell": (
+        "Campbell diagram: natural frequencies against speed, with the lines of the engine orders. Diamonds: "
+        "resonance crossings."
+    ),
+    "outputs": "Largest values of the further outputs over a period against frequency, their means included.",
+    "hysteresis_sweep": (
+        "Hysteresis loops of one contact node, each curve at its own peak; curves without contact are left out."
+    ),
+}
+
+
+def captions(*, lines: bool, few: bool) -> dict[str, str]:
+    """Captions by the name of the figure; `lines`: a line a curve, `few`: few lines over the swept parameter."""
+    return {"response": _RESPONSE if lines else _BANDS, "peaks": _PEAKS if few else _QUANTILES, **_OTHERS}
+
+
+Array = NDArray[np.float64]
+BLADE, NEIGHBOUR = np.array([0.45, 0.60, 0.74]), np.array([0.82, 0.85, 0.88])
+
+
+def loops_drawing(curve: PlottedCurve, title: str) -> bytes | None:
+    """Hysteresis loops of a few nodes at the peak of a curve, SVG."""
+    with styled():
+        figure = node_figure(curve, title)
+        if figure is None:
+            return None
+        return drawn(figure, "svg")
+
+
+def ring_drawing(model: BuiltModel, blades: int) -> bytes:
+    """The undeformed blade between its neighbours with its contact nodes, PNG; needs no GL library."""
+    from matplotlib.collections import PolyCollection
+
+    from rom import load_sector, read_reduced_model
+
+    assert model.mesh is not None
+    sector = load_sector(model.mesh.parent / SECTOR)
+    surface = outer_surface(sector)
+    nodes = read_reduced_model(model.rom, with_basis=False).contact_position
+    flat, colours, contacts = _projected(sector, surface, blades, nodes)
+    with styled():
+        figure, axes = subplots(size=(7.6, 5.6))
+        axes.add_collection(PolyCollection(list(flat), facecolors=colours, edgecolors=colours, linewidths=0.3))
+        for face in contacts:
+            if face.in_view:
+                axes.plot(*face.places.T, "o", color=face.colour, markersize=4, markeredgecolor="white")
+            _label(axes, face, beside=-1.0 if "right" in face.name else 1.0)
+        axes.set_aspect("equal")
+        axes.autoscale_view()
+        axes.set_axis_off()
+        return drawn(figure, "png")
+
+
+@dataclass(frozen=True)
+class Face:
+    """The contact nodes of a face on the picture, its colour and name, and whether they are in view."""
+
+    places: Array
+    colour: str
+    name: str
+    in_view: bool
+
+
+def _label(axes: Axes, face: Face, beside: float) -> None:
+    """The name of a face above the ring, on the side where the face is, with a line to its middle."""
+    look = {"arrowstyle": "-", "color": face.colour, "linewidth": 1.0}
+    where: dict[str, Any] = {"ha": "right" if beside < 0.0 else "left", "color": face.colour, "fontsize": 10}
+    place = face.places.mean(axis=0)
+    hidden = "" if face.in_view else ", behind the shroud"
+    axes.annotate(
+        face.name + hidden, place, (45.0 * beside, 75.0), textcoords="offset points", arrowprops=look, **where
+    )
+
+
+def _projected(sector: SectorMesh, surface: Surface, blades: int, nodes: Array) -> tuple[Array, Array, list[Face]]:
+    """Triangles (t, 3, 2) from back to front, their colours (t, 3), and the blade's contact faces.
+
+    `nodes` (n_c, 3): the right contact nodes; the left ones are those turned back by one pitch.
+    """
+    view = np.asarray(VIEW) / np.linalg.norm(VIEW)
+    right = np.cross((0.0, 0.0, 1.0), view)
+    right /= np.linalg.norm(right)
+    screen = np.stack([right, np.cross(view, right)])
+    triangles, shades = [], []
+    for blade in blades_of(blades):
+        corners = turned(sector.points[surface.vertices], blade * 2.0 * np.pi / sector.n_blades)[surface.triangles]
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        facing = normal @ view / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)
+        seen = facing > 0.0
+        triangles.append(corners[seen])
+        base = BLADE if blade == 0 else NEIGHBOUR
+        shades.append(base * (0.55 + 0.45 * facing[seen, None]))
+    corners, colours = np.concatenate(triangles), np.concatenate(shades)
+    order = np.argsort((corners @ view).mean(axis=1), kind="stable")
+    # both faces have the right one's frame: its normal points out of the right one and into the left one
+    back = turned(nodes, -2.0 * np.pi / sector.n_blades)
+    faces = (
+        (sector.right, nodes, RIGHT_COLOUR, "right contact face (+y)", 1.0),
+        (sector.left, back, LEFT_DARK, "left contact face (-y)", -1.0),
+    )
+    contacts = [
+        Face(places @ screen.T, colour, name, outward * float(face.frame[:, 2].mean(axis=0) @ view) > 0.0)
+        for face, places, colour, name, outward in faces
+    ]
+    return (corners @ screen.T)[order], colours[order], contacts
+
 
 MOST_POINTS = 60_000  # of all curves of a chart
 MOST_DOTS = 2000  # of a chart over sampled keys

@@ -1,14 +1,134 @@
-"""States, largest force and friction work of every contact node over the cycle at the peak of a curve."""
+"""Details of the page: contact nodes over the cycle at the peak of a curve, resonance crossings, stress.
+
+A contact node has states, largest force and friction work; crossings are those of each reduced model and over the
+speeds of a sweep; stress has a picture, hot spots and errors of each curve.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.figures.data import PlottedCurve
+from pipeline.report.pictures import inline_render
+from pipeline.report.report_source import ReportSource
+from pipeline.results.publishing import Attempts
+from pipeline.results.stress import errors_said, headline, spot_rows
+from pipeline.scene.labels import member_label
+
+MOST_ROWS = 60
+_NAMES = ("no.", "engine order", "nodal diameters", "wave", "mode", "free [Hz]", "stuck [Hz]", "speed [rev/min]")
+
+
+@dataclass(frozen=True)
+class CrossingTable:
+    """Crossings of one reduced model, as texts; `left_out` of them stand in summary.json only."""
+
+    headings: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    left_out: int = 0
+
+
+def crossing_tables(source: ReportSource) -> list[CrossingTable]:
+    """One table for every entry of `models` in summary.json, with the numbers of the nodal diameter diagram."""
+    return [_table(row.get("crossings", ())) for row in source.model_rows]
+
+
+def campbell_table(entries: Sequence[dict[str, Any]]) -> CrossingTable | None:
+    """Crossings over the speeds of a sweep; None without any."""
+    headings = ("engine order", "mode", "shrouds", "frequency [Hz]", "speed [rev/min]")
+    rows = tuple(
+        (str(e["engine_order"]), str(e["mode"]), e["contact"], f"{e['frequency_hz']:.6g}", f"{e['speed_rpm']:.6g}")
+        for e in entries[:MOST_ROWS]
+    )
+    return CrossingTable(headings, rows, max(len(entries) - MOST_ROWS, 0)) if rows else None
+
+
+def _table(crossings: Sequence[dict[str, Any]]) -> CrossingTable:
+    ordered = sorted(crossings, key=lambda each: (each["engine_order"], each["mode"]))
+    at_speed = any(each["margin"] is not None for each in ordered)
+    headings = (*_NAMES, "from the range", *(("margin at the steady speed",) if at_speed else ()))
+    rows, number = [], 0
+    for each in ordered:
+        inside = each["range_distance"] == 0.0
+        number += inside
+        speeds = "-" if each["free_rpm"] is None else f"{_speed(each['free_rpm'])} to {_speed(each['stuck_rpm'])}"
+        rows.append(
+            (
+                str(number) if inside else "-",
+                str(each["engine_order"]),
+                str(each["nodal_diameter"]),
+                each["wave"],
+                f"{each['mode']}{': ' * bool(each['name'])}{each['name']}",
+                f"{each['free_hz']:.6g}",
+                f"{each['stuck_hz']:.6g}",
+                speeds,
+                "inside" if inside else _percent(each["range_distance"]),
+                *(("-" if each["margin"] is None else _percent(each["margin"]),) if at_speed else ()),
+            )
+        )
+    return CrossingTable(headings, tuple(rows[:MOST_ROWS]), max(len(rows) - MOST_ROWS, 0))
+
+
+def _speed(value: float) -> str:
+    """A speed with five digits, or all before the point."""
+    return f"{value:.0f}" if value >= 1e4 else f"{value:.5g}"
+
+
+def _percent(distance: float) -> str:
+    """A signed relative distance; 0: resonance."""
+    return "resonance" if distance == 0.0 else f"{100.0 * distance:+.3g} %"
+
+
+@dataclass(frozen=True)
+class StressDetail:
+    """The stress of one curve: texts, picture as a data URI, tables of hot spots with their captions."""
+
+    label: str
+    headline: str
+    errors: str
+    file: str
+    uri: str | None
+    margin: bool
+    tables: tuple[tuple[str, list[tuple[str, ...]]], ...]
+    notes: tuple[str, ...]
+
+
+def stress_details(source: ReportSource, attempts: Attempts) -> list[StressDetail]:
+    """What the page shows of each curve whose stress was computed."""
+    return [_detail(source, entry, attempts) for entry in source.stress]
+
+
+def _detail(source: ReportSource, entry: dict[str, Any], attempts: Attempts) -> StressDetail:
+    number: int = entry["curve"]
+    picture = next((source.pictures[name] for name in entry["pictures"] if name in source.pictures), None)
+    drawn = None if picture is None else attempts.result(f"stress of curve {number}", partial(inline_render, picture))
+    return StressDetail(
+        label=member_label(source.curves[number].member),
+        headline=headline(entry),
+        errors=errors_said(entry),
+        file=entry["file"],
+        uri=drawn,
+        margin=entry["required_margin"] is not None,
+        tables=tuple(_tables(entry)),
+        notes=tuple(entry["notes"]),
+    )
+
+
+def _tables(entry: dict[str, Any]) -> Sequence[tuple[str, list[tuple[str, ...]]]]:
+    """Hot spots, and the largest values at singular places."""
+    captions = (
+        ("hot_spots", "Hot spots"),
+        ("singular_spots", "Singular places: these numbers grow without limit, or nearly so, as the mesh is refined"),
+    )
+    return [(caption, spot_rows(entry[name])) for name, caption in captions if entry[name]]
+
 
 Array = NDArray[np.float64]
 SAMPLES = 720

@@ -1,17 +1,86 @@
-"""The error budget of a run: every known error, its size, a verdict and its meaning."""
+"""What a reader wants first: what was computed, the worst motion, the best value, and how sure this is.
+
+The error budget lists every known error with its size, a verdict and its meaning. Tables of many curves stay readable
+as quantiles and as the best and the worst curves.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
 
-from pipeline.figures.data import PlottedCurve
-from pipeline.report.many_curves import listed
+import numpy as np
+
+from pipeline.figures.data import PlottedCurve, SweepKey, SweepPoint, sweep_keys
 from pipeline.report.report_source import ReportSource
+from pipeline.results.overview import MOST_ROWS
 from pipeline.results.residual_notes import change, has_bounds, is_estimate
-from pipeline.results.tables import TOLERATED, TOLERATED_SAMPLING, sampling_errors
-from pipeline.results.worst import share
+from pipeline.results.tables import TOLERATED, TOLERATED_SAMPLING, amplitude_scale, sampling_errors
+from pipeline.results.worst import share, with_unit
+from pipeline.scene.labels import quantity
+from pipeline.stages.curve_summary import CurveSummary
+from pipeline.stages.respond import CurveResult
+
+ENDS = 8  # rows of the lowest and of the highest worst motions, and of curves that failed, where there are more
+MOST_NOTES = 12
+LEVELS = (0.0, 0.1, 0.5, 0.9, 1.0)
+
+
+@dataclass(frozen=True)
+class QuantileRow:
+    """A quantity and its quantiles over the curves, at `LEVELS`, as text."""
+
+    name: str
+    values: tuple[str, ...]
+
+
+def shown_rows(points: Sequence[SweepPoint], curves: Sequence[CurveResult]) -> list[int]:
+    """Numbers of the curves with a row: all, or the lowest and the highest worst motions and those that failed."""
+    if len(curves) <= MOST_ROWS:
+        return list(range(len(curves)))
+    order = sorted((p for p in points if math.isfinite(p.height)), key=lambda p: p.height)
+    failed = [number for number, curve in enumerate(curves) if not curve.complete]
+    return [*dict.fromkeys([*(p.index for p in [*order[:ENDS], *order[-ENDS:]]), *failed[:ENDS]])]
+
+
+def quantile_rows(curves: Sequence[CurveResult]) -> list[QuantileRow]:
+    """Quantiles over all curves; none where every curve has a row."""
+    if len(curves) <= MOST_ROWS:
+        return []
+    facts = [curve.facts for curve in curves if curve.facts is not None]
+    factor, unit = amplitude_scale(curves)
+    columns: list[tuple[str, Callable[[CurveSummary], float], Callable[[float], str]]] = [
+        (f"worst motion [{unit}]", lambda f: f.worst_amplitude_m * factor, "{:.4g}".format),
+        ("worst motion [Hz]", lambda f: f.worst_frequency_hz, "{:.5g}".format),
+        (f"peak of main branch [{unit}]", lambda f: f.peak_amplitude_m * factor, "{:.4g}".format),
+        ("peak of main branch [Hz]", lambda f: f.peak_frequency_hz, "{:.5g}".format),
+        ("truncation error", lambda f: f.truncation_error, share),
+        ("energy error", lambda f: f.energy_error, "{:.0e}".format),
+        ("seconds", lambda f: f.seconds, "{:.2f}".format),
+    ]
+    rows = []
+    for name, value, text in columns:
+        known = np.array([value(each) for each in facts])
+        known = known[np.isfinite(known)]
+        if known.size:
+            rows.append(QuantileRow(name, tuple(text(float(q)) for q in np.quantile(known, LEVELS))))
+    return rows
+
+
+def first_few(lines: Sequence[str], most: int = MOST_NOTES) -> list[str]:
+    """The first lines, and how many more there are."""
+    rest = len(lines) - most
+    return list(lines) if rest <= 0 else [*lines[:most], f"and {rest} more"]
+
+
+def listed(numbers: Sequence[Any], most: int = 12) -> str:
+    """Numbers in a sentence, at most a dozen."""
+    shown = ", ".join(map(str, numbers[:most]))
+    return shown if len(numbers) <= most else f"{shown} and {len(numbers) - most} more"
+
 
 SMALL, FAIR, LARGE, UNKNOWN = "small", "noticeable", "large", "not known"
 
@@ -231,3 +300,104 @@ def _verdict(error: float, small: float, fair: float) -> str:
     if math.isnan(error):
         return UNKNOWN
     return SMALL if error <= small else FAIR if error <= fair else LARGE
+
+
+MANY = 24  # values
+SHORT = 60  # characters of a finding that the sentence has room for
+
+
+def story(source: ReportSource, points: Sequence[SweepPoint], errors: Sequence[ErrorRow]) -> list[tuple[str, str]]:
+    """Headings and a sentence or two for each."""
+    told = [("Computed", _computed(source, points))]
+    known = [point for point in points if math.isfinite(point.worst[1])]
+    if known:
+        told.append(("Worst motion", _worst(known, len(source.curves))))
+    if len(known) > 1:
+        told.append(("Best value", _best(known)))
+    told.append(("How sure", _how_sure(errors, len([p for p in known if p.worst_open]), len(known))))
+    return told
+
+
+def swept_range(key: SweepKey) -> str:
+    """The range of a swept key: `interference v0 from -250 to 400 µm (8 values)`."""
+    name = "interference v0" if key.name == "contact.interference" else quantity(key.name).symbol
+    first, last = key.values[0], key.values[-1]
+    if not key.numeric:
+        return f"{name} {', '.join(key.text(value) for value in key.values[:6])}{' ...' * (len(key.values) > 6)}"
+    unit = quantity(key.name).unit
+    low, high = key.text(first), key.text(last)
+    if len(key.values) > MANY:  # sampled, with more digits than anybody reads
+        low, high = f"{key.position(first):.3g}", f"{key.position(last):.3g}"
+    return f"{name} from {low} to {high}{f' {unit}' if unit else ''} ({len(key.values)} values)"
+
+
+def _computed(source: ReportSource, points: Sequence[SweepPoint]) -> str:
+    scene, count = source.first, len(source.curves)
+    low, high = scene.response.frequency
+    of = ""
+    if scene.blade is not None and scene.shroud is not None:
+        disk = " on a disk" if scene.disk is not None else ""
+        of = f" of a ring of {scene.blade.n_blades} blades{disk}, shroud angle {scene.shroud.angle:g}°"
+    elif scene.model is not None:
+        of = f" of a ring of {scene.model.n_blades} blades, matrices of another program"
+    elif scene.mesh_file is not None:
+        of = f" of a ring of {scene.n_blades} blades, mesh {Path(scene.mesh_file).name}"
+    if "shroud.angle" in source.swept or "mesh.file" in source.swept:
+        of = of.partition(", ")[0]
+    curves = f"{count} response curves" if count > 1 else "One response curve"
+    load = [f"{scene.excitation.force:g} N"] * ("excitation.force" not in source.swept)
+    orders = [scene.excitation.engine_order * item.order for item in scene.excitation.harmonic if item.order > 1]
+    besides = f" and its multiples {', '.join(map(str, orders))}" if orders else ""
+    order = f"engine order {scene.excitation.engine_order}{besides}"
+    load += [order] * ("excitation.engine_order" not in source.swept)
+    excited = f", excited by {' at '.join(load)}" if load else ""
+    keys = sweep_keys(points)
+    over = f". Swept: {'; '.join(swept_range(key) for key in keys)}" if keys else ""
+    failed = count - len(points)
+    missing = f" {failed} of them could not be computed." if failed else ""
+    return f"{curves}{of}, {low:g} to {high:g} Hz{excited}{over}.{missing}"
+
+
+def _worst(known: Sequence[SweepPoint], count: int) -> str:
+    highest = max(known, key=lambda point: point.worst[1])
+    where = f", with {highest.label}" if highest.parameters else ""
+    text = f"{'At least ' * highest.worst_open}{_place(highest)}{where}."
+    if count > 1:
+        text += f" It is the highest of {len(known)} curves."
+    if highest.peak[1] > 1.03 * highest.worst[1]:
+        text += f" The main branch reaches {with_unit(highest.peak[1])}, but that motion is unstable."
+    elif highest.worst[1] > 1.03 * highest.peak[1]:
+        text += f" The main branch alone reaches {with_unit(highest.peak[1])}."
+    return text
+
+
+def _best(known: Sequence[SweepPoint]) -> str:
+    closed = [point for point in known if not point.worst_open]
+    if not closed:
+        return "Not known: each worst motion may be higher than found (see the remarks of the table)."
+    lowest = min(closed, key=lambda point: point.worst[1])
+    highest = max(known, key=lambda point: point.worst[1])
+    text = f"{lowest.label}, with a worst motion of {_place(lowest)}"
+    if lowest.worst[1] > 0.0 and highest is not lowest:
+        text += f"; the highest is {highest.worst[1] / lowest.worst[1]:.3g} times as high"
+    unsure = [point for point in known if point.worst_open and point.worst[1] < lowest.worst[1]]
+    if unsure:
+        curves, which = ("curve has", "it") if len(unsure) == 1 else ("curves have", "they")
+        text += f". {len(unsure)} {curves} a lower one so far, but {which} may be higher than found"
+    return f"{text}."
+
+
+def _how_sure(errors: Sequence[ErrorRow], unsure: int, known: int) -> str:
+    named: dict[str, list[str]] = {LARGE: [], FAIR: [], UNKNOWN: [], SMALL: []}
+    for row in errors:
+        said = row.verdict in (LARGE, FAIR) and len(row.found) <= SHORT
+        named[row.verdict].append(f"{row.name} ({row.found})" if said else row.name)
+    text = "; ".join(f"{verdict}: {', '.join(names)}" for verdict, names in named.items() if names)
+    text = f"Errors, as the section Errors judges them: {text}."
+    if unsure:
+        text += f" On {unsure} of {known} curves the worst motion may be higher than found."
+    return text
+
+
+def _place(point: SweepPoint) -> str:
+    return f"{with_unit(point.worst[1])} at {point.worst[0]:.5g} Hz{point.mark}"

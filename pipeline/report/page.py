@@ -13,18 +13,11 @@ from typing import Any
 
 from pipeline.figures.data import PlottedCurve, SweepPoint, plotted_curves, sweep_points
 from pipeline.figures.hysteresis import most_damped
-from pipeline.figures.quantiles import curves_to_read
+from pipeline.figures.peaks import curves_to_read, has_few_lines
 from pipeline.figures.response import has_lines
-from pipeline.figures.trend import has_few_lines
-from pipeline.report.captions import captions
-from pipeline.report.charts import charts
-from pipeline.report.contacts import FaceCycle, face_cycle
-from pipeline.report.crossing_rows import campbell_table, crossing_tables
-from pipeline.report.drawings import loops_drawing, ring_drawing
-from pipeline.report.error_budget import error_rows
-from pipeline.report.load_rows import output_rows
-from pipeline.report.many_curves import LEVELS, first_few, quantile_rows, shown_rows
-from pipeline.report.matrix_rows import matrix_rows, model_rows, nodal_contact_rows
+from pipeline.report.charts import captions, charts, loops_drawing, ring_drawing
+from pipeline.report.contacts import FaceCycle, campbell_table, crossing_tables, face_cycle, stress_details
+from pipeline.report.error_budget import LEVELS, error_rows, first_few, quantile_rows, shown_rows, story
 from pipeline.report.pictures import inline_figure, inline_render, inline_vector
 from pipeline.report.report_source import ReportSource
 from pipeline.report.rows import (
@@ -33,11 +26,13 @@ from pipeline.report.rows import (
     cost_rows,
     curve_table,
     frequency_tables,
+    matrix_rows,
     mesh_rows,
+    model_rows,
+    nodal_contact_rows,
+    output_rows,
     over_sweep,
 )
-from pipeline.report.story import story
-from pipeline.report.stress import stress_details
 from pipeline.report.studies import study_sections
 from pipeline.report.viewer import MOST_MODELS, ViewerData, chosen_evenly
 from pipeline.results.provenance import origin

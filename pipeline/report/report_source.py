@@ -15,8 +15,7 @@ from pipeline.stages.request import Run, RunOutcome, StudyOutcome
 from pipeline.stages.respond import CurveResult
 from pipeline.stages.sweep_models import Models
 from pipeline.store.fingerprints import content_fingerprint, fingerprint
-from pipeline.verify.cases import Verifier, distinct_cases
-from pipeline.verify.stage import VerifiedCase
+from pipeline.verify.stage import VerifiedCase, Verifier, distinct_cases
 
 _PAGE_MODULE = "pipeline.report.page"
 

@@ -1,4 +1,4 @@
-"""Rows of the page's tables: response curves, natural frequencies, blade and mesh, contact, time."""
+"""Rows of the page's tables: response curves, natural frequencies, blade and mesh, matrices, contact, loads, time."""
 
 from __future__ import annotations
 
@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pipeline.figures.sweep_keys import sweep_keys
-from pipeline.report.load_rows import load_rows
+from pipeline.figures.data import sweep_keys
 from pipeline.report.report_source import ReportSource
 from pipeline.results.branch_ends import branch_remarks
 from pipeline.results.tables import amplitude_scale, bare_value, is_sampled, static_said, truncation_cell
@@ -28,6 +27,114 @@ from pipeline.store.output_folder import relative_path
 
 if TYPE_CHECKING:
     from geometry import ContactFace, SectorMesh
+    from pipeline.scene.schema import Scene
+    from pipeline.stages.respond import CurveResult
+    from rom import ReducedModel
+
+
+Rows = list[tuple[str, str]]
+
+
+def load_rows(scene: Scene) -> Rows:
+    """The excitation with its harmonics and loads, and the static loads beside the speed."""
+    wave, load = scene.excitation, scene.load
+    rows = [("excitation", f"{wave.force:g} N, engine order {wave.engine_order}")]
+    for harmonic in wave.harmonic:
+        order = wave.engine_order * harmonic.order
+        said = f"{harmonic.amplitude:g} of it, phase {harmonic.phase:g}°"
+        rows.append((f"harmonic {harmonic.order} of the excitation, engine order {order}", said))
+    rows += [("excitation acts", _excited(item)) for item in wave.load]
+    rows += [("static force", f"{item.force:g} N, {_place(item)}") for item in load.force if item.file is None]
+    rows += [("static force", f"{item.force:g} times {item.file}") for item in load.force if item.file is not None]
+    rows += [("static pressure", f"{item.pressure:g} Pa on {item.surface}") for item in load.pressure]
+    if load.temperature is not None:
+        field = load.temperature
+        found = f"{field.uniform:g}" if field.uniform is not None else str(field.file)
+        rows.append(("temperature", f"{found}, free of thermal stress at {field.reference:g}"))
+    return rows
+
+
+def output_rows(curves: Sequence[CurveResult]) -> Rows:
+    """The largest value of every further output over all curves, its frequency and its curve."""
+    highest: dict[str, tuple[float, float, int, str]] = {}
+    for number, curve in enumerate(curves):
+        units = {output.name: output.unit for output in curve.member.scene.output}
+        for item in curve.facts.outputs if curve.facts is not None else ():
+            value, name = item["peak_amplitude"], item["name"]
+            if value is not None and value >= highest.get(name, (-1.0, 0.0, 0, ""))[0]:
+                highest[name] = value, item["peak_frequency_hz"], number, units.get(name, "m")
+    return [(name, _said(*found, many=len(curves) > 1)) for name, found in highest.items()]
+
+
+def _said(value: float, frequency_hz: float, curve: int, unit: str, *, many: bool) -> str:
+    factor, shown = prefixed(value, "m") if unit == "m" else (1e6, "µm/m")
+    return f"{value * factor:.4g} {shown} at {frequency_hz:.6g} Hz" + (f", curve {curve}" if many else "")
+
+
+def _excited(item: Any) -> str:
+    parts = [f"{item.amplitude:g} {_unit(item)} per N, {_place(item)}"]
+    parts += [f"phase {item.phase:g}°"] * bool(item.phase) + [f"harmonic {item.harmonic}"] * (item.harmonic > 1)
+    return ", ".join(parts)
+
+
+def _unit(item: Any) -> str:
+    return "Pa" if item.surface is not None else "N/√kg" if item.mode is not None else "N"
+
+
+def _place(item: Any) -> str:
+    if getattr(item, "mode", None) is not None:
+        return f"mode {item.mode}"
+    if getattr(item, "surface", None) is not None:
+        return f"on {item.surface}"
+    if item.file is not None:
+        return str(item.file)
+    if item.set is not None:
+        return f"on {item.set}" + (" (each node)" if item.share == "each" else "")
+    return "at the tip" if item.at == "tip" else f"at {list(item.at)} m"
+
+
+def matrix_rows(scene: Scene) -> list[tuple[str, str]]:
+    """The files and what is said of them."""
+    model = scene.model
+    assert model is not None
+    axis = model.axis if isinstance(model.axis, str) else ", ".join(f"{value:g}" for value in model.axis)
+    return [
+        ("blades of the ring", str(model.n_blades)),
+        *((name, Path(file).name) for name, file in model.files.items()),
+        ("unit, engine axis in the files", f"{model.unit}, {axis}"),
+        ("speed that the stiffness holds at", f"{model.speed_rpm:g} rev/min"),
+        ("speed", f"{scene.load.speed_rpm:g} rev/min"),
+    ]
+
+
+def model_rows(model: BuiltModel) -> list[tuple[str, str]]:
+    """Sizes of the reduced model and what was found in the files."""
+    facts = model.facts
+    modes = "of the superelement" if facts["modes"] is None else str(facts["modes"])
+    return [
+        ("degrees of freedom", str(facts["dofs"])),
+        *(("found in the files", line) for line in facts.get("notes", ())),
+        ("reduced degrees of freedom", str(facts["reduced_dofs"])),
+        ("fixed-interface modes", modes),
+    ]
+
+
+def nodal_contact_rows(reduced: ReducedModel, scene: Scene) -> list[tuple[str, str]]:
+    """The contact nodes, their law and the excitation."""
+    contact = scene.contact
+    stiffness = [
+        value_label(f"contact.{name}_stiffness", getattr(contact, f"{name}_stiffness"))
+        for name in ("normal", "tangential")
+    ]
+    area = 0.0 if reduced.contact_area is None else float(reduced.contact_area.sum())
+    return [
+        ("contact nodes", f"{reduced.n_contacts} pairs of nodes"),
+        ("area of a face", f"{1e6 * area:.3g} mm²"),
+        ("stiffness of the whole face", ", ".join(stiffness)),
+        ("interference", value_label("contact.interference", contact.interference)),
+        *load_rows(scene),
+    ]
+
 
 SHOWN_FREQUENCIES = 6
 

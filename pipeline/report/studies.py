@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from pipeline.figures.study_figures import figure_file
+from pipeline.figures.figure_stage import figure_file
 from pipeline.report.pictures import inline_figure
 from pipeline.report.report_source import ReportSource
 from pipeline.results.publishing import Attempts

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pipeline.render.job import Job
+from pipeline.render.drawing_process import Job
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 from pipeline.scene.labels import quantity
 from pipeline.verify.advice import percent
-from pipeline.verify.cases import VerifiedCase
 from pipeline.verify.model_errors import JointErrors, ModelErrors
+from pipeline.verify.stage import VerifiedCase
 
 if TYPE_CHECKING:
     from rich.table import Table

@@ -120,7 +120,7 @@ def test_an_edit_of_any_module_that_a_stage_reaches_changes_its_key(copy: Path) 
         ("pipeline/stages/modal_truncation.py", {"truncation"}),
         ("rom/finite_elements/assembly.py", {"assemble", "reduce", "truncation", "verify"}),
         ("nonlinear/response_solver.py", {"curve", "extension", "carried"}),
-        ("pipeline/verify/other_mesh.py", {"verify"}),
+        ("pipeline/verify/compare.py", {"verify"}),
         ("pipeline/report/rows.py", set()),
         ("pipeline/cli.py", set()),
         ("pipeline/store/content_store.py", set()),

@@ -12,11 +12,10 @@ import numpy as np
 import pytest
 from pipeline_support import shroud, small_scene, summary_of, write_scene
 
-import pipeline.verify.advised_mesh
+import pipeline.verify.advice
 import pipeline.verify.compare
-import pipeline.verify.other_mesh
 from geometry import build_sector, write_mesh
-from pipeline.figures.nodal_diameters import nodal_diameter_figure
+from pipeline.figures.campbell import nodal_diameter_figure
 from pipeline.scene.geometry_parameters import disk_parameters, geometry_parameters
 from pipeline.scene.reading import read_scene
 from pipeline.stages.build_mesh import SECTOR
@@ -272,9 +271,9 @@ def test_verify_measures_against_the_whole_mesh_in_the_wave_excited(
     reduced: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Frequencies with free contacts against modes of both meshes at 2 nodal diameters, which order 70 excites."""
-    monkeypatch.setattr(pipeline.verify.other_mesh, "_MOST_ELEMENTS", 10)  # so that the other mesh is a coarser one
-    monkeypatch.setattr(pipeline.verify.advised_mesh, "_HALVINGS", 0)
-    monkeypatch.setattr(pipeline.verify.advised_mesh, "MOST_DOFS", 10)  # one mesh is tried
+    monkeypatch.setattr(pipeline.verify.compare, "_MOST_ELEMENTS", 10)  # so that the other mesh is a coarser one
+    monkeypatch.setattr(pipeline.verify.advice, "_HALVINGS", 0)
+    monkeypatch.setattr(pipeline.verify.advice, "MOST_DOFS", 10)  # one mesh is tried
     shutil.copytree(reduced / "store", tmp_path / "store")
     tolerance, rest = 3e-4, ("--out", tmp_path, "--json", "--quiet")
     file = write_scene(tmp_path / "scene.toml", disk_scene(excitation__engine_order=70))

@@ -155,7 +155,7 @@ def test_a_drawing_process_that_waits_loads_its_libraries_then_draws_or_ends_wit
         "from dataclasses import dataclass\n"
         "import pathlib\n"
         "from pipeline.render.drawing_process import drawing_main\n"
-        "from pipeline.render.job import Job\n"
+        "from pipeline.render.drawing_process import Job\n"
         "@dataclass(frozen=True)\n"
         "class Patient(Job):\n"
         "    place: str\n"

@@ -12,17 +12,22 @@ import pytest
 from matplotlib.colors import to_rgb
 from pipeline_support import small_scene, write_scene
 
-from pipeline.figures.data import PlottedBranch, PlottedCurve, SweepPoint
-from pipeline.figures.quantiles import band_figure, bins, curves_to_read, ends, highest_at, quantile_figure
+from pipeline.figures.data import PlottedBranch, PlottedCurve, SweepPoint, groups, is_grid, sweep_keys
+from pipeline.figures.peaks import (
+    band_figure,
+    bins,
+    curves_to_read,
+    ends,
+    has_few_lines,
+    highest_at,
+    quantile_figure,
+    trend_figure,
+)
 from pipeline.figures.response import has_lines, response_figure
 from pipeline.figures.style import ordered_colours
-from pipeline.figures.sweep_keys import groups, is_grid, sweep_keys
 from pipeline.figures.sweep_map import cell_figure, map_of_sweep, sweep_map_figure
-from pipeline.figures.trend import has_few_lines, trend_figure
 from pipeline.report.charts import charts
-from pipeline.report.error_budget import ErrorRow
-from pipeline.report.many_curves import first_few, listed, quantile_rows, shown_rows
-from pipeline.report.story import story
+from pipeline.report.error_budget import ErrorRow, first_few, listed, quantile_rows, shown_rows, story
 from pipeline.scene.reading import read_scene
 from pipeline.stages.respond import CurveResult
 

@@ -22,7 +22,7 @@ from geometry import (
     write_mesh,
 )
 from pipeline.new_scene.mesh_survey import survey
-from pipeline.report.surface import boundary_sides, outer_surface
+from pipeline.report.viewer import boundary_sides, outer_surface
 from pipeline.scene.input_files import content_hash, file_parts
 from pipeline.scene.reading import read_scene
 from pipeline.stages.cache_keys import model_keys

@@ -21,7 +21,7 @@ import pipeline.stages.respond
 from geometry import ContactFace, ElementBlock, SectorMesh
 from pipeline.bootstrap import TEST_PROGRAMS
 from pipeline.report.report_source import ReportSource
-from pipeline.report.surface import outer_surface
+from pipeline.report.viewer import outer_surface
 from pipeline.scene.reading import read_scene
 from pipeline.stages.model_chain import BuiltModel
 from pipeline.stages.request import StudyOutcome
@@ -371,7 +371,7 @@ def test_a_picture_that_fails_takes_no_other_one_with_it(copied: Path, monkeypat
 
     scene = write_scene(copied.parent / "s.toml", small_scene(sweep=SWEEP, title="fails in parts"))
     with monkeypatch.context() as failing:
-        failing.setattr("pipeline.figures.trend.trend_figure", fail)
+        failing.setattr("pipeline.figures.peaks.trend_figure", fail)
         failing.setattr("pipeline.report.page.loops_drawing", fail)
         failing.setattr("pipeline.report.page.ring_drawing", fail)
         status, _, error = shroud("report", scene, "--out", copied, "--quiet")

@@ -7,9 +7,8 @@ import pytest
 from matplotlib.axes import Axes
 from pipeline_support import small_scene, write_scene
 
-from pipeline.figures.campbell import campbell_figure
+from pipeline.figures.campbell import campbell_figure, nodal_diameter_figure
 from pipeline.figures.data import PlottedCurve, plotted_curves
-from pipeline.figures.nodal_diameters import nodal_diameter_figure
 from pipeline.process.progress import Reporter
 from pipeline.run import execute
 from pipeline.scene.reading import read_scene

@@ -16,7 +16,7 @@ import pipeline.figures.style
 import pipeline.render.render_stage
 import pipeline.stress.stress_stage
 from pipeline import InputError, run_scene
-from pipeline.render.job import RenderJob
+from pipeline.render.drawing_process import RenderJob
 from pipeline.stages.stage_names import Stage
 from rom import load_sector, mode_shapes, read_reduced_model
 

@@ -13,11 +13,11 @@ from pipeline_support import ground_scene, shroud, small_scene, statuses, summar
 from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import eigsh
 
-import pipeline.verify.advised_mesh
-import pipeline.verify.cases
+import pipeline.verify.advice
 import pipeline.verify.compare
+import pipeline.verify.stage
 from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
-from pipeline.verify.advised_mesh import finer_size, mesh_dofs
+from pipeline.verify.advice import finer_size, mesh_dofs
 from pipeline.verify.model_errors import ORDER, JointErrors, ModelErrors, OtherMesh, fitted_order
 from rom import Material, assemble, load_full_model, load_sector
 
@@ -170,7 +170,7 @@ def test_stiffness_node_by_node_has_no_value_between_the_nodes(tmp_path: Path) -
 
 
 def test_what_no_mesh_and_no_contact_grid_reaches_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pipeline.verify.advised_mesh, "MOST_DOFS", 12_000)
+    monkeypatch.setattr(pipeline.verify.advice, "MOST_DOFS", 12_000)
     stiff = {**COARSE, "contact__normal_stiffness": 1e13, "contact__tangential_stiffness": 1e13}
     (advice,) = verified(tmp_path, "--tolerance", 1e-5, **stiff, rom__modes=30)["advice"]
     assert not advice["within"]
@@ -274,14 +274,14 @@ def test_what_cannot_be_verified_is_one_line(tmp_path: Path, monkeypatch: pytest
 
 @pytest.mark.usefixtures("no_other_mesh")
 def test_a_case_that_fails_does_not_stop_the_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    real = pipeline.verify.cases.model_errors
+    real = pipeline.verify.stage.model_errors
 
     def measured(scene: Any, *rest: Any) -> Any:
         if scene.excitation.engine_order == 3:
             raise RuntimeError("made to fail")
         return real(scene, *rest)
 
-    monkeypatch.setattr(pipeline.verify.cases, "model_errors", measured)
+    monkeypatch.setattr(pipeline.verify.stage, "model_errors", measured)
     status, said, error = verify(tmp_path, sweep={"excitation.engine_order": [3, 36]})
     assert status == 1
     assert error.splitlines()[-1] == "engine order 3: verify: made to fail"

@@ -9,7 +9,7 @@ from typing import Any, cast
 import pytest
 from pipeline_support import small_scene, write_scene
 
-from pipeline.figures.curve_marks import mark_worst
+from pipeline.figures.curve_line import mark_worst
 from pipeline.figures.style import styled
 from pipeline.report.page import _worst_cards
 from pipeline.results.outputs import curve_summary
