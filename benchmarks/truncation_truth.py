@@ -79,7 +79,7 @@ def problem_of(case: StressCase, model: Path) -> Problem:
     """The problem of a case under 1 N, as the test matrix poses it."""
     from nonlinear import build_harmonic_balance
     from nonlinear.continuation.arclength_continuation import Continuation
-    from nonlinear.continuation.resonances import find_resonances
+    from nonlinear.continuation.step_control import find_resonances
     from nonlinear.harmonic_balance.initial_solution import static_displacement
     from nonlinear.harmonic_balance.truncated_balances import TruncatedBalances
 

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
         ContactParameters,
         punch_stiffness,
     )
-    from nonlinear.continuation.named_outputs import largest_lengths, output_components
+    from nonlinear.continuation.response_quantities import largest_lengths, output_components
     from nonlinear.harmonic_balance.initial_solution import StaticContact
     from nonlinear.harmonic_balance.residual import HarmonicBalance, LinearisedResidual
     from nonlinear.mistuned_ring.amplification import whitehead_bound
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from nonlinear.mistuned_ring.ring_peaks import RingPeak
     from nonlinear.mistuned_ring.ring_response import MistunedResponse, mistuned_response
     from nonlinear.mode_agreement import PeakAgreement, PeakMotion, compare_with_peaks, peak_motions
-    from nonlinear.nonlinear_modes.mode_following import harmonic_shares
+    from nonlinear.nonlinear_modes.mode_curve import harmonic_shares
     from nonlinear.nonlinear_modes.nonlinear_mode import ModeDamping, ModeResonance, NonlinearMode, nonlinear_mode
     from nonlinear.options import (
         MOST_UNKNOWNS,
@@ -193,7 +193,7 @@ _PLACES = {
     "ModeDamping": "nonlinear.nonlinear_modes.nonlinear_mode",
     "ModeResonance": "nonlinear.nonlinear_modes.nonlinear_mode",
     "NonlinearMode": "nonlinear.nonlinear_modes.nonlinear_mode",
-    "harmonic_shares": "nonlinear.nonlinear_modes.mode_following",
+    "harmonic_shares": "nonlinear.nonlinear_modes.mode_curve",
     "nonlinear_mode": "nonlinear.nonlinear_modes.nonlinear_mode",
     "ActivePeak": "nonlinear.peak_curves.joint_optimum",
     "JointOptimum": "nonlinear.peak_curves.joint_optimum",
@@ -224,9 +224,9 @@ _PLACES = {
     "contact_element": "nonlinear.contact.element_choice",
     "forced_response": "nonlinear.response_solver",
     "build_harmonic_balance": "nonlinear.response_solver",
-    "largest_lengths": "nonlinear.continuation.named_outputs",
+    "largest_lengths": "nonlinear.continuation.response_quantities",
     "least_samples": "nonlinear.options",
-    "output_components": "nonlinear.continuation.named_outputs",
+    "output_components": "nonlinear.continuation.response_quantities",
     "punch_stiffness": "nonlinear.contact.parameters",
     "solved_response": "nonlinear.peak_curves.peak_search",
     "FoundSolution": "nonlinear.worst_motion.solutions_at",

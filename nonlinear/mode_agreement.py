@@ -18,7 +18,7 @@ import numpy as np
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
-from nonlinear.nonlinear_modes.mode_following import harmonic_shares
+from nonlinear.nonlinear_modes.mode_curve import harmonic_shares
 from nonlinear.nonlinear_modes.nonlinear_mode import ModeResonance, NonlinearMode
 from nonlinear.options import Excitation
 from nonlinear.response_curve import ResponseCurve

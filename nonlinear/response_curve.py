@@ -13,8 +13,12 @@ from nonlinear.branches.termination import TerminationReason
 from nonlinear.branches.worst_motion import WorstMotion
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK, Array
-from nonlinear.continuation.named_outputs import largest_lengths, output_components
-from nonlinear.continuation.response_quantities import evaluate_responses, largest_amplitude
+from nonlinear.continuation.response_quantities import (
+    evaluate_responses,
+    largest_amplitude,
+    largest_lengths,
+    output_components,
+)
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.harmonic_balance.initial_solution import StaticContact
 from nonlinear.harmonic_balance.residual import HarmonicBalance

@@ -10,9 +10,8 @@ from nonlinear.branches.branch_collection import BranchCollection
 from nonlinear.branches.branch_lifting import Lifting
 from nonlinear.branches.branch_starts import BranchStart
 from nonlinear.branches.detached_branches import few_harmonics
-from nonlinear.branches.homotopy import Homotopy
 from nonlinear.branches.known_branches import KnownBranch
-from nonlinear.branches.parameter_continuation import Carried, carry_solution
+from nonlinear.branches.parameter_continuation import Carried, Homotopy, carry_solution
 from nonlinear.contact.fourier import to_real
 from nonlinear.contact.parameters import ContactParameters
 from nonlinear.continuation.arclength_continuation import Progress

@@ -12,7 +12,7 @@ from nonlinear.contact.element_choice import contact_element
 from nonlinear.contact.parameters import Array, ContactElement, ContactError, ContactParameters
 from nonlinear.continuation.arclength_continuation import Continuation, Progress
 from nonlinear.continuation.point_stability import PointStability
-from nonlinear.continuation.resonances import find_resonances
+from nonlinear.continuation.step_control import find_resonances
 from nonlinear.harmonic_balance.initial_solution import StaticContact, static_displacement
 from nonlinear.harmonic_balance.residual import HarmonicBalance, has_odd_harmonics_only
 from nonlinear.harmonic_balance.truncated_balances import TruncatedBalances

@@ -17,7 +17,7 @@ from nonlinear.branches.known_branches import KnownBranch
 from nonlinear.branches.range_continuation import continue_over_range
 from nonlinear.contact.parameters import Array
 from nonlinear.continuation.arclength_continuation import Continuation, Progress
-from nonlinear.continuation.nearest_solution import nearest_solution
+from nonlinear.continuation.corrector import nearest_solution
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.harmonic_balance.initial_solution import solve_at
 from nonlinear.harmonic_balance.truncated_balances import TruncatedBalances

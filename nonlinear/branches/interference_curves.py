@@ -18,8 +18,8 @@ from nonlinear.contact.fourier import ComplexArray, to_complex, to_real
 from nonlinear.contact.parameters import Array
 from nonlinear.continuation.arclength_continuation import Continuation, ContinuationState
 from nonlinear.continuation.linear_segments import LinearSegments
-from nonlinear.continuation.parameters import ContinuationParameters
 from nonlinear.continuation.solution_point import SolutionPoint
+from nonlinear.continuation.step_control import ContinuationParameters
 from nonlinear.harmonic_balance.initial_solution import solve_at
 from nonlinear.harmonic_balance.interference_path import InterferenceChange, InterferencePath
 from nonlinear.harmonic_balance.residual import HarmonicBalance, LinearisedResidual

@@ -13,8 +13,7 @@ from itertools import groupby, pairwise
 import numpy as np
 
 from nonlinear.contact.fourier import ComplexArray
-from nonlinear.continuation.point_recording import PointRecorder
-from nonlinear.continuation.point_stability import PointStability
+from nonlinear.continuation.point_stability import PointRecorder, PointStability
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.stability.floquet import grows, with_conjugate
 

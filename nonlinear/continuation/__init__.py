@@ -1,8 +1,8 @@
 """Pseudo-arc-length continuation of the harmonic balance in the frequency.
 
-A step predicts the next point along the tangent (`predictor`), corrects it by Newton's method in the plane normal to
-the tangent (`corrector`, `predictor_corrector`), is accepted or refused (`acceptance`, `branch_point_crossing`), and
-proposes the length of the next one (`step_control`). `arclength_continuation` puts these parts together.
+A step predicts the next point along the tangent and corrects it by Newton's method in the plane normal to the tangent
+(`predictor_corrector`, `corrector`), is accepted or refused (`acceptance`), and proposes the length of the next one
+(`step_control`). `arclength_continuation` puts these parts together.
 
 References
 ----------

@@ -8,19 +8,19 @@ from typing import NamedTuple
 import numpy as np
 
 from nonlinear.contact.parameters import ContactParameters
-from nonlinear.continuation.acceptance import distance_along_tangent, follows_curve
-from nonlinear.continuation.branch_point_crossing import find_crossed_branch_point
-from nonlinear.continuation.events import passed_limit, passes_through
-from nonlinear.continuation.kink_crossing import point_beyond_kink
-from nonlinear.continuation.linear_segment_steps import LinearSegmentSteps
-from nonlinear.continuation.linear_segments import LinearSegments
-from nonlinear.continuation.parameters import ContinuationParameters
-from nonlinear.continuation.point_recording import PointRecorder
-from nonlinear.continuation.point_stability import PointStability
+from nonlinear.continuation.acceptance import (
+    distance_along_tangent,
+    find_crossed_branch_point,
+    follows_curve,
+    passed_limit,
+    passes_through,
+    point_beyond_kink,
+)
+from nonlinear.continuation.linear_segments import LinearSegments, LinearSegmentSteps
+from nonlinear.continuation.point_stability import PointRecorder, PointStability
 from nonlinear.continuation.predictor_corrector import PredictorCorrector
-from nonlinear.continuation.resonances import Resonances
 from nonlinear.continuation.solution_point import SolutionPoint
-from nonlinear.continuation.step_control import next_step, step_to_resonance
+from nonlinear.continuation.step_control import ContinuationParameters, Resonances, next_step, step_to_resonance
 from nonlinear.harmonic_balance.residual import HarmonicBalance
 from nonlinear.options import SolverOptions
 

@@ -1,15 +1,88 @@
-"""Corrector: Newton's method in the plane normal to the tangent, from a predicted point to the solution."""
+"""Corrector: Newton's method from a predicted point to the solution, in the plane normal to the tangent or by the
+smallest step (Moore-Penrose), and the bordered linear system of its steps.
+"""
+
+from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from nonlinear.contact.parameters import Array, ContactForces
-from nonlinear.continuation.bordered_system import BorderedSystem
-from nonlinear.continuation.metric import Metric, Tangent
+from nonlinear.continuation.solution_point import Metric, Tangent
 from nonlinear.harmonic_balance.newton import ConvergenceMonitor
-from nonlinear.harmonic_balance.residual import HarmonicBalance
+from nonlinear.harmonic_balance.residual import BorderedFactors, HarmonicBalance, LinearisedResidual
 from nonlinear.options import SolverOptions
+
+
+@dataclass(frozen=True)
+class BorderedSystem:
+    """The factorised Jacobian, bordered by dR/domega and by a unit direction t.
+
+    ::
+
+        [ dR/dx   dR/domega ] [ dx     ]   [ right ]
+        [ t_x     t_omega   ] [ domega ] = [ last  ]
+
+    The unknowns are scaled by the metric.
+    """
+
+    metric: Metric  # scales of displacement and frequency
+    size: int  # number of unknowns n
+    factors: BorderedFactors  # solves the scaled system
+
+    @classmethod
+    def factorise(cls, linearised: LinearisedResidual, border: Tangent, metric: Metric) -> BorderedSystem:
+        """Factorise at one state; `border` is of unit length in `metric`. A singular system solves to NaN."""
+        dR_domega = linearised.dR_domega * (metric.omega / metric.length)
+        factors = linearised.factorise(dR_domega, border[0] / metric.length, border[1] / metric.omega)
+        return cls(metric, linearised.residual.size, factors)
+
+    @property
+    def sign(self) -> int:
+        """Sign of the determinant."""
+        return self.factors.sign
+
+    def newton_step(self, residual: Array) -> Tangent:
+        """The Newton step (dx, domega) for the residual (n,), normal to the border."""
+        scaled, scaled_omega = self.factors.solve(residual / -self.metric.length, 0.0)
+        return scaled * self.metric.length, scaled_omega * self.metric.omega
+
+    def tangent(self) -> tuple[Tangent, int, int]:
+        """Unit tangent on the side of the border, sign of det [dR/dx, dR/domega; t], sign of det dR/dx.
+
+        The tangent z solves B z = e_last. By Cramer's rule det dR/dx = z_last det B.
+        """
+        scaled, scaled_omega = self.factors.solve(np.zeros(self.size), 1.0)
+        tangent = self.metric.unit((scaled * self.metric.length, scaled_omega * self.metric.omega))
+        side = 0 if np.isnan(scaled_omega) else int(np.sign(scaled_omega))  # NaN of a singular system
+        return tangent, self.sign, self.sign * side
+
+
+TOLERANCE = 1e-10  # relative residual; the solution is only a start
+LARGEST_STEP = 1.0  # in the metric
+
+
+def nearest_solution(
+    balance: HarmonicBalance, unknown: Array, omega: float, metric: Metric, most_iterations: int = 15
+) -> tuple[Array, float] | None:
+    """A solution (x, omega) near a point; None where Newton's method does not converge.
+
+    Each step is the smallest one, in the metric, that solves R + dR/dx dx + dR/domega domega = 0: no direction has to
+    be known, as for a plane through the point.
+    """
+    x, w = unknown.copy(), omega
+    for _ in range(most_iterations):
+        linearised = balance.evaluate(x, w)
+        if balance.relative_error(linearised.residual, x) < TOLERANCE:
+            return x, w
+        matrix = np.column_stack([linearised.jacobian * metric.length, linearised.dR_domega * metric.omega])
+        step = -np.linalg.lstsq(matrix, linearised.residual, rcond=None)[0]
+        if not np.linalg.norm(step) < LARGEST_STEP:
+            return None
+        x, w = x + metric.length * step[:-1], w + metric.omega * float(step[-1])
+    return None
+
 
 MAX_CORRECTIONS = 12
 MANY_UNKNOWNS = 120  # a factorisation costs as much as ten evaluations, not as three

@@ -1,14 +1,243 @@
-"""Linear segments of a curve, on which no contact changes its state: which ones there are, and their equations."""
+"""Linear segments of a curve, on which no contact changes its state, followed without iterations.
 
-from dataclasses import dataclass, field
+The contact forces are those of linear springs k, so that the balance is (I + G k) d = d_lin in each harmonic: one
+linear system for each frequency.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nonlinear.contact.parameters import SLIP, Array, ContactParameters
-from nonlinear.continuation.linear_segment_system import LinearSegmentSystem
-from nonlinear.continuation.solution_point import LinearState, SolutionPoint
+from nonlinear.contact.fourier import ComplexArray, smallest_values, to_complex
+from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK, Array, ContactForces, ContactParameters
+from nonlinear.continuation.response_quantities import amplitude_derivative
+from nonlinear.continuation.solution_point import LinearState, Metric, SolutionPoint
+from nonlinear.continuation.zero_bracket import closed_bracket
 from nonlinear.harmonic_balance.residual import HarmonicBalance
+from rom import RelativeReceptance, SpringSupportedMotion, contact_springs
+
+if TYPE_CHECKING:
+    from nonlinear.continuation.response_kernels import SprungHarmonic
+
+
+@dataclass(frozen=True)
+class LinearMotion:
+    """A vibration and its derivative in w."""
+
+    displacement: Array  # (2H+1, n_c, 3), relative displacement and its derivative
+    derivative: Array  # (2H+1, n_c, 3), relative displacement and its derivative
+    coordinates: ComplexArray  # (m,), modal coordinates of the first excited harmonic and their derivative
+    coordinates_derivative: ComplexArray  # (m,), modal coordinates of the first excited harmonic and their derivative
+
+    def growth(self, output: Array | ComplexArray) -> float:
+        """Derivative in w of the amplitude ``|x^(h)|`` of an output, (m,) in modal coordinates."""
+        first = output @ self.coordinates
+        size = abs(first)
+        return float((first.conjugate() * (output @ self.coordinates_derivative)).real / size) if size > 0.0 else 0.0
+
+
+@dataclass(frozen=True)
+class LinearSegmentSystem:
+    """The linear equations of a `balance` in one contact state: every node open, or closed and stuck or sliding.
+
+    Quantities that do not depend on the frequency are cached: a frequency costs one small complex system (none if all
+    nodes are open), the test of the contact state one matrix product.
+    """
+
+    balance: HarmonicBalance
+    contact: ContactParameters
+    state: LinearState
+
+    @cached_property
+    def held(self) -> NDArray[np.bool_]:
+        """Closed nodes that friction can hold, (n_c,)."""
+        return self.state.pressed & self.contact.can_stick
+
+    @cached_property
+    def springs(self) -> Array:
+        """Contact springs, (n_c, 3), N/m."""
+        tangential = np.where(self.held, self.contact.tangential_stiffness, 0.0)
+        normal = np.where(self.state.pressed, self.contact.normal_stiffness, 0.0)
+        return contact_springs(normal.size, normal, tangential)
+
+    @cached_property
+    def static(self) -> Array:
+        """Harmonic 0, (n_c, 3)."""
+        if self.balance.frozen_static is not None:
+            return self.balance.frozen_static
+        at_rest = replace(self.balance.receptance, harmonics=(0,))
+        free, _ = at_rest.response(0.0, self._rest_force.reshape(1, -1).astype(complex))
+        system = SpringSupportedMotion(at_rest.matrix(0.0)[0].real * self.springs.reshape(-1))
+        return system.solve(free[0].real).reshape(-1, 3)
+
+    @cached_property
+    def _rest_force(self) -> Array:
+        """The force without displacement, (n_c, 3): kt w0 and N0 - N."""
+        force = -self.springs * self.contact.from_slider_origin(np.zeros((1, *self.springs.shape)))[0]
+        force[:, 2] = self.contact.preload - np.where(self.state.pressed, self.contact.initial_load, 0.0)
+        return force
+
+    @property
+    def harmonics(self) -> tuple[int, ...]:
+        """Harmonics of the excitation."""
+        return self.balance.receptance.excited_harmonics
+
+    @cached_property
+    def _receptances(self) -> tuple[RelativeReceptance, ...]:
+        """The receptance of each excited harmonic."""
+        return tuple(replace(self.balance.receptance, harmonics=(h,)) for h in self.harmonics)
+
+    @cached_property
+    def _sprung(self) -> tuple[ComplexArray, ...]:
+        """Modal forces of unit displacements through the springs, (m, 3 n_c) for each excited harmonic."""
+        return tuple(receptance.adjoint[0] * self.springs.reshape(-1) for receptance in self._receptances)
+
+    @cached_property
+    def _structures(self) -> "tuple[SprungHarmonic, ...]":
+        """The structure in each excited harmonic, for the kernel.
+
+        Empty for large faces, which have a faster way, and for a receptance that is not the modal sum.
+        """
+        from nonlinear.continuation.response_kernels import SprungHarmonic
+
+        if self.balance.receptance.large or type(self.balance.receptance) is not RelativeReceptance:
+            return ()
+        return tuple(
+            SprungHarmonic(
+                relative=np.ascontiguousarray(receptance.relative[0]),
+                adjoint=np.ascontiguousarray(receptance.adjoint[0]),
+                springs=np.ascontiguousarray(self.springs.reshape(-1)),
+                force=receptance.modal_force[0],
+                stiffness=np.ascontiguousarray(receptance.waves.angular_frequency[0] ** 2, dtype=float),
+                damping=np.ascontiguousarray(receptance.waves.damping[0], dtype=float),
+                harmonic=float(h),
+            )
+            for h, receptance in zip(self.harmonics, self._receptances, strict=True)
+        )
+
+    def motion(self, omega: float) -> LinearMotion:
+        """The motion at `omega` (rad/s): (I + G k) d = d_lin in each excited harmonic."""
+        found = [self._harmonic(index, omega) for index in range(len(self.harmonics))]
+        rows = np.zeros((2, 2 * self.balance.n_harmonics + 1, *self.static.shape))
+        rows[0, 0] = self.static
+        for h, (motion, change, _, _) in zip(self.harmonics, found, strict=True):
+            for row, values in zip(rows, (motion, change), strict=True):
+                row[2 * h - 1] = values.real.reshape(self.static.shape)
+                row[2 * h] = values.imag.reshape(self.static.shape)
+        return LinearMotion(rows[0], rows[1], *found[0][2:])
+
+    def _harmonic(self, index: int, omega: float) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
+        """Relative motion and modal coordinates of one harmonic, each with its derivative in w behind it."""
+        if self._structures:
+            from nonlinear.continuation.response_kernels import sprung_motion
+
+            found: tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]
+            found = sprung_motion(self._structures[index], float(omega))
+            return found
+        receptance, sprung = self._receptances[index], self._sprung[index]
+        relative, force = receptance.relative[0], receptance.modal_force[0]
+        value, value_derivative = (row[0] for row in receptance.denominators(omega))
+        modal = force / value
+        motion = relative @ modal
+        if not self.springs.any():
+            modal_derivative = -value_derivative * modal / value
+            return motion, relative @ modal_derivative, modal, modal_derivative
+        system = SpringSupportedMotion(receptance.matrix(omega)[0] * self.springs.reshape(-1))
+        motion = system.solve(motion)
+        modal = (force - sprung @ motion) / value
+        modal_derivative = -value_derivative * modal / value
+        change = system.solve(relative @ modal_derivative)
+        return motion, change, modal, modal_derivative - sprung @ change / value
+
+    def output_shape(self, name: str) -> Array | ComplexArray:
+        """An output (m,) in the modal coordinates of the first excited harmonic."""
+        shapes = self.balance.receptance.output_shapes(name)
+        return shapes if shapes.ndim == 1 else shapes[self.harmonics[0]]
+
+    def margin(self, displacement: Array) -> float:
+        """Distance (m) of a displacement from the nearest change of state; negative beyond it.
+
+        For one harmonic in closed form: c_0 + ``|c_1|`` is the largest value of c_0 + Re c_1 exp(i theta).
+        """
+        offset, of_static, swings = self._conditions
+        displacement = self.contact.from_slider_origin(displacement)
+        if self.harmonics != (1,):
+            motion = to_complex(displacement.reshape(len(displacement), -1))[: self.harmonics[-1] + 1]
+            coefficients = motion @ of_static.T
+            coefficients[0] += offset
+            least = float(smallest_values(coefficients).min())
+            if self.contact.law == "cone" and self.held.any():
+                least = min(least, self._margin_in_cone(displacement))
+            return least
+        rows = displacement[:3].reshape(3, -1)
+        moved = rows[1:] @ swings.T
+        least = float((offset + of_static @ rows[0] - np.hypot(moved[0], moved[1])).min())
+        if self.contact.law == "cone" and self.held.any():
+            least = min(least, self._margin_in_cone(displacement))
+        return least
+
+    @cached_property
+    def _conditions(self) -> tuple[Array, Array, Array]:
+        """Conditions of the contact state, one in each row: offset + of_static d_0 - ``|swings d_1|`` >= 0."""
+        sign, stiffness = np.where(self.state.pressed, 1.0, -1.0), self.contact.normal_stiffness
+        per_metre = 1.0 / np.where(stiffness > 0.0, stiffness, 1.0)
+        at_rest = self.contact.initial_load
+        nodes, normal = np.arange(sign.size), 3 * np.arange(sign.size) + 2
+        of_static, swings = np.zeros((2, sign.size, 3 * sign.size))
+        of_static[nodes, normal], swings[nodes, normal] = sign * stiffness * per_metre, stiffness * per_metre
+        offsets, rows, moving = [sign * at_rest * per_metre], [of_static], [swings]
+        if self.contact.law == "two_sliders":
+            held = np.flatnonzero(self.held)
+            reach = self.contact.friction[held] / self.contact.tangential_stiffness[held]
+            which = np.arange(held.size)
+            for axis, way in ((0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)):
+                of_static, swings = np.zeros((2, held.size, 3 * sign.size))
+                of_static[which, 3 * held + 2], of_static[which, 3 * held + axis] = reach * stiffness[held], -way
+                swings[which, 3 * held + 2], swings[which, 3 * held + axis] = -way * reach * stiffness[held], 1.0
+                offsets, rows, moving = [*offsets, reach * at_rest[held]], [*rows, of_static], [*moving, swings]
+        return np.concatenate(offsets), np.concatenate(rows), np.concatenate(moving)
+
+    def _margin_in_cone(self, displacement: Array) -> float:
+        """Distance of the stuck nodes from slip under the cone law, by bounds of motion and normal load."""
+        held, contact = self.held, self.contact
+        harmonic = np.abs(displacement[1, held] + 1j * displacement[2, held])
+        for h in range(2, self.harmonics[-1] + 1):
+            harmonic = harmonic + np.abs(displacement[2 * h - 1, held] + 1j * displacement[2 * h, held])
+        stiffness = contact.normal_stiffness[held]
+        mean = contact.unclipped_load(displacement[0, :, 2])[held]
+        farthest = np.linalg.norm(np.abs(displacement[0, held, :2]) + harmonic[:, :2], axis=1)
+        reach = contact.friction[held] / contact.tangential_stiffness[held]
+        return float((reach * (mean - stiffness * harmonic[:, 2]) - farthest).min())
+
+    def forces(self, displacement: Array) -> ContactForces:
+        """Contact forces of a motion of the system, the same as those of the contact element."""
+        force = -self.springs * displacement
+        force[0] += self._rest_force
+        still = not displacement[1:, :, :2].any()
+        return ContactForces(force, self._jacobian, self._worst_at_rest if still else self._worst)
+
+    @cached_property
+    def _jacobian(self) -> Array:
+        rows = np.arange(2 * self.balance.n_harmonics + 1)
+        jacobian = np.zeros((self.springs.shape[0], 3, 3, rows.size, rows.size))
+        for axis in range(3):
+            jacobian[:, axis, axis, rows, rows] = -self.springs[:, axis, None]
+        return jacobian
+
+    @cached_property
+    def _worst_at_rest(self) -> NDArray[np.int64]:
+        return np.where(self.state.pressed, STICK, LIFT_OFF).astype(np.int64)
+
+    @cached_property
+    def _worst(self) -> NDArray[np.int64]:
+        sliding = (self.contact.tangential_stiffness > 0.0) & (self.contact.friction == 0.0)
+        return np.where(self.state.pressed & sliding, SLIP, self._worst_at_rest)
+
 
 NEGLIGIBLE_HARMONICS = 1e-12  # higher harmonics below this part of the displacement are round-off
 
@@ -71,3 +300,91 @@ class LinearSegments:
             return None
         state = LinearState(pressed)
         return state if self.system(state).margin(displacement) >= 0.0 else None
+
+
+SHORTEST_STEP = 1e-10  # relative to the frequency; a shorter step means that the end of the segment is reached
+END_TOLERANCE = 1e-14
+
+
+@dataclass(frozen=True)
+class LinearSegmentSteps:
+    """Follows linear solutions in the frequency."""
+
+    segments: LinearSegments  # the linear solutions
+    metric: Callable[[Array], Metric]  # scales at an unknown (n,)
+    output: str  # name of the output whose amplitude is recorded
+
+    def step(self, point: SolutionPoint, step: float) -> SolutionPoint | None:
+        """The point about `step` beyond `point` on its linear segment, or the end of the segment if that is nearer.
+
+        None if `point` is on no linear segment, or at its end. The arc length of the new point is its distance along
+        the tangent; its own `step` is the one made.
+        """
+        state = self.segments.state_at(point)
+        if state is None:
+            return None
+        system = self.segments.system(state)
+        omega = point.omega + step * point.tangent[1]
+        motion = system.motion(omega)
+        margin = system.margin(motion.displacement)
+        if margin < 0.0:
+            omega = _end(system, point.omega, (omega, margin))
+            if abs(omega - point.omega) <= SHORTEST_STEP * point.omega:
+                return None
+            motion = system.motion(omega)
+        unknown = self.segments.balance.unknown(motion.displacement)
+        length = point.metric.product((unknown - point.unknown, omega - point.omega), point.tangent)
+        direction = math.copysign(1.0, point.tangent[1])
+        return self._point(system, motion, omega, (direction, point.arc + length, length))
+
+    def start(self, omega: float, direction: float, first_step: float) -> SolutionPoint | None:
+        """The linear solution at `omega` (rad/s), all contacts open or all stuck; None if neither is a solution.
+
+        `direction`: +1 or -1, the direction of the branch in frequency.
+        """
+        for system in self.segments.uniform():
+            motion = system.motion(omega)
+            found = self.segments.state(motion.displacement)
+            if found is not None and np.array_equal(found.pressed, system.state.pressed):
+                return self._point(system, motion, omega, (direction, 0.0, first_step))
+        return None
+
+    def _point(
+        self, system: LinearSegmentSystem, motion: LinearMotion, omega: float, record: tuple[float, float, float]
+    ) -> SolutionPoint:
+        """The solved point; `record`: direction, arc and step. A stable linear structure has det dR/dx > 0."""
+        direction, arc, step = record
+        balance = system.balance
+        unknown, dx_domega = balance.unknown(motion.displacement), balance.unknown(motion.derivative)
+        metric = self.metric(unknown)
+        tangent = metric.unit((direction * dx_domega, direction))
+        point = SolutionPoint(
+            balance=balance,
+            unknown=unknown,
+            omega=omega,
+            tangent=tangent,
+            metric=metric,
+            contact=system.forces(motion.displacement),
+            jacobian_sign=1,
+            bordered_sign=int(direction),
+            iterations=0,
+            arc=arc,
+            step=step,
+            dA_ds=tangent[1] * motion.growth(system.output_shape(self.output)),
+            linear=system.state,
+        )
+        if system.harmonics == (1,):
+            return point
+        return replace(point, dA_ds=amplitude_derivative(point, self.output))
+
+
+def _end(system: LinearSegmentSystem, inside: float, outside: tuple[float, float]) -> float:
+    """The last frequency (rad/s) inside a segment, to round-off; `outside`: one beyond it and the margin there."""
+
+    def margin(omega: float) -> float:
+        return system.margin(system.motion(omega).displacement)
+
+    least = margin(inside)
+    if least <= 0.0:
+        return inside
+    return closed_bracket(margin, (inside, least), outside, END_TOLERANCE * inside)[0][0]

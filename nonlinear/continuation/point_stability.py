@@ -1,7 +1,9 @@
-"""Floquet exponents of the points of a curve, for any number of harmonics and all nodal diameters of the ring."""
+"""What is recorded of a solved point: Floquet exponents, for any number of harmonics and all nodal diameters of the
+ring, and the derivative of the amplitude.
+"""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 import numpy as np
@@ -9,6 +11,7 @@ import numpy as np
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import ContactParameters
 from nonlinear.continuation.linear_segments import LinearSegments
+from nonlinear.continuation.response_quantities import amplitude_derivative
 from nonlinear.continuation.solution_point import LinearState, SolutionPoint
 from nonlinear.harmonic_balance.residual import HarmonicBalance
 from nonlinear.harmonic_balance.truncated_balances import TruncatedBalances
@@ -187,3 +190,24 @@ class PointStability:
             static = balance.frozen_static is None
             self._analyses[balance.n_harmonics] = FloquetAnalysis.of(balance.receptance, self.contact, static=static)
         return self._analyses[balance.n_harmonics]
+
+
+@dataclass(frozen=True)
+class PointRecorder:
+    """Adds derived quantities to solved points."""
+
+    output: str  # name of the output whose amplitude is recorded
+    stability: PointStability | None = None  # computes Floquet exponents; None: they are not asked for
+
+    def record(self, point: SolutionPoint, exponents: bool = False) -> SolutionPoint:
+        """The point with dA/ds and, if asked for, its exponents. Its contact Jacobian is dropped, to save memory."""
+        dA_ds = point.dA_ds if point.linear is not None else amplitude_derivative(point, self.output)
+        found = self.stability.exponents(point) if self.stability is not None and exponents else None
+        return point.changed(dA_ds=dA_ds, exponents=found, contact=point.contact.without_jacobian())
+
+    def with_exponents(self, point: SolutionPoint) -> SolutionPoint:
+        """A recorded point with its exponents, if they are asked for."""
+        if self.stability is None or point.exponents is not None:
+            return point
+        contact = point.balance.element.evaluate(point.displacement)
+        return replace(point, exponents=self.stability.exponents(replace(point, contact=contact)))

@@ -1,17 +1,99 @@
-"""Quantities of a solved point: amplitude of the output, its derivative along the curve, work per cycle."""
+"""Quantities of a solved point: amplitude of the output, its derivative along the curve, further outputs by name,
+work per cycle.
+"""
 
 import cmath
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray, to_complex
 from nonlinear.contact.parameters import Array, ContactForces
-from nonlinear.continuation.named_outputs import output_components
 from nonlinear.continuation.solution_point import SolutionPoint
-from nonlinear.options import Measure
+from nonlinear.options import Measure, OptionsError
 from rom import RelativeReceptance
+
+SAMPLES_PER_HARMONIC = 64
+NEWTON_STEPS = 6
+
+
+def output_components(outputs: Iterable[str], name: str) -> tuple[str, ...]:
+    """The outputs of a model that make an output: one, or NAME_x, NAME_y, NAME_z of a vector.
+
+    Parameters
+    ----------
+    outputs : iterable of str
+        Names of the outputs of the model.
+    name : str
+        Name of the output, or of the vector.
+
+    Raises
+    ------
+    OptionsError
+        The model has neither.
+
+    Examples
+    --------
+    >>> from nonlinear import output_components
+    >>> output_components(("tip", "tip_x", "tip_y", "tip_z"), "tip")
+    ('tip',)
+    """
+    outputs = tuple(outputs)
+    if name in outputs:
+        return (name,)
+    parts = tuple(f"{name}_{axis}" for axis in "xyz")
+    if all(part in outputs for part in parts):
+        return parts
+    raise OptionsError(f"outputs: {name!r}, allowed: {', '.join(outputs)}, or the name in front of _x, _y and _z")
+
+
+def largest_lengths(harmonics: ComplexArray) -> Array:
+    """Largest length over a period of a vector x(theta) = x_0 + Re sum_h x_h exp(i h theta), at each of P points.
+
+    The largest of 64 H samples, improved by Newton's method on the derivative of its square.
+
+    Parameters
+    ----------
+    harmonics : (P, H+1, c) complex array
+        Fourier coefficients of its c components.
+
+    Returns
+    -------
+    (P,) array
+        Lengths; of one component the largest abs(x).
+
+    Examples
+    --------
+    A point on a circle of radius 2:
+
+    >>> from nonlinear import largest_lengths
+    >>> print(largest_lengths(np.array([[[0.0, 0.0], [2.0, 2.0j]]])).round(9))
+    [2.]
+    """
+    if harmonics.shape[0] == 0:
+        return np.zeros(0)
+    order = np.arange(harmonics.shape[1])
+    samples = SAMPLES_PER_HARMONIC * max(len(order) - 1, 1)
+    theta = np.linspace(0.0, 2.0 * np.pi, samples, endpoint=False)
+    found = [_largest(each, order, theta) for each in harmonics]
+    return np.array(found)
+
+
+def _largest(harmonics: ComplexArray, order: NDArray[np.int64], theta: Array) -> float:
+    squares = ((np.exp(1j * np.outer(theta, order)) @ harmonics).real ** 2).sum(axis=1)
+    angle, largest = theta[squares.argmax()], float(squares.max())
+    for _ in range(NEWTON_STEPS):
+        turn = np.exp(1j * order * angle)
+        x, dx, ddx = (((1j * order) ** power * turn @ harmonics).real for power in range(3))
+        curvature = dx @ dx + x @ ddx
+        if curvature >= 0.0:
+            break
+        angle -= (x @ dx) / curvature
+        x = (np.exp(1j * order * angle) @ harmonics).real
+        largest = max(largest, float(x @ x))
+    return float(np.sqrt(largest))
 
 
 @dataclass(frozen=True)
@@ -30,7 +112,7 @@ def largest_amplitude(harmonics: ComplexArray) -> Amplitude:
     """
     static, first = harmonics[0].real, harmonics[1]
     if harmonics.size > 2 and harmonics[2:].any():
-        from nonlinear.continuation.amplitude_kernel import largest_displacement
+        from nonlinear.continuation.response_kernels import largest_displacement
 
         return Amplitude(*largest_displacement(np.ascontiguousarray(harmonics, dtype=complex)))
     sign = -1.0 if static < 0.0 else 1.0
@@ -72,7 +154,7 @@ def amplitude_derivative(point: SolutionPoint, output: str, mean: Measure = None
     With the coefficients x_h of the output and the angle theta at which abs(x) is largest,
     dA/ds = sign(x(theta)) Re sum_h dx_h/ds exp(i h theta). With a given `mean` x_0 is that, and constant.
     """
-    from nonlinear.continuation.amplitude_kernel import moving_forces
+    from nonlinear.continuation.response_kernels import moving_forces
 
     receptance, contact, (dx_ds, domega_ds) = point.balance.receptance, point.contact, point.tangent
     forces = moving_forces(contact.force, contact.jacobian, dx_ds.reshape(-1, *contact.force.shape[1:]))

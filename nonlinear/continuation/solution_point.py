@@ -1,5 +1,10 @@
-"""One solved point of a response curve."""
+"""One solved point of a response curve, and the scales in which lengths along the curve are measured.
 
+Lengths are relative to the present vibration and to a part of the frequency range. So a step means the same at the
+top of a resonance and far below it, and force and interference scaled together give the same steps.
+"""
+
+import math
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -8,11 +13,36 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactForces
-from nonlinear.continuation.metric import Metric, Tangent
 from nonlinear.harmonic_balance.residual import HarmonicBalance
 from nonlinear.harmonic_balance.truncated_balances import pad_or_truncate
 from nonlinear.stability.floquet import grows
 from nonlinear.stability.ring_stability import PatternExponent
+
+Tangent = tuple[Array, float]  # dx/ds (n,), domega/ds
+
+
+@dataclass(frozen=True)
+class Metric:
+    """Norm and scalar product of steps (dx, domega): ds^2 = (dx . dx) / length^2 + domega^2 / omega^2."""
+
+    length: float  # scale of the displacement, m
+    omega: float  # scale of the frequency, rad/s
+
+    def norm(self, displacement: Array, omega: float) -> float:
+        """Length of the step (displacement (n,), omega)."""
+        return math.hypot(math.sqrt(displacement @ displacement) / self.length, omega / self.omega)
+
+    def product(self, one: Tangent, other: Tangent) -> float:
+        """Scalar product of two steps."""
+        # products, not powers: these are not rounded alike when force and interference are scaled together
+        squares = self.length * self.length, self.omega * self.omega
+        return float(one[0] @ other[0] / squares[0] + one[1] * other[1] / squares[1])
+
+    def unit(self, tangent: Tangent) -> Tangent:
+        """The same direction with length 1."""
+        norm = self.norm(*tangent)
+        return tangent[0] / norm, tangent[1] / norm
+
 
 SAME_RATE = 1e-9  # difference of growth rates, in units of omega, that is round-off
 

@@ -1,8 +1,92 @@
-"""Length of the next step."""
+"""Lengths of steps: thresholds, the length of the next step, and the resonances that no step must skip."""
 
-from nonlinear.continuation.parameters import ContinuationParameters
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from nonlinear.contact.parameters import Array, ContactParameters
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.options import SolverOptions
+from rom import RelativeReceptance, coupled_frequencies
+
+
+@dataclass(frozen=True)
+class ContinuationParameters:
+    """Thresholds of step control and of the acceptance tests.
+
+    Lengths are arc lengths, see `Metric`. The deviation of a step is the distance of the corrected from the
+    predicted point.
+    """
+
+    target_deviation: float = 0.08  # deviation relative to the step length that step control aims at
+    max_deviation: float = 0.6  # largest deviation relative to the step length
+    smallest_factor: float = 0.3  # limits of the ratio of two successive step lengths
+    largest_factor: float = 2.0  # limits of the ratio of two successive step lengths
+    many_iterations: int = 6  # Newton iterations above which the next step is at most `slow_factor` times as long
+    slow_factor: float = 0.7  # see `many_iterations`
+    # steps up to this length may cross a kink of the curve, where the deviation does not shrink with the step
+    kink_step: float = 0.01
+    max_kink_deviation: float = 4.0  # largest deviation of these steps, relative to the step length
+    min_cosine: float = 0.5  # smallest cosine of the angle between the tangents at both ends of a longer step
+    # distance from the mean of the two tangents, relative to the step length, that a smooth segment may have
+    max_mean_tangent_deviation: float = 0.02
+    # length of the gap that a curve may have at a branch point through which it goes straight on
+    branch_point_gap: float = 1e-4
+    same_branch_point: float = 1e-3  # distance of two branch points that count as one
+    same_solution: float = 1e-6  # relative distance of two solutions that count as one
+    # distance of a solution from its guess with another number of harmonics, within which it is the same one
+    max_restart_distance: float = 1.5
+    resonance_tolerance: float = 1e-9  # relative distance in frequency within which a resonance counts as reached
+    frequency_scale: float = 0.1  # part of the frequency range that counts as unit arc length
+
+    def __post_init__(self) -> None:
+        """Check ranges."""
+        for entry in fields(self):
+            if not getattr(self, entry.name) > 0.0:
+                raise ValueError(f"{entry.name} = {getattr(self, entry.name)}: must be above 0")
+        if not self.smallest_factor < self.slow_factor < 1.0 < self.largest_factor:
+            raise ValueError("allowed: smallest_factor < slow_factor < 1 < largest_factor")
+        if self.min_cosine >= 1.0:
+            raise ValueError(f"min_cosine = {self.min_cosine}: must be below 1")
+
+
+HIGHEST_ORDER = 7  # highest order of superharmonic resonances; higher ones are too weak
+
+
+@dataclass(frozen=True)
+class Resonances:
+    """Resonance frequencies in the range, rad/s, ascending."""
+
+    # natural frequencies with the contacts free, sliding and stuck, of harmonic h of the excitation divided by h
+    natural: tuple[float, ...] = ()
+    all: tuple[float, ...] = ()  # these and their fractions 1/2 ... 1/H: superharmonic resonances
+
+
+def find_resonances(receptance: RelativeReceptance, contact: ContactParameters, options: SolverOptions) -> Resonances:
+    """The primary and superharmonic resonances of a problem."""
+    kn, kt = contact.normal_stiffness, contact.tangential_stiffness
+    modal, phase = receptance.modal, receptance.phase
+    free, sliding, stuck = (0.0, 0.0), (kn, 0.0), (kn, kt)
+    highest = HIGHEST_ORDER if isinstance(options.harmonics, str) else min(options.harmonics, HIGHEST_ORDER)
+    limit = highest * options.omega_range[1]
+    found = np.concatenate(
+        [coupled_frequencies(modal, phase, normal=n, tangential=t, highest=limit) for n, t in (free, sliding, stuck)]
+    )
+    parts = np.concatenate([found / order for order in range(1, highest + 1)])
+    for h in (h for h in receptance.excited_harmonics if h > 1):
+        top = h * options.omega_range[1]
+        own = [
+            coupled_frequencies(modal, h * phase, normal=n, tangential=t, highest=top) / h
+            for n, t in (free, sliding, stuck)
+        ]
+        found, parts = np.concatenate([found, *own]), np.concatenate([parts, *own])
+    return Resonances(_inside(found, options), _inside(parts, options))
+
+
+def _inside(frequencies: Array, options: SolverOptions) -> tuple[float, ...]:
+    low, high = (2.0 * np.pi * limit for limit in options.frequency_hz)
+    frequencies = np.unique(frequencies)
+    return tuple(frequencies[(frequencies > low) & (frequencies < high)].tolist())
 
 
 def next_step(

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nonlinear.continuation.arclength_continuation import Continuation
-from nonlinear.continuation.bordered_system import BorderedSystem
+from nonlinear.continuation.corrector import BorderedSystem
 from nonlinear.continuation.response_quantities import (
     largest_amplitude,
     output_amplitude,

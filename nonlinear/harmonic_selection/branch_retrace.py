@@ -7,10 +7,9 @@ isolated branch. The peak alone, followed to more harmonics, does not tell.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+from nonlinear.continuation.acceptance import passes_through
 from nonlinear.continuation.arclength_continuation import Continuation
-from nonlinear.continuation.events import passes_through
-from nonlinear.continuation.metric import Tangent
-from nonlinear.continuation.solution_point import SolutionPoint
+from nonlinear.continuation.solution_point import SolutionPoint, Tangent
 from nonlinear.harmonic_selection.peak_following import PeakFollower
 from nonlinear.harmonic_selection.way_sampling import WaySampling
 from nonlinear.harmonic_selection.work_limit import WorkLimit

@@ -11,8 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from nonlinear.continuation.metric import Tangent
-from nonlinear.continuation.solution_point import SolutionPoint
+from nonlinear.continuation.solution_point import SolutionPoint, Tangent
 from nonlinear.harmonic_balance.truncated_balances import pad_or_truncate
 
 LONGEST_PART = 8  # points of the longest part of the way that is checked at its ends and in its middle only

@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 from nonlinear.contact.fourier import ComplexArray, to_real
 from nonlinear.contact.parameters import Array, ContactParameters
 from nonlinear.continuation.arclength_continuation import Continuation
-from nonlinear.continuation.parameters import ContinuationParameters
-from nonlinear.continuation.point_recording import PointRecorder
-from nonlinear.continuation.resonances import Resonances
+from nonlinear.continuation.point_stability import PointRecorder
 from nonlinear.continuation.solution_point import SolutionPoint
+from nonlinear.continuation.step_control import ContinuationParameters, Resonances
 from nonlinear.harmonic_balance.initial_solution import continue_homotopy, periodic_start, solve_at
 from nonlinear.harmonic_balance.newton import NewtonResult
 from nonlinear.mistuned_ring.mistuning import Mistuning, MistuningError, check_blades

@@ -22,7 +22,7 @@ by the choice of phase. Then nothing is singular where the contacts are open. Eq
     D_k^(1) q_k - (B_1 phi_k)^H f^(1) = 0,
     ln(sum_m |q_m^(1)|^2) / 2 - ln a = 0
 
-for d, q_k, omega and zeta at the modal amplitude a.
+for d, q_k, omega and zeta at the modal amplitude a. The first states come from a linear mode.
 
 References
 ----------
@@ -37,9 +37,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from nonlinear.contact.fourier import ComplexArray, to_complex, to_real
-from nonlinear.contact.parameters import Array, ContactElement, ContactForces
+from nonlinear.contact.parameters import Array, ContactElement, ContactForces, ContactParameters
 from nonlinear.harmonic_balance.residual import receptance_times_force_jacobian
-from rom import RelativeReceptance
+from rom import RelativeReceptance, contact_springs, spring_stiffness
 
 EXTRA = 4  # unknowns beside the displacements: q_k, omega, zeta, ln a
 
@@ -146,3 +146,56 @@ class ExtendedMotion:
         for node, table in enumerate(contact.jacobian):
             found[node, :, :, node] = (table[:, :, 1] + 1j * table[:, :, 2]).transpose(0, 2, 1)
         return found.reshape(3 * nodes, rows * nodes * 3)
+
+
+def linear_mode(
+    receptance: RelativeReceptance, contact: ContactParameters, share: Array, number: int
+) -> tuple[float, float, ComplexArray]:
+    """Frequency (rad/s), damping ratio and modal coordinates (m,) of one mode with linear contact springs.
+
+    Shapes: `share` (n_c,).
+    """
+    from scipy.linalg import eigh
+
+    waves, relative = receptance.waves, receptance.relative[1]
+    springs = contact_springs(
+        receptance.modal.n_contacts,
+        contact.normal_stiffness * share,
+        contact.tangential_stiffness * share * (contact.friction > 0.0),
+    )
+    matrix = np.diag(waves.angular_frequency[1] ** 2).astype(complex)
+    matrix += spring_stiffness(relative, springs)
+    squared, shapes = eigh(matrix, subset_by_index=(number - 1, number - 1))
+    shape = np.asarray(shapes[:, 0], dtype=complex)
+    omega = float(np.sqrt(squared[0]))
+    damping = float(waves.damping[1] @ np.abs(shape) ** 2) / (2.0 * omega)
+    return omega, damping, shape
+
+
+def first_state(
+    receptance: RelativeReceptance, mode: tuple[float, float, ComplexArray], static: Array, level: float
+) -> tuple[int, MotionState]:
+    """The carrier, which takes the largest part in a linear mode, and the state at the amplitude exp(`level`)."""
+    omega, damping, shape = mode
+    carrier = int(np.argmax(np.abs(shape)))
+    shape = shape * (abs(shape[carrier]) / shape[carrier]) * np.exp(level)
+    motion = np.zeros((len(receptance.harmonics), static.size), dtype=complex)
+    motion[0] = static.reshape(-1)
+    motion[1] = receptance.relative[1] @ shape
+    displacement = to_real(motion).reshape(-1, *static.shape)
+    return carrier, MotionState(displacement, float(shape[carrier].real), omega, damping, level)
+
+
+def end_of_linear_motion(contact: ContactParameters, static: Array, motion: ComplexArray) -> float:
+    """Modal amplitude up to which no node slips, lifts off or touches.
+
+    Shapes: `static` (n_c, 3), `motion` (n_c, 3).
+    """
+    load = contact.unclipped_load(static[:, 2])
+    swing = contact.normal_stiffness * np.abs(motion[:, 2])
+    shear = contact.tangential_stiffness[:, None] * np.abs(motion[:, :2])
+    rubs = (load > 0.0) & (contact.friction > 0.0)
+    growth = swing.copy()
+    growth[rubs] += shear.max(axis=1)[rubs] / contact.friction[rubs]
+    moving = growth > 0.0
+    return float(np.min(np.abs(load[moving]) / growth[moving], initial=np.inf))

@@ -17,8 +17,13 @@ import numpy as np
 from nonlinear.contact.fourier import ComplexArray, to_complex, to_real
 from nonlinear.contact.parameters import Array, ContactParameters
 from nonlinear.harmonic_balance.residual import HarmonicBalance
-from nonlinear.nonlinear_modes.extended_motion import ExtendedMotion, MotionState
-from nonlinear.nonlinear_modes.linear_start import end_of_linear_motion, first_state, linear_mode
+from nonlinear.nonlinear_modes.extended_motion import (
+    ExtendedMotion,
+    MotionState,
+    end_of_linear_motion,
+    first_state,
+    linear_mode,
+)
 from nonlinear.nonlinear_modes.mode_curve import ModeContinuation, MotionPoint
 from rom import RelativeReceptance, coupled_frequencies
 

@@ -22,8 +22,8 @@ from nonlinear.peak_curves.joint_peaks import Box, CarriedPeak, lowest_of_peaks,
 from nonlinear.peak_curves.optimum_description import elasticities, said_of
 from nonlinear.peak_curves.optimum_result import SolvedResponse
 from nonlinear.peak_curves.parameter_family import Problem, check_range
+from nonlinear.peak_curves.peak_branch import PeakStability
 from nonlinear.peak_curves.peak_curve import PeakContinuation, PeakPoint
-from nonlinear.peak_curves.peak_derivatives import peak_derivatives
 from nonlinear.peak_curves.peak_search import (
     Solve,
     ends_said,
@@ -33,7 +33,7 @@ from nonlinear.peak_curves.peak_search import (
     solved_response,
     stored_point,
 )
-from nonlinear.peak_curves.peak_stability import PeakStability
+from nonlinear.peak_curves.peak_sensitivity import peak_derivatives
 from nonlinear.response_curve import ResponseCurve
 from rom import one_blas_thread
 

@@ -9,7 +9,7 @@ import numpy as np
 from nonlinear.contact.parameters import Array
 from nonlinear.peak_curves.parameter_family import LineFamily, Problem, with_parameters
 from nonlinear.peak_curves.peak_curve import PeakContinuation, PeakPoint
-from nonlinear.peak_curves.peak_derivatives import peak_derivatives
+from nonlinear.peak_curves.peak_sensitivity import peak_derivatives
 
 SMALLEST_SHARE = 1.0 / 64.0  # of a line, by which a peak is carried at least
 LARGEST_CHANGE = 0.3  # relative change of the amplitude in one step of that way, beyond which it may be another peak

@@ -15,13 +15,12 @@ from dataclasses import replace
 import numpy as np
 
 from nonlinear.options import NO_PEAK, OptionsError, SolverOptions
-from nonlinear.peak_curves.envelope_minimum import MARGIN, Minimum, lowest_of
 from nonlinear.peak_curves.optimum_description import described
 from nonlinear.peak_curves.optimum_result import Optimum
 from nonlinear.peak_curves.parameter_family import ParameterFamily, Problem, check_range
 from nonlinear.peak_curves.peak_search import PeakSearch, Solve, solve_in_turn, solved_response
 from nonlinear.peak_curves.response_placement import FIRST_SHARES, Placement
-from nonlinear.peak_curves.worst_envelope import AGREES, EnvelopeOfPeaks
+from nonlinear.peak_curves.worst_envelope import AGREES, MARGIN, EnvelopeOfPeaks, Minimum, lowest_of
 from nonlinear.response_curve import ResponseCurve
 from rom import one_blas_thread
 

@@ -9,14 +9,13 @@ import numpy as np
 from nonlinear.branches.worst_motion import Motion
 from nonlinear.contact.parameters import Array
 from nonlinear.options import SolverOptions
-from nonlinear.peak_curves.envelope_minimum import Minimum
 from nonlinear.peak_curves.optimum_result import KINDS, Optimum, PeakCurve, SolvedResponse, WorstEnvelope
 from nonlinear.peak_curves.parameter_family import ParameterFamily, Problem, parameter_value
 from nonlinear.peak_curves.peak_branch import PeakPiece
-from nonlinear.peak_curves.peak_derivatives import peak_derivatives
 from nonlinear.peak_curves.peak_search import SAME_SHARE, ResponseAt, ends_said
+from nonlinear.peak_curves.peak_sensitivity import peak_derivatives
 from nonlinear.peak_curves.response_placement import ACCURATE, Placement, is_open
-from nonlinear.peak_curves.worst_envelope import AGREES, NARROW, UNKNOWN, EnvelopeOfPeaks
+from nonlinear.peak_curves.worst_envelope import AGREES, NARROW, UNKNOWN, EnvelopeOfPeaks, Minimum
 
 WITHIN = 1.1  # factor on the lowest amplitude that bounds the range told of
 PLOTTED = 401  # values of the envelope, besides its nodes

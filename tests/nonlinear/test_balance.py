@@ -10,7 +10,7 @@ from lumped import lumped_blade
 from nonlinear import SLIP, ContactParameters, Excitation, SolverOptions, StaticContact, build_harmonic_balance
 from nonlinear.branches.range_continuation import continue_over_range
 from nonlinear.continuation.arclength_continuation import Continuation
-from nonlinear.continuation.bordered_system import BorderedSystem
+from nonlinear.continuation.corrector import BorderedSystem
 from nonlinear.continuation.response_quantities import amplitude_derivative, largest_amplitude, output_amplitude
 from nonlinear.harmonic_balance.initial_solution import periodic_start, static_displacement
 from nonlinear.response_solver import build_continuation

@@ -8,8 +8,7 @@ from lumped import lumped_blade
 from test_branch_search import known, problem
 
 from nonlinear import BranchStart, branch_starts, carry_branches, extend_response, forced_response
-from nonlinear.branches.homotopy import Homotopy
-from nonlinear.branches.parameter_continuation import carry_solution, continue_in_parameter
+from nonlinear.branches.parameter_continuation import Homotopy, carry_solution, continue_in_parameter
 from nonlinear.contact.fourier import to_real
 from nonlinear.harmonic_balance.initial_solution import solve_at
 from nonlinear.response_solver import build_continuation

@@ -7,14 +7,13 @@ import pytest
 from lumped import lumped_blade
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance
-from nonlinear.branches.homotopy import FixedFrequencyBalance, Homotopy
 from nonlinear.branches.interference_curves import InterferenceBalance
-from nonlinear.branches.parameter_continuation import rate_of_change
+from nonlinear.branches.parameter_continuation import FixedFrequencyBalance, Homotopy, rate_of_change
 from nonlinear.branches.range_continuation import continue_over_range
 from nonlinear.contact.element_choice import contact_element
 from nonlinear.continuation.arclength_continuation import Continuation
-from nonlinear.continuation.compiled_corrector import compiled_corrector
 from nonlinear.continuation.corrector import NormalPlane, correct
+from nonlinear.continuation.predictor_corrector import compiled_corrector
 from nonlinear.harmonic_balance.initial_solution import static_displacement
 from rom import modal_model
 

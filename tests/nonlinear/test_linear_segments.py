@@ -17,10 +17,9 @@ from nonlinear import (
 )
 from nonlinear.branches.range_continuation import continue_over_range
 from nonlinear.contact.fourier import to_complex
-from nonlinear.continuation.amplitude_kernel import moving_forces
 from nonlinear.continuation.arclength_continuation import Continuation
-from nonlinear.continuation.linear_motion_kernel import SprungHarmonic, sprung_motion
 from nonlinear.continuation.linear_segments import LinearSegments
+from nonlinear.continuation.response_kernels import SprungHarmonic, moving_forces, sprung_motion
 from nonlinear.continuation.response_quantities import output_amplitude
 from nonlinear.harmonic_balance.initial_solution import static_displacement
 from rom import linear_response, modal_model

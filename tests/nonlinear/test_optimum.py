@@ -19,13 +19,12 @@ from nonlinear import (
     forced_response,
     performance_curve,
 )
-from nonlinear.peak_curves.envelope_minimum import MARGIN, lowest_of
 from nonlinear.peak_curves.joint_peaks import Box, CarriedPeak, multipliers
 from nonlinear.peak_curves.parameter_family import ParameterFamily
 from nonlinear.peak_curves.peak_branch import PeakPiece
 from nonlinear.peak_curves.peak_curve import PeakPoint
 from nonlinear.peak_curves.peak_search import PeakSearch
-from nonlinear.peak_curves.worst_envelope import EnvelopeOfPeaks
+from nonlinear.peak_curves.worst_envelope import MARGIN, EnvelopeOfPeaks, lowest_of
 from rom import modal_model
 
 

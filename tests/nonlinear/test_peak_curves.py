@@ -9,8 +9,8 @@ from lumped import lumped_blade, oscillator
 from nonlinear import ContactParameters, Excitation, SolverOptions, find_optimum, forced_response
 from nonlinear.peak_curves.parameter_family import PARAMETERS, ParameterFamily, parameter_value, with_parameter
 from nonlinear.peak_curves.peak_curve import PeakContinuation
-from nonlinear.peak_curves.peak_derivatives import peak_derivatives
 from nonlinear.peak_curves.peak_search import PeakSearch
+from nonlinear.peak_curves.peak_sensitivity import peak_derivatives
 from rom import modal_model
 
 QUICK = {"detached": False, "stability": "folds", "truncation": False, "time_integration": False}

@@ -11,8 +11,8 @@ from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmon
 from nonlinear.branches.range_continuation import continue_over_range
 from nonlinear.continuation.acceptance import distance, distance_along_tangent
 from nonlinear.continuation.arclength_continuation import Continuation
-from nonlinear.continuation.resonances import find_resonances
 from nonlinear.continuation.response_quantities import output_amplitude
+from nonlinear.continuation.step_control import find_resonances
 from nonlinear.harmonic_balance.initial_solution import static_displacement
 from nonlinear.harmonic_balance.truncated_balances import TruncatedBalances
 from nonlinear.harmonic_selection.branch_retrace import way_to_peak
