@@ -43,7 +43,7 @@ from pipeline.process.garbage_collection import collect_rarely
 from pipeline.process.program_end import end_program
 from pipeline.process.program_start import prepare_libraries
 from pipeline.process.streams import flush_stdout, prepare_streams
-from pipeline.stages.stage_names import Stage
+from pipeline.stages.stage import Stage
 from pipeline.terminal import print_error, print_notes, print_problems, print_verification
 
 _NO_OUTPUT = "shroud: the output cannot be written"

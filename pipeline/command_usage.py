@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from pipeline.output_paths import output_path
-from pipeline.stages.stage_names import Stage
+from pipeline.stages.stage import Stage
 
 if TYPE_CHECKING:
     from typer.exceptions import TyperException

@@ -110,7 +110,7 @@ def _cluster(scheduler: str | None) -> tuple[str | None, str | None]:
 
 def _check_arguments(until: str | None, tables: Mapping[str, Any]) -> None:
     """Refuse a stage and tables that there are not."""
-    from pipeline.stages.stage_names import Stage
+    from pipeline.stages.stage import Stage
 
     if until is not None and until not in tuple(Stage):
         raise input_error("until", "", shown(until), ", ".join(Stage))

@@ -19,31 +19,27 @@ from pipeline.process.progress import Reporter
 from pipeline.report.published_page import PAGE, results_fingerprint, retire_page
 from pipeline.results.frequency_range import Resonance, missing_warnings, stored_resonances
 from pipeline.results.outputs import LISTED, curve_summary, write_results, write_summary
-from pipeline.results.point_reader import TABLE_HASH
-from pipeline.results.provenance import provenance
+from pipeline.results.overview import statistics
 from pipeline.results.publishing import PicturesMissing, remove_outdated
-from pipeline.results.run_folder import SUMMARY
-from pipeline.results.statistics import statistics
+from pipeline.results.run_folder import SUMMARY, TABLE_HASH, provenance
 from pipeline.scene.consistency import check_scene, check_scene_for_model
 from pipeline.scene.disk_checks import free_bore
 from pipeline.scene.plausibility import plausibility_warnings
 from pipeline.scene.schema import STUDIES
 from pipeline.stages.code_fingerprint import remember_code
 from pipeline.stages.curve_table import table_of
-from pipeline.stages.member_curves import INTERRUPTED, member_curves, member_models
-from pipeline.stages.open_executor import open_executor
 from pipeline.stages.request import Request, Run, RunOutcome
 from pipeline.stages.respond import CurveResult
 from pipeline.stages.scene_to_solver import damped_modes
-from pipeline.stages.stage_log import StageLog
-from pipeline.stages.stage_names import Stage
+from pipeline.stages.stage import Stage, StageLog
+from pipeline.stages.sweep_curves import INTERRUPTED, member_curves, member_models
 from pipeline.stages.sweep_models import (
     Models,
     campbell_summary,
     given_model_key,
     model_summaries,
 )
-from pipeline.stages.worker_start import start_workers
+from pipeline.stages.worker_start import open_executor, start_workers
 from pipeline.store.disk_errors import StorageError
 from pipeline.store.output_folder import working_store
 

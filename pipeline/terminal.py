@@ -77,7 +77,6 @@ def _print_results(request: Request, outcome: RunOutcome) -> None:
     """The table of the curves, with notes and warnings on them."""
     from pipeline.results.frequency_range import held_point_warning
     from pipeline.results.overview import abbreviated
-    from pipeline.results.residual_notes import residual_notes
     from pipeline.results.stress import stress_lines, stress_warning
     from pipeline.results.tables import (
         branch_warning,
@@ -87,6 +86,7 @@ def _print_results(request: Request, outcome: RunOutcome) -> None:
         mode_notes,
         motion_notes,
         opened_warning,
+        residual_notes,
         sampling_warning,
         wave_notes,
     )

@@ -1,15 +1,162 @@
-"""Export of one file, in the format of its suffix."""
+"""Export of one file in the format of its suffix: MATLAB file, universal file, mode shapes (VTU), matrices."""
 
 from __future__ import annotations
 
+import importlib.util
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
+from dataclasses import fields
+from functools import partial
 from pathlib import Path
+from typing import Any
 
-from pipeline.errors import InputError, input_error, system_reason
+import numpy as np
+
+from pipeline.errors import InputError, input_error, reason_of, shown, system_reason
+from pipeline.export.matrices import single_model
+from pipeline.export.source import Kind, curves, kind_of
 from pipeline.output_paths import check_output_path
+from pipeline.process.isolated_reading import read_apart, read_given_model
 from pipeline.store.disk_errors import storage_error
+
+LONGEST_NAME = 63
+
+
+def write_matlab(source: Path, target: Path) -> str:
+    """Write a response or a reduced model as a MATLAB file; returns a summary in words.
+
+    A response becomes the cell array `curve`: structures with the name of a curve or branch (`0`, `0/branch/1`), its
+    datasets and, in `parameter`, its attributes with underscores for dots. A reduced model becomes variables named
+    as in `ReducedModel`.
+    """
+    from scipy.io import savemat
+
+    if kind_of(source) is Kind.response:
+        found = [_structure(*curve) for curve in curves(source)]
+        cells = np.empty(len(found), dtype=object)
+        cells[:] = found
+        savemat(target, {"curve": cells}, oned_as="column", long_field_names=True, do_compression=True)
+        return f"{len(found)} curve{'s' if len(found) != 1 else ''}, in the cell array curve"
+    model = single_model(source)
+    named = {field.name: getattr(model, field.name) for field in fields(model) if field.name != "wave_blocks"}
+    for name in model.outputs:
+        if not (name.isascii() and name.isidentifier() and name[0] != "_" and len(name) <= LONGEST_NAME):
+            allowed = f"letters, digits and _, a letter first, {LONGEST_NAME} at most, as MATLAB has them"
+            raise input_error(source, "output", shown(name), allowed)
+    content = {name: value for name, value in named.items() if value is not None}
+    savemat(target, content, oned_as="column", long_field_names=True)
+    return f"a reduced model of {model.size} coordinates"
+
+
+def _structure(name: str, datasets: dict[str, Any], attributes: dict[str, Any]) -> dict[str, Any]:
+    parameter = {key.replace(".", "_"): value for key, value in attributes.items()}
+    return {"name": name, **datasets, "parameter": parameter}
+
+
+COUNT = 10
+
+
+def write_shapes(source: Path, sector_file: Path | None, target: Path, count: int = COUNT) -> str:
+    """Write the lowest mode shapes with free shrouds as point data, `mode_01_202.9_Hz`, ...; returns a summary.
+
+    Of a disk those of nodal diameter 0.
+    """
+    from geometry import MESHIO_CELLS, SectorFileError, cell_library, import_sector
+    from rom import ReducedModelError, load_sector, mode_shapes
+
+    if kind_of(source) is not Kind.model:
+        raise input_error(source, "", "a response", "a reduced model (rom.h5)")
+    if sector_file is None:
+        raise input_error(source, "", "its shapes need a mesh", "--mesh FILE, the mesh.vtu of the model")
+    try:
+        read = load_sector if sector_file.suffix == ".h5" else import_sector
+        sector = read_apart(sector_file, "a mesh of this program", partial(read, sector_file))
+    except SectorFileError as error:
+        raise InputError(reason_of(error)) from None
+    model = read_given_model(source)
+    try:
+        count = min(count, model.size)
+        frequency, shapes = mode_shapes(model, 0.0, normal=0.0, tangential=0.0, count=count)
+    except ReducedModelError as error:
+        raise InputError(f"{source}: {reason_of(error)}") from None
+    points = len(sector.points)
+    if shapes.shape[1] < points:
+        raise input_error(sector_file, "", f"{points} points", f"the mesh of the model, {shapes.shape[1]} nodes")
+    names = [f"mode_{k + 1:02d}_{hz:.4g}_Hz" for k, hz in enumerate(frequency)]
+    motion = {name: np.real(shape[:points]) for name, shape in zip(names, shapes, strict=True)}
+    cells = [(MESHIO_CELLS[block.kind], block.nodes) for block in sector.blocks]
+    mesh = cell_library(sector).Mesh(sector.points, cells, point_data=motion)
+    mesh.write(target, file_format="vtu")
+    wave = " of nodal diameter 0" if model.has_disk else ""
+    return f"{count} mode shapes{wave}, {', '.join(f'{hz:.5g}' for hz in frequency)} Hz"
+
+
+DISPLACEMENT, FORCE, FREQUENCY = 8, 13, 18  # specific data types
+RESPONSE_FUNCTION = 4
+SCALAR = 0  # direction: of the excitation, whichever it is
+
+
+def write_universal(source: Path, target: Path) -> str:
+    """Write x^(h) / F (m/N) of every curve, branch and harmonic h of the output; returns a summary in words.
+
+    A curve with folds has several values at a frequency, so the abscissa is uneven and not monotonic.
+    """
+    if kind_of(source) is not Kind.response:
+        raise input_error(source, "", "a reduced model", "a response (response.h5)")
+    if importlib.util.find_spec("pyuff") is None:
+        raise input_error(target.suffix, "", "needs the package pyuff", "pip install 'shroud[uff]', or a .mat file")
+    import pyuff
+
+    sets = list(_sets(source))
+    with target.open("w", encoding="ascii"):
+        pass  # pyuff ignores a folder that does not exist
+    pyuff.UFF(str(target)).write_sets(sets, mode="overwrite")
+    return f"{len(sets)} response function{'s' if len(sets) != 1 else ''}, data set 58, m/N over Hz"
+
+
+def _sets(source: Path) -> Iterator[dict[str, Any]]:
+    import pyuff
+
+    for name, datasets, attributes in curves(source):
+        force = float(attributes["excitation.force"])
+        if len(datasets["frequency_hz"]) < 2:
+            continue  # no function
+        for harmonic in range(1, datasets["output"].shape[1]):
+            yield pyuff.prepare_58(
+                func_type=RESPONSE_FUNCTION,
+                rsp_node=1,
+                rsp_dir=SCALAR,
+                ref_node=1,
+                ref_dir=SCALAR,
+                rsp_ent_name="tip",
+                ref_ent_name="force",
+                load_case_id=0,
+                ver_num=harmonic,
+                id1=f"curve {name}, harmonic {harmonic}"[:80],
+                id2=_parameters(attributes)[:80],
+                id3="NONE",
+                id4="displacement of the harmonic over the force",
+                id5="NONE",
+                data=np.asarray(datasets["output"][:, harmonic]) / force,
+                x=np.asarray(datasets["frequency_hz"]),
+                abscissa_spacing=0,
+                abscissa_spec_data_type=FREQUENCY,
+                ordinate_spec_data_type=DISPLACEMENT,
+                orddenom_spec_data_type=FORCE,
+                abscissa_axis_units_lab="Hz",
+                ordinate_axis_units_lab="m",
+                orddenom_axis_units_lab="N",
+                binary=0,
+            )
+
+
+def _parameters(attributes: dict[str, Any]) -> str:
+    """The parameters in which curves usually differ."""
+    names = {"contact.interference": "v0", "contact.friction": "mu", "excitation.engine_order": "EO"}
+    known = {short: attributes.get(key) for key, short in names.items()}
+    return ", ".join(f"{short} {value:.6g}" for short, value in known.items() if isinstance(value, int | float))
+
 
 _SUFFIXES = (".mat", ".uff", ".unv", ".vtu", ".op4", ".mtx")
 
@@ -59,10 +206,8 @@ def _writers(
     source: Path, sector_file: Path | None, matrices: str | None, files: list[Path]
 ) -> dict[str, Callable[[Path], str]]:
     """What writes each suffix; matrices in a format of their own add the files written to `files`."""
-    from pipeline.export.matlab import write_matlab
+
     from pipeline.export.matrices import write_matrix_files
-    from pipeline.export.shapes import write_shapes
-    from pipeline.export.universal import write_universal
 
     def write_them(path: Path) -> str:
         said, written = write_matrix_files(source, path, str(matrices))

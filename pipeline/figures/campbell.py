@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pipeline.figures.data import Array, PlottedCurve
 from pipeline.figures.style import subplots, write_heading
 from pipeline.stages.engine_orders import COUNT, FEWEST, by_speed, excited_orders
-from pipeline.stages.mode_families_file import read_families
+from pipeline.stages.model_files import read_families
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

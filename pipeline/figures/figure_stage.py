@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from pipeline.process.workers import Call, kept_count, workers
 from pipeline.results.publishing import Attempts, PicturesMissing, published, remove_outdated
 from pipeline.stages.code_fingerprint import code_fingerprint
-from pipeline.stages.stage_names import Stage
+from pipeline.stages.stage import Stage
 from pipeline.store.fingerprints import fingerprint
 
 if TYPE_CHECKING:

@@ -20,9 +20,9 @@ from pipeline.scene.given_in_python import given_scene
 from pipeline.scene.reading import Member
 from pipeline.scene.templates import SCENE, new_files
 from pipeline.stages.build_full_model import FULL_MODEL, make_full_model
-from pipeline.stages.build_mesh import SECTOR
-from pipeline.stages.build_reduced_model import REDUCED_MODEL, make_reduced_model
-from pipeline.stages.own_mesh import findings_of, read_mesh_file, sector_choice, write_findings
+from pipeline.stages.build_mesh import SECTOR, findings_of, read_mesh_file, sector_choice, write_findings
+from pipeline.stages.build_reduced_model import make_reduced_model
+from pipeline.stages.model_files import REDUCED_MODEL
 from pipeline.stages.scene_materials import check_materials, materials_of_file
 
 if TYPE_CHECKING:

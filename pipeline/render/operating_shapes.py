@@ -12,7 +12,7 @@ from pipeline.render import ring
 from pipeline.render.drawing_process import OperatingJob, drawing_main
 from pipeline.render.ring import ENLARGED, Window, aim, save_png, wheel
 from pipeline.scene.labels import prefixed
-from pipeline.stages.joined_sectors import is_joined
+from pipeline.stages.model_files import is_joined
 from pipeline.stages.operating_shape import OperatingShape, operating_shape
 
 if TYPE_CHECKING:

@@ -17,8 +17,15 @@ import numpy as np
 from pipeline.figures.data import PlottedCurve, SweepKey, SweepPoint, sweep_keys
 from pipeline.report.report_source import ReportSource
 from pipeline.results.overview import MOST_ROWS
-from pipeline.results.residual_notes import change, has_bounds, is_estimate
-from pipeline.results.tables import TOLERATED, TOLERATED_SAMPLING, amplitude_scale, sampling_errors
+from pipeline.results.tables import (
+    TOLERATED,
+    TOLERATED_SAMPLING,
+    amplitude_scale,
+    change,
+    has_bounds,
+    is_estimate,
+    sampling_errors,
+)
 from pipeline.results.worst import share, with_unit
 from pipeline.scene.labels import quantity
 from pipeline.stages.curve_summary import CurveSummary

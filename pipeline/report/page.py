@@ -35,8 +35,8 @@ from pipeline.report.rows import (
 )
 from pipeline.report.studies import study_sections
 from pipeline.report.viewer import MOST_MODELS, ViewerData, chosen_evenly
-from pipeline.results.provenance import origin
 from pipeline.results.publishing import Attempts
+from pipeline.results.run_folder import origin
 from pipeline.results.stress import SPOT_HEADINGS
 from pipeline.results.worst import END_MARK, search_notes
 from pipeline.scene.labels import member_label, prefixed

@@ -12,17 +12,22 @@ import numpy as np
 
 from pipeline.figures.data import sweep_keys
 from pipeline.report.report_source import ReportSource
-from pipeline.results.branch_ends import branch_remarks
-from pipeline.results.tables import amplitude_scale, bare_value, is_sampled, static_said, truncation_cell
+from pipeline.results.tables import (
+    amplitude_scale,
+    bare_value,
+    branch_remarks,
+    is_sampled,
+    static_said,
+    truncation_cell,
+)
 from pipeline.results.worst import END_MARK, end_said, share, worst_cells
 from pipeline.scene.geometry_parameters import geometry_parameters
 from pipeline.scene.labels import member_label, prefixed, quantity, value_label
 from pipeline.scene.schema import Scene
 from pipeline.stages.build_mesh import SECTOR
-from pipeline.stages.mesh_findings import elements_by_kind, mean_size, own_findings
 from pipeline.stages.model_chain import BuiltModel
-from pipeline.stages.scene_materials import materials_of_file
-from pipeline.stages.stage_names import Stage
+from pipeline.stages.scene_materials import elements_by_kind, materials_of_file, mean_size, own_findings
+from pipeline.stages.stage import Stage
 from pipeline.store.output_folder import relative_path
 
 if TYPE_CHECKING:

@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.errors import input_error, shown
-from pipeline.results.point_reader import PointReader
-from pipeline.results.run_folder import RESPONSE
+from pipeline.results.run_folder import RESPONSE, PointReader
 from pipeline.results.worst import END_MARK, truncation_mark
 from pipeline.scene.labels import prefixed, value_label
 from pipeline.stages.curve_file import BRANCHES

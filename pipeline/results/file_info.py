@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 from pipeline.errors import InputError, input_error, one_line, reason_of
 from pipeline.process.isolated_reading import read_apart, read_model
 from pipeline.results.outputs import number_or_null
-from pipeline.results.overview import MOST_ROWS, end_lines
-from pipeline.results.statistics import statistics
+from pipeline.results.overview import MOST_ROWS, end_lines, statistics
 from pipeline.results.worst import END_MARK, truncation_mark
 from pipeline.stages.curve_summary import CurveSummary, read_summary
 from pipeline.stages.curve_table import TABLE, CurveTable, read_table

@@ -1,11 +1,11 @@
-"""Numbers of curves as columns with units: for curves.csv, pandas, xarray and notebooks."""
+"""Numbers of curves and of points as columns with units: for CSV, pandas, xarray and notebooks."""
 
 from __future__ import annotations
 
 import html
 import json
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.errors import InputError
-from pipeline.results.point_columns import csv_names, recorded_outputs
 from pipeline.results.tables import bare_value
 from pipeline.scene.labels import prefixed, quantity
 from pipeline.scene.sweep_grid import grid_values
-from pipeline.scene.units import column_name, key_unit, unit_of
+from pipeline.scene.units import column_name, key_unit, unit_of, with_unit
+from pipeline.stages.curve_file import AMPLITUDE, COLUMNS
 from pipeline.stages.curve_table import TUPLES, CurveTable, plain_value
 
 if TYPE_CHECKING:
@@ -25,6 +25,26 @@ if TYPE_CHECKING:
     import xarray
 
     from pipeline.results.curves import Curve
+    from pipeline.stages.curve_summary import CurveSummary
+
+
+_UNITS = {"growth_rate": "1/s"}  # of datasets whose names do not say it
+WHOLE = ("stable", "sticking", "slipping", "separating", "iterations", "kept_harmonics", "growth_nodal_diameter")
+
+
+def csv_names(harmonics: int, outputs: Sequence[str] = ()) -> dict[str, str]:
+    """Names of the columns of a point by the names of its datasets, in their order; `outputs`: further ones."""
+    first, *rest = (name for name in COLUMNS if name != "amplitude_m")
+    names = [first, "amplitude_m", *(f"harmonic_{h + 1}_m" for h in range(harmonics)), *rest]
+    known = {name: with_unit(name, _UNITS.get(name, "")) for name in names}
+    return known | {f"{AMPLITUDE}{name}": f"{AMPLITUDE}{name}" for name in outputs}
+
+
+def recorded_outputs(summaries: Iterable[CurveSummary | None]) -> tuple[str, ...]:
+    """Names of the further outputs of some curves, each once."""
+    found = [output["name"] for facts in summaries if facts is not None for output in facts.outputs]
+    return tuple(dict.fromkeys(found))
+
 
 Array = NDArray[Any]
 COUNTED = ("bifurcations", "detached")  # of which a column has the number

@@ -9,9 +9,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipeline.results.frames import number_columns, swept_columns
-from pipeline.results.point_columns import WHOLE, csv_names, recorded_outputs
-from pipeline.results.point_reader import TABLE_HASH
+from pipeline.results.frames import WHOLE, csv_names, number_columns, recorded_outputs, swept_columns
+from pipeline.results.run_folder import TABLE_HASH
 from pipeline.scene.units import column_name
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.curve_file import BRANCHES, cell_value

@@ -10,9 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from pipeline.errors import reason_of
-from pipeline.store.content_store import Store
+from pipeline.store.content_store import MANIFEST, Store
 from pipeline.store.disk_errors import storage_error
-from pipeline.store.manifest import MANIFEST
 
 if TYPE_CHECKING:
     from pipeline.stages.request import Run

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from pipeline.errors import input_error, reason_of
 from pipeline.results.curves import Curve, Curves
-from pipeline.results.point_reader import TABLE_HASH, PointReader
-from pipeline.results.run_folder import RESPONSE, read_json_of_run, read_run_summary
+from pipeline.results.run_folder import RESPONSE, TABLE_HASH, PointReader, read_json_of_run, read_run_summary
 from pipeline.scene.labels import prefixed, quantity
 from pipeline.stages.curve_table import TABLE, CurveTable, read_table
 

@@ -1,17 +1,95 @@
-"""The output folder of a run as an input: its summary, which is checked first, and the files that it names."""
+"""The output folder of a run as an input: its summary, which is checked first, and the files that it names.
+
+response.h5 is read piece by piece and stays open, whatever a run puts in its place.
+"""
 
 from __future__ import annotations
 
+import errno
+import hashlib
+import os
+import platform
 from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError, ValidationInfo, model_validator
 
 from pipeline.errors import InputError, input_error, reason_of, shown
-from pipeline.store.manifest import read_json
-from pipeline.store.output_folder import path_inside
-from pipeline.store.own_folder import STORE, is_store
+from pipeline.scene.reading import SceneFile
+from pipeline.store.content_store import read_json
+from pipeline.store.output_folder import STORE, is_store, path_inside
+
+if TYPE_CHECKING:
+    import h5py
+
+
+COMPARED_WHOLE = 64_000_000  # bytes of a file whose hash is compared too
+TABLE_HASH = "table_hash"  # attribute of response.h5, and key in summary.json
+
+
+class PointReader:
+    """An open response.h5 that belongs to a summary."""
+
+    def __init__(self, path: Path, table_hash: str, sha256: str) -> None:
+        self._path, self._table_hash, self._sha256 = path, table_hash, sha256
+        if not path.is_file():
+            raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
+        self._raw = path.open("rb")
+        self._file: h5py.File | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {"path": self._path, "table_hash": self._table_hash, "sha256": self._sha256}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__init__(**state)  # type: ignore[misc]  # a process that gets it opens the file itself
+
+    @property
+    def file(self) -> h5py.File:
+        """The open file."""
+        if self._file is None:
+            import h5py
+
+            large = self._path.stat().st_size > COMPARED_WHOLE
+            if not large and hashlib.file_digest(self._raw, "sha256").hexdigest() != self._sha256:
+                raise ValueError(f"summary.json and {self._path.name} are not of one run")
+            file = h5py.File(self._raw, "r")
+            if file.attrs.get(TABLE_HASH) != self._table_hash:
+                raise ValueError(f"summary.json and {self._path.name} are not of one run")
+            self._file = file
+        return self._file
+
+    def curve(self, number: int) -> h5py.Group | None:
+        """The group of a curve; None where it has no points."""
+        found: h5py.Group | None = self.file["curve"].get(str(number))
+        return found
+
+
+def origin() -> dict[str, str]:
+    """Version, date (UTC) and host of the moment."""
+    return {
+        "program": f"shroud {_version()}",
+        "date": datetime.now(UTC).isoformat(timespec="seconds"),
+        "host": platform.node(),
+    }
+
+
+def provenance(scene: SceneFile) -> dict[str, str]:
+    """Version, date (UTC), host, name of the scene file and its text, for files that a run publishes.
+
+    They are no inputs of a result, so nothing is computed again because of them.
+    """
+    return origin() | {"scene_file": scene.path.name, "scene": scene.text}
+
+
+def _version() -> str:
+    try:
+        return version("shroud")
+    except PackageNotFoundError:  # a copy of the source that is not installed
+        return "of unknown version"
+
 
 SUMMARY, RESPONSE = "summary.json", "response.h5"
 _ALLOWED = "the output folder of a run, with summary.json"

@@ -13,6 +13,7 @@ from pipeline.errors import InputError, reason_of
 from pipeline.process.isolated_reading import MEMORY, MEMORY_PER_BYTE, read_apart
 from pipeline.scene.consistency import parameter_error
 from pipeline.scene.input_files import copies, file_size
+from pipeline.stages.model_files import REDUCED_MODEL
 from pipeline.stages.scene_loads import scene_loads, with_modal_excitation
 from pipeline.stages.scene_to_solver import linear_operation
 
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
     from rom import BoundaryChoice, MatrixChoice, MatrixModel, ReducedModel
 
 T = TypeVar("T")
-REDUCED_MODEL = "rom.h5"
 AUGMENTED_MODEL = "augmented.h5"
 FACTS = "facts.json"
 READER = "the reader of matrices"

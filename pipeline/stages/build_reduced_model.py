@@ -1,4 +1,7 @@
-"""Reduced model of the blade at its speed, written as the files of one store entry."""
+"""Reduced model of the blade at its speed, written as the files of one store entry.
+
+A sector with cut faces adds their motions, the stiffness of the blade and the names of the modes.
+"""
 
 from __future__ import annotations
 
@@ -7,8 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipeline.stages.disk_reduction import with_blade_stiffness, with_interface, write_families
-from pipeline.stages.joined_sectors import is_joined
+from pipeline.stages.model_files import CUTS, FAMILIES, REDUCED_MODEL, is_joined
 from pipeline.stages.scene_loads import scene_loads, with_modal_excitation, with_static_loads
 from pipeline.stages.scene_materials import scene_materials
 from pipeline.stages.scene_to_solver import linear_operation
@@ -16,9 +18,47 @@ from pipeline.stages.scene_to_solver import linear_operation
 if TYPE_CHECKING:
     from geometry import SectorMesh
     from pipeline.scene.schema import Scene
-    from rom import BoundaryChoice, FullModel, Material, Reduction
+    from rom import BoundaryChoice, FullModel, Material, ReducedModel, Reduction
 
-REDUCED_MODEL = "rom.h5"
+
+def with_interface(full: FullModel, sector: SectorMesh, scene: Scene, boundary: BoundaryChoice) -> BoundaryChoice:
+    """The boundary dofs with those of the cut faces."""
+    from rom import InterfaceOptions, cyclic_faces, interface_motion
+
+    faces = cyclic_faces(full, sector)
+    return interface_motion(full, sector, faces, boundary, InterfaceOptions(scene.rom.nodal_diameters))
+
+
+def with_blade_stiffness(
+    full: FullModel, sector: SectorMesh, materials: Material | dict[str, Material], model: ReducedModel
+) -> ReducedModel:
+    """A reduced model with its basis and the stiffness of its blade, which mistuning changes."""
+    from rom import blade_stiffness
+
+    assert model.basis is not None
+    return replace(model, blade_stiffness=blade_stiffness(full, sector, materials, model.basis, _rim_radius(sector)))
+
+
+def write_families(
+    folder: Path, full: FullModel, sector: SectorMesh, materials: Material | dict[str, Material], model: ReducedModel
+) -> None:
+    """Write the rows of a reduced model with its basis that name its modes."""
+    from rom import mode_families, new_hdf5
+
+    assert model.basis is not None
+    families = mode_families(full, sector, materials, model.basis, _rim_radius(sector))
+    with new_hdf5(folder / FAMILIES) as file:
+        file["airfoil"], file["disk"] = families.airfoil, families.disk
+
+
+def _rim_radius(sector: SectorMesh) -> float:
+    """Where the disk ends: at the largest radius of the cut faces."""
+    import numpy as np
+
+    cut = np.concatenate([sector.points[sector.node_sets[name]] for name in CUTS])
+    return float(np.hypot(cut[:, 1], cut[:, 2]).max())
+
+
 AUGMENTED_MODEL = "augmented.h5"
 FACTS = "facts.json"
 MOTIONS = "cut_face_motions"  # in the facts of the sector of a disk

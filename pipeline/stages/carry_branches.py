@@ -1,31 +1,260 @@
 """Branches carried across a sweep: solutions of neighbouring members are continued in the parameter that differs.
 
-A detached branch of one member may be an ordinary branch of the next one. Branches are carried in rounds
-(`CarryRounds`), at first all that a curve has, then those that it has got in the round before. Rounds are repeated
-until no curve gets a new branch. The result depends neither on the order of the sweep nor on where and when its tasks
-run. The curves as they were solved stay as they are: a curve with further branches is a result of its own.
+Neighbouring members differ by one step of one parameter. A detached branch of one member may be an ordinary branch
+of the next one. Branches are carried in rounds (`CarryRounds`), at first all that a curve has, then those that it
+has got in the round before, until no curve gets a new branch. A curve takes part in a round as soon as it and its
+neighbours have finished the round before; nothing waits for the rest of the sweep. The result depends neither on the
+order of the sweep nor on where and when its tasks run. The curves as they were solved stay as they are: a curve with
+further branches is a result of its own. In the end it is said between which values of a parameter each branch
+begins.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 from pipeline.executor.task import Progress, Task
-from pipeline.scene.labels import member_label
+from pipeline.scene.labels import member_label, value_label
+from pipeline.scene.reading import Member
 from pipeline.scene.schema import Scene
-from pipeline.stages.branch_births import Births
 from pipeline.stages.cache_keys import carried_key, extension_key
-from pipeline.stages.carry_rounds import CarryRounds, Turn
 from pipeline.stages.curve_file import CURVE
 from pipeline.stages.extend_curve import ExtensionFacts, LostBranch, Source, extend_curve
 from pipeline.stages.respond import KIND as SOLVED
 from pipeline.stages.respond import CurveJob, CurveResult, result_from_file
-from pipeline.stages.sweep_neighbours import longest_way, neighbouring_curves, sweep_steps
+from pipeline.stages.stored_curve import branch_groups, branch_mark
 from pipeline.store.content_store import Entry, Store
+
+# Numbers from one value of which no continuous way leads to another one.
+DISCRETE = ("excitation.engine_order", "blade.n_blades", "mesh.contact_grid")
+AUTO = ("response.harmonics", "auto")  # more harmonics than any number of them
+NUMBER, LIST, MOST = "number", "list", "most"
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step of one swept parameter between two members."""
+
+    parameter: str  # its dotted key
+    members: tuple[Member, Member]  # the member with the lower value and that with the higher one
+
+    def value(self, end: int) -> Any:
+        """The value of the parameter at the lower end (0) or at the higher one (1)."""
+        return self.members[end].parameters[self.parameter]
+
+
+@dataclass(frozen=True)
+class Neighbour:
+    """A curve to which a step of the sweep leads."""
+
+    curve: str  # key of that curve
+    parameter: str  # dotted key of the parameter that differs
+    there: Any  # its value at that curve, and at the curve whose neighbour it is
+    here: Any  # its value at that curve, and at the curve whose neighbour it is
+
+    @property
+    def label(self) -> str:
+        """The parameter with its value there."""
+        return value_label(self.parameter, self.there)
+
+
+def neighbouring_curves(steps: Sequence[Step], keys: Mapping[int, str]) -> dict[str, list[Neighbour]]:
+    """The neighbours of every curve that has any, in the order of their curves."""
+    found: dict[str, dict[tuple[str, str], Neighbour]] = {}
+    for step in steps:
+        for here, there in ((0, 1), (1, 0)):
+            curve, other = (keys[step.members[end].index] for end in (here, there))
+            if curve != other:
+                neighbour = Neighbour(other, step.parameter, step.value(there), step.value(here))
+                found.setdefault(curve, {}).setdefault((other, neighbour.label), neighbour)
+    return {key: [others[place] for place in sorted(others)] for key, others in found.items()}
+
+
+def sweep_steps(members: Sequence[Member]) -> list[Step]:
+    """Every step between neighbours.
+
+    Two members are neighbours where they differ in one parameter only, and its values follow each other in the sorted
+    list of those in the sweep. The parameter is a number or a list of numbers. No step leads between engine orders,
+    numbers of blades, grids of contact nodes, or values that are words, such as the friction law; only the harmonics
+    "auto" follow the largest number of harmonics.
+    """
+    return [step for parameter in _parameters(members) for step in _steps_along(parameter, members)]
+
+
+def longest_way(steps: Sequence[Step]) -> int:
+    """Most steps between two members, from one end of every parameter's values to the other."""
+    values: dict[str, set[str]] = {}
+    for step in steps:
+        values.setdefault(step.parameter, set()).update(repr(step.value(end)) for end in (0, 1))
+    return sum(len(found) - 1 for found in values.values())
+
+
+def _parameters(members: Sequence[Member]) -> list[str]:
+    return [key for key in (members[0].parameters if members else ()) if key not in DISCRETE]
+
+
+def _steps_along(parameter: str, members: Sequence[Member]) -> Iterator[Step]:
+    """Steps of one parameter, the others being the same."""
+    lines: dict[Any, dict[Any, Member]] = {}
+    for member in members:
+        value = member.parameters[parameter]
+        kind = _kind(parameter, value)
+        if kind:
+            rest = repr([(key, other) for key, other in member.parameters.items() if key != parameter])
+            place = (kind == MOST, 0 if kind == MOST else tuple(value) if kind == LIST else value)
+            lines.setdefault((rest, kind == LIST), {}).setdefault(place, member)
+    for line in lines.values():
+        yield from (Step(parameter, pair) for pair in pairwise(line[place] for place in sorted(line)))
+
+
+def _kind(parameter: str, value: Any) -> str:
+    """Whether a value can be ordered among others: a number, a list of numbers, or the most harmonics; else ""."""
+    if (parameter, value) == AUTO:
+        return MOST
+    if isinstance(value, list | tuple):
+        return LIST if all(_is_number(item) for item in value) else ""
+    return NUMBER if _is_number(value) else ""
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+# Parameters that are continued in proportion; others change at once, and the residual that is left goes to zero.
+PROPORTIONAL = (
+    "contact.interference",
+    "contact.friction",
+    "contact.preload",
+    "contact.normal_stiffness",
+    "contact.tangential_stiffness",
+    "excitation.force",
+)
+
+
+class Births:
+    """Collects where branches end between neighbouring curves."""
+
+    def __init__(self, neighbours: Mapping[str, Sequence[Neighbour]]) -> None:
+        self._neighbours = neighbours
+        self._found: dict[str, dict[str, list[dict[str, Any]]]] = {}  # by curve and mark of the branch
+
+    def note(self, curve: str, lost: Sequence[LostBranch]) -> None:
+        """Note which branches of its neighbours a curve does not have."""
+        by_label = {neighbour.label: neighbour for neighbour in self._neighbours[curve]}
+        for item in lost:
+            neighbour = by_label[item.label]
+            end = _followed(neighbour, item.followed)
+            entry = {"parameter": neighbour.parameter, "exists": end, "missing": neighbour.here}
+            self._found.setdefault(neighbour.curve, {}).setdefault(item.branch, []).append(entry)
+
+    def by_number(self, curve: str, file: Path) -> dict[str, list[dict[str, Any]]]:
+        """Where the detached branches in the file of a curve end, by their number.
+
+        Each entry names the parameter, the value up to which the branch was followed (`exists`), and that of the
+        neighbour which does not have it (`missing`).
+        """
+        import h5py
+
+        found = self._found.get(curve)
+        if not found:
+            return {}
+        with h5py.File(file, "r") as source:
+            marks = [branch_mark(group["frequency_hz"][()]) for group in branch_groups(source)]
+        return {
+            str(number): sorted(found[mark], key=lambda entry: (entry["parameter"], repr(entry["missing"])))
+            for number, mark in enumerate(marks, start=1)
+            if mark in found
+        }
+
+
+def _followed(neighbour: Neighbour, part: float) -> Any:
+    """The value of the parameter on the way from the neighbour, at a part of it from 0 to 1."""
+    if neighbour.parameter not in PROPORTIONAL:
+        return neighbour.there
+    if isinstance(neighbour.there, list | tuple):
+        pairs = zip(neighbour.there, neighbour.here, strict=True)
+        return [there + part * (here - there) for there, here in pairs]
+    return neighbour.there + part * (neighbour.here - neighbour.there)
+
+
+@dataclass(frozen=True)
+class Turn:
+    """A curve that is due."""
+
+    curve: str  # key of the curve
+    round: int  # number of the round, from 1
+    sources: tuple[str, ...]  # its neighbours that have changed in the round before
+
+
+@dataclass
+class CarryRounds:
+    """Rounds across a sweep; they end where no curve has changed in the last one."""
+
+    neighbours: Mapping[str, Sequence[str]]  # the neighbours of every curve that has any, each once. They are mutual
+    most: int  # number of rounds after which they are ended in any case
+    _changed: dict[str, list[bool]] = field(default_factory=dict)  # of a curve, in each round that it has finished
+    _left_out: set[str] = field(default_factory=set)
+    _due: set[str] = field(default_factory=set)
+    _last: int = -1  # last round in which a curve has changed so far
+
+    @property
+    def are_cut_short(self) -> bool:
+        """Whether curves still changed in the last round allowed."""
+        return self._last == self.most
+
+    @property
+    def before_first(self) -> int:
+        """Number of curves that have not finished the first round."""
+        return sum(len(self._changed.get(key, ())) < 2 for key in self.neighbours if key not in self._left_out)
+
+    def leave_out(self, curve: str) -> list[Turn]:
+        """A curve that could not be solved; returns which curves are due now."""
+        self._left_out.add(curve)
+        return self._advanced(self.neighbours[curve])
+
+    def finished(self, curve: str, changed: bool) -> list[Turn]:
+        """A curve has been solved (round 0), or has finished the next round; returns which curves are due now."""
+        self._due.discard(curve)
+        self._note(curve, changed)
+        last = len(self._changed[curve]) - 1
+        if changed and last > self._last:
+            self._last = last
+            return self._advanced(self.neighbours)
+        return self._advanced([curve, *self.neighbours[curve]])
+
+    def _note(self, curve: str, changed: bool) -> None:
+        self._changed.setdefault(curve, []).append(changed)
+
+    def _advanced(self, curves: Mapping[str, Sequence[str]] | Sequence[str]) -> list[Turn]:
+        """Begin the next round of these curves, and of others that are due with them, where they have one."""
+        waiting, turns = list(curves), []
+        while waiting:
+            curve = waiting.pop()
+            number = len(self._changed.get(curve, ()))
+            if not self._may_begin(curve, number):
+                continue
+            others = [other for other in self.neighbours[curve] if other not in self._left_out]
+            sources = tuple(other for other in others if self._changed[other][number - 1])
+            if sources:
+                self._due.add(curve)
+                turns.append(Turn(curve, number, sources))
+            else:
+                self._note(curve, False)
+                waiting += [curve, *others]
+        return turns
+
+    def _may_begin(self, curve: str, number: int) -> bool:
+        if curve in self._due or curve in self._left_out or not 0 < number <= min(self.most, self._last + 1):
+            return False
+        return all(
+            other in self._left_out or len(self._changed.get(other, ())) >= number for other in self.neighbours[curve]
+        )
+
 
 EXTENDED, CARRIED = "extension", "carried"  # kinds of results in the store
 RESULT = "carried.json"

@@ -1,4 +1,4 @@
-"""Modal truncation error of a reduced model: its estimated effect on linear responses, cached in the store."""
+"""Errors of a reduced model, cached in the store: modal truncation, and neglected Coriolis forces."""
 
 from __future__ import annotations
 
@@ -20,6 +20,30 @@ if TYPE_CHECKING:
     from pipeline.stages.model_chain import BuiltModel
     from pipeline.store.content_store import Store
     from rom import LinearOperation, ReducedModel
+
+
+CORIOLIS = "coriolis_error.json"
+
+
+def stored_coriolis_error(store: Store, model: BuiltModel, scene: Scene) -> float | None:
+    """Largest relative change of a natural frequency in the range by the Coriolis forces; 0 at rest, None: not known.
+
+    It is not known for a model from elsewhere without its Coriolis matrix.
+    """
+    if scene.load.speed_rpm == 0.0:
+        return 0.0
+    key = fingerprint({"reduce": model.key, **linear_operation_inputs(scene), "code": code_fingerprint(__name__)})
+    entry = store.get("coriolis-error", key, lambda folder: _write_coriolis(folder / CORIOLIS, model.rom, scene))
+    value: float | None = json.loads(entry.file(CORIOLIS).read_text())
+    return value
+
+
+def _write_coriolis(path: Path, rom: Path, scene: Scene) -> None:
+    from rom import coriolis_error, read_reduced_model
+
+    model = read_reduced_model(rom, with_basis=False)
+    path.write_text(json.dumps(coriolis_error(model, linear_operation_on_model(scene, model))))
+
 
 FILE = "modes_error.json"
 HELD = "stuck_immobility"  # residue at the first free natural frequency over that at the first stuck one

@@ -14,12 +14,12 @@ from pipeline.process.progress import Reporter
 from pipeline.process.workers import call_apart
 from pipeline.scene.schema import Scene
 from pipeline.stages.build_full_model import FULL_MODEL, make_full_model
-from pipeline.stages.build_mesh import MESH_FILES, SECTOR, make_mesh
-from pipeline.stages.build_reduced_model import FACTS, REDUCED_MODEL, make_reduced_model
+from pipeline.stages.build_mesh import MESH_FILES, SECTOR, check_on_mesh, make_mesh
+from pipeline.stages.build_reduced_model import FACTS, make_reduced_model
 from pipeline.stages.cache_keys import ModelKeys
-from pipeline.stages.mesh_findings import own_findings
-from pipeline.stages.own_mesh import check_on_mesh
-from pipeline.stages.stage_log import StageLog
+from pipeline.stages.model_files import REDUCED_MODEL
+from pipeline.stages.scene_materials import own_findings
+from pipeline.stages.stage import StageLog
 from pipeline.store.content_store import Entry, Store
 from pipeline.store.disk_errors import StorageError
 from rom import require_memory

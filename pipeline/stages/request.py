@@ -10,8 +10,7 @@ from pipeline.executor.task import Executor
 from pipeline.process.progress import Reporter
 from pipeline.scene.reading import SceneFile
 from pipeline.stages.respond import CurveResult
-from pipeline.stages.stage_log import StageLog
-from pipeline.stages.stage_names import Stage
+from pipeline.stages.stage import Stage, StageLog
 from pipeline.store.content_store import Store
 
 if TYPE_CHECKING:

@@ -1,34 +1,246 @@
-"""The reduced model of every member of a sweep: built, found in the store, or given; and their summary."""
+"""The reduced model of every member of a sweep: built by tasks, found in the store, or given; and their summary.
+
+With [model] it is made of matrix files, without a mesh. Each result is stored as soon as it is there.
+"""
 
 from __future__ import annotations
 
+import json
+import shutil
+import time
+from collections import Counter
+from collections.abc import Mapping
+from concurrent.futures import Future
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipeline.errors import StageError, reason_of
-from pipeline.scene.consistency import parameter_error
+from pipeline.errors import InputError, StageError, reason_of
+from pipeline.executor.task import Progress, Task, TaskFailed, TaskResult
+from pipeline.process.clock import seconds_since
+from pipeline.process.workers import WorkerDied
+from pipeline.scene.consistency import check_balance, parameter_error, unfit_node_lists
+from pipeline.scene.labels import member_label
 from pipeline.scene.reading import Member
 from pipeline.scene.schema import Scene
-from pipeline.stages.build_reduced_model import REDUCED_MODEL
-from pipeline.stages.cache_keys import model_keys
+from pipeline.scene.size_limits import estimated_elements
+from pipeline.stages.build_from_matrices import (
+    FACTS,
+    make_reduced_of_matrices,
+    make_superelement,
+    read_matrices,
+    read_superelement,
+)
+from pipeline.stages.build_full_model import FULL_MODEL, make_full_model
+from pipeline.stages.build_mesh import MESH_FILES, SECTOR, make_mesh
+from pipeline.stages.build_reduced_model import make_reduced_model
+from pipeline.stages.cache_keys import ModelKeys, model_keys
 from pipeline.stages.code_fingerprint import code_fingerprint
-from pipeline.stages.coriolis_error import stored_coriolis_error
-from pipeline.stages.engine_order_crossings import campbell_entries, crossing_entries
 from pipeline.stages.engine_orders import excited_orders
-from pipeline.stages.mesh_findings import own_findings
-from pipeline.stages.modal_truncation import larger, stored_truncation_error
-from pipeline.stages.model_chain import BuiltModel, ModelChain
-from pipeline.stages.model_tasks import build_models
-from pipeline.stages.natural_frequencies import stored_frequencies
+from pipeline.stages.modal_truncation import larger, stored_coriolis_error, stored_truncation_error
+from pipeline.stages.model_chain import WITH_BASIS, BuiltModel, ModelChain
+from pipeline.stages.model_files import REDUCED_MODEL
+from pipeline.stages.natural_frequencies import campbell_entries, crossing_entries, stored_frequencies
 from pipeline.stages.request import Run, RunOutcome
-from pipeline.stages.scene_materials import materials_of_file
-from pipeline.stages.stage_names import Stage
+from pipeline.stages.scene_materials import FINDINGS, materials_of_file, own_findings
+from pipeline.stages.stage import Stage
+from pipeline.store.content_store import Entry
 from pipeline.store.disk_errors import StorageError
 from pipeline.store.fingerprints import arrays_fingerprint, fingerprint
 from pipeline.store.output_folder import relative_path
 
 if TYPE_CHECKING:
-    from rom import ReducedModel
+    from rom import MatrixModel, ReducedModel
+
+
+KIND = "reduce"
+
+
+def models_of_matrices(run: Run, outcome: RunOutcome) -> dict[int, BuiltModel | None]:
+    """The reduced model of every member; failures go to the outcome's problems."""
+    made: dict[str, BuiltModel | None] = {}
+    read: dict[str, MatrixModel] = {}  # the last files read, by the key of their content
+    result: dict[int, BuiltModel | None] = {}
+    for member in run.request.scene.members:
+        keys = model_keys(member.scene)
+        if keys.reduce not in made:
+            try:
+                made[keys.reduce] = _built(run, member, keys, read)
+            except StageError as error:
+                made[keys.reduce] = None
+                outcome.problems.append(str(error))
+        result[member.index] = made[keys.reduce]
+        _check(run, member, made[keys.reduce])
+    return result
+
+
+def _built(run: Run, member: Member, keys: ModelKeys, read: dict[str, MatrixModel]) -> BuiltModel | None:
+    with run.log.timed(Stage.REDUCE):
+        entry = run.store.find(KIND, keys.reduce)
+    ran = entry is None
+    if entry is None:
+        entry = _make(run, member, keys, read)
+    run.log.note(Stage.REDUCE, ran=ran, seconds=entry.seconds)
+    facts = json.loads(entry.file(FACTS).read_text(encoding="utf-8"))
+    for note in facts["notes"] if ran else ():
+        run.reporter.line(f"{member.scene.name}: {note}")
+    return BuiltModel(keys.reduce, entry.file(REDUCED_MODEL), None, facts)
+
+
+def _make(run: Run, member: Member, keys: ModelKeys, read: dict[str, MatrixModel]) -> Entry:
+    """Read the files, reduce and store. Raises InputError for bad files, StageError for other failures."""
+    scene = member.scene
+    assert scene.model is not None
+    try:
+        if scene.model.reduced:
+            model, notes = read_superelement(scene)
+            with run.log.timed(Stage.REDUCE):
+                return run.store.get(KIND, keys.reduce, lambda folder: make_superelement(folder, model, notes, scene))
+        if keys.assemble not in read:
+            read.clear()
+            with run.log.timed(Stage.ASSEMBLE), run.reporter.working("reading matrices"):
+                read[keys.assemble] = read_matrices(scene)
+        matrices = read[keys.assemble]
+        with run.log.timed(Stage.REDUCE), run.reporter.working("reducing"):
+            return run.store.get(
+                KIND,
+                keys.reduce,
+                lambda folder: make_reduced_of_matrices(folder, matrices, scene),
+            )
+    except (InputError, StorageError):
+        raise
+    except Exception as error:
+        if StageError(Stage.REDUCE, error).is_input:
+            raise parameter_error(run.request.scene.path, member, error) from None
+        raise StageError(Stage.REDUCE, error) from error
+
+
+def _check(run: Run, member: Member, model: BuiltModel | None) -> None:
+    """Refuse lists and numbers of unknowns that do not fit the contact nodes, which only the files tell."""
+    if model is None:
+        return
+    n_contacts: Any = model.facts["n_contacts"]
+    for error in unfit_node_lists(run.request.scene.path, member, n_contacts):
+        raise error
+    check_balance(run.request.scene.path, member, n_contacts)
+
+
+SMALL = 8000.0  # elements, some 100 000 dofs: larger models are built one by one, each with all the memory
+SECONDS = "seconds.json"
+
+
+@dataclass(frozen=True)
+class _Missing:
+    """A reduced model to build."""
+
+    member: Member
+    keys: ModelKeys
+    files: Mapping[str, Path] = field(default_factory=dict)  # of a mesh from a file, which is read here
+
+
+def build_models(run: Run) -> set[tuple[str, str]]:
+    """Build the reduced models that the sweep needs and the store does not have, where there are several small ones.
+
+    Returns the results that the log has been told of, by stage and key. Models with a mesh in common are left out, as
+    it would be made for each of them; so is what fails: who asks the store for the model builds it and learns the
+    reason. A mesh from a file is read here, once, and goes out as a file of the task.
+    """
+    missing = [] if Stage.REDUCE not in run.request.wanted or run.executor.count < 2 else _missing(run)
+    built: set[tuple[str, str]] = set()
+    if len(missing) < 2:
+        return built
+    waiting: dict[Future[TaskResult], _Missing] = {}
+    with run.log.timed(Stage.REDUCE), run.reporter.counting("models", len(missing), run.executor.count) as counter:
+        for item in missing:
+            task = Task(
+                member_label(item.member), _build_reduced, item.files, (item.member.scene, run.request.expands)
+            )
+            waiting[run.executor.submit(task)] = item
+        for future in run.executor.completed(counter.within):
+            item = waiting.pop(future)
+            try:
+                result = future.result()
+            except (TaskFailed, WorkerDied) as error:
+                counter.done(f"{member_label(item.member)}: {reason_of(error)}")
+            else:
+                built |= _keep(run, item.keys, result)
+                counter.done(f"{member_label(item.member)}: {result.seconds:.2f} s")
+    return built
+
+
+def _missing(run: Run) -> list[_Missing]:
+    found: dict[str, _Missing] = {}
+    for member in run.request.scene.members:
+        keys = model_keys(member.scene)
+        if keys.reduce not in found and not _is_there(run, keys, member.scene.mesh_file is not None):
+            found[keys.reduce] = _Missing(member, keys)
+    shared = Counter(item.keys.mesh for item in found.values())
+    alone = [item for item in found.values() if shared[item.keys.mesh] == 1]
+    small = [item for item in alone if estimated_elements(item.member.scene) <= SMALL]
+    if len(small) < 2:
+        return []
+    return [each for item in small if (each := _with_files(run, item)) is not None]
+
+
+def _with_files(run: Run, item: _Missing) -> _Missing | None:
+    """The model with the files of its mesh where that comes from a file; None where it cannot be read."""
+    if item.member.scene.mesh_file is None:
+        return item
+    try:
+        mesh = ModelChain(run.store, run.log, run.reporter).mesh(item.member.scene, item.keys)
+    except StageError:  # said by who asks for the model
+        return None
+    return replace(item, files={name: mesh.file(name) for name in (SECTOR, FINDINGS, *MESH_FILES)})
+
+
+def _is_there(run: Run, keys: ModelKeys, of_file: bool) -> bool:
+    """Whether the reduced model is in the store, or its mesh, which need not be made again."""
+    places = [(WITH_BASIS, keys.reduce), ("reduce", keys.reduce), *[("mesh", keys.mesh)] * (not of_file)]
+    return any(run.store.find(kind, key, thorough=False) is not None for kind, key in places)
+
+
+def _keep(run: Run, keys: ModelKeys, result: TaskResult) -> set[tuple[str, str]]:
+    """Store mesh and reduced model, and tell the log of them."""
+    seconds = json.loads((result.folder / SECONDS).read_text(encoding="utf-8"))
+    kind = WITH_BASIS if run.request.expands else "reduce"
+    if run.store.find("mesh", keys.mesh, thorough=False) is None:
+        run.store.keep("mesh", keys.mesh, result.folder / "mesh", seconds["mesh"])
+    else:  # of a mesh from a file, which the log has been told of
+        del seconds["mesh"]
+    run.store.keep(kind, keys.reduce, result.folder / "reduce", seconds["reduce"])
+    shutil.rmtree(result.folder, ignore_errors=True)
+    for stage, time_taken in seconds.items():
+        run.log.note(stage, ran=True, seconds=time_taken)
+    return {("mesh", keys.mesh), ("reduce", keys.reduce)}
+
+
+def _build_reduced(
+    folder: Path, files: Mapping[str, Path], scene: Scene, expands: bool, progress: Progress | None = None
+) -> None:
+    """Mesh, matrices, reduced model; the matrices, many times the size of the rest, are not kept."""
+    seconds: dict[str, Any] = {}
+    parts = {name: folder / name for name in ("mesh", "assemble", "reduce")}
+    for part in parts.values():
+        part.mkdir()
+    sector, full = parts["mesh"] / SECTOR, parts["assemble"] / FULL_MODEL
+    steps = {
+        "mesh": lambda: _put(files, parts["mesh"]) if files else make_mesh(parts["mesh"], scene),
+        "assemble": lambda: make_full_model(parts["assemble"], sector, scene),
+        "reduce": lambda: make_reduced_model(parts["reduce"], sector, full, scene, store_basis=expands),
+    }
+    for name, step in steps.items():
+        start = time.perf_counter()
+        step()
+        seconds[name] = seconds_since(start)
+    shutil.rmtree(parts["assemble"])
+    (folder / SECONDS).write_text(json.dumps(seconds), encoding="utf-8")
+
+
+def _put(files: Mapping[str, Path], folder: Path) -> None:
+    """Copy the files of a mesh into a folder."""
+    for name, path in files.items():
+        shutil.copyfile(path, folder / name)
+
 
 Models = dict[int, BuiltModel | None]  # by index of the member; None: it could not be made, or was not asked for
 WRITER = "rom.files.reduced_model_file"

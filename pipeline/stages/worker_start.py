@@ -1,25 +1,60 @@
-"""Worker processes started while the reduced models are built: their imports and kernels are then there in time."""
+"""The executor of a run, this machine or a cluster, and its workers, started while the reduced models are built.
+
+The versions that decide numbers are compared between machines.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from pipeline.executor.task import ROOM, Preparation
+from pipeline.executor.cluster_address import local_workers
+from pipeline.executor.local import LocalExecutor
+from pipeline.executor.task import ROOM, Executor, Preparation
 from pipeline.process.deferred_modules import defer_unused
 from pipeline.process.garbage_collection import loading
-from pipeline.process.workers import Call
-from pipeline.stages.cache_keys import curve_key, model_keys
-from pipeline.stages.number_versions import versions
-from pipeline.stages.respond import KIND
-from pipeline.stages.stage_names import Stage
+from pipeline.process.workers import Call, kept_workers
+from pipeline.stages.cache_keys import CURVE_CODE, EXTENSION_CODE, REDUCED_MODEL_CODE, curve_key, model_keys
+from pipeline.stages.code_fingerprint import code_versions
+from pipeline.stages.respond import KIND, worker_count
+from pipeline.stages.stage import Stage
 from pipeline.stages.warm_up import warm_up
-from pipeline.stages.worker_count import worker_count
 from rom import require_memory
 
 if TYPE_CHECKING:
+    from pipeline.process.progress import Reporter
     from pipeline.scene.schema import Scene
-    from pipeline.stages.request import Run
+    from pipeline.stages.request import Request, Run
+    from pipeline.store.content_store import Store
+
+
+MODULES = "pipeline.stages.build_mesh", "pipeline.stages.build_full_model"
+TRANSPORT = "distributed"  # decides no number, but two versions of it may not understand each other
+
+
+def versions() -> dict[str, str]:
+    """Versions by name: `program` (a hash of its source), `Python`, `processor`, and the packages."""
+    return code_versions(CURVE_CODE, EXTENSION_CODE, REDUCED_MODEL_CODE, *MODULES, further=(TRANSPORT,))
+
+
+@contextmanager
+def open_executor(request: Request, store: Store, reporter: Reporter) -> Iterator[Executor]:
+    """What runs the tasks of a run within the block; worker processes and a cluster are started when needed."""
+    scratch = store.root / "tmp"
+    with kept_workers() as pool:
+        executor: Executor
+        if request.scheduler is None:
+            fixed = None if request.cluster is None else local_workers(request.cluster)
+            executor = LocalExecutor(pool, scratch, reporter.interrupts, reporter.line, fixed)
+        else:
+            from pipeline.executor.cluster import ClusterExecutor
+
+            executor = ClusterExecutor(request.scheduler, scratch, reporter.interrupts, reporter.line)
+        try:
+            yield executor
+        finally:
+            executor.close()
 
 
 def start_workers(run: Run, given: str | None = None) -> None:

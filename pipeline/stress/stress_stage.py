@@ -24,7 +24,7 @@ from pipeline.stages.model_chain import LARGE, BuiltModel, ModelChain
 from pipeline.stages.operating_stress import FACTS, make_operating_stress
 from pipeline.stages.request import Run
 from pipeline.stages.respond import CurveResult
-from pipeline.stages.stage_names import Stage
+from pipeline.stages.stage import Stage
 from pipeline.stages.sweep_models import Models
 from pipeline.store.fingerprints import file_sha256, fingerprint
 from pipeline.stress.job import StressJob

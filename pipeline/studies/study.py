@@ -16,12 +16,11 @@ from pipeline.scene.reading import Member, SceneFile
 from pipeline.scene.schema import Scene
 from pipeline.stages.cache_keys import curve_key, model_keys
 from pipeline.stages.code_fingerprint import code_fingerprint
-from pipeline.stages.member_curves import member_curves, member_models
 from pipeline.stages.model_chain import BuiltModel
 from pipeline.stages.request import Run, RunOutcome
 from pipeline.stages.respond import CurveResult
-from pipeline.stages.stage_log import StageLog
-from pipeline.stages.stage_names import Stage
+from pipeline.stages.stage import Stage, StageLog
+from pipeline.stages.sweep_curves import member_curves, member_models
 from pipeline.stages.sweep_models import Models
 from pipeline.store.fingerprints import fingerprint
 from pipeline.studies.plain import plain, restored

@@ -11,11 +11,11 @@ from pipeline.results.publishing import copied
 from pipeline.scene.schema import STUDIES
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.request import Run, RunOutcome, StudyOutcome
-from pipeline.stages.stage_names import Stage
+from pipeline.stages.stage import Stage
 from pipeline.stages.sweep_models import Models
+from pipeline.store.content_store import read_json
 from pipeline.store.disk_errors import StorageError
 from pipeline.store.fingerprints import fingerprint
-from pipeline.store.manifest import read_json
 from pipeline.studies.plain import plain, restored
 from pipeline.studies.registry import study_named
 from pipeline.studies.study import Study, StudyContext, said_of

@@ -22,10 +22,10 @@ from pipeline.stages.build_reduced_model import MOTIONS
 from pipeline.stages.cache_keys import linear_operation_inputs, model_keys, rotation_inputs
 from pipeline.stages.code_fingerprint import code_fingerprint, remember_code
 from pipeline.stages.model_chain import BuiltModel, ModelChain
-from pipeline.stages.open_executor import open_executor
 from pipeline.stages.request import Request, Run, RunOutcome
-from pipeline.stages.stage_log import StageLog
+from pipeline.stages.stage import StageLog
 from pipeline.stages.sweep_models import Models, models_of_blade
+from pipeline.stages.worker_start import open_executor
 from pipeline.store.disk_errors import StorageError
 from pipeline.store.fingerprints import fingerprint
 from pipeline.store.output_folder import working_store

@@ -20,12 +20,12 @@ from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmon
 from nonlinear.branches.detached_branches import BranchSearch, detached_branches
 from nonlinear.contact.fourier import to_real
 from pipeline import Results, read_results, read_scene, run_scene
-from pipeline.results.branch_ends import branch_remarks
+from pipeline.results.tables import branch_remarks
 from pipeline.scene.schema import Scene
+from pipeline.stages.carry_branches import longest_way, sweep_steps
 from pipeline.stages.curve_file import write_curve
 from pipeline.stages.extend_curve import extend_curve
 from pipeline.stages.stored_curve import read_curve
-from pipeline.stages.sweep_neighbours import longest_way, sweep_steps
 from rom import modal_model, write_reduced_model
 
 LUMPED = runpy.run_path(str(Path(__file__).parents[1] / "nonlinear" / "lumped.py"))

@@ -22,7 +22,7 @@ from pipeline import run_scene
 from pipeline.executor.cluster import ClusterExecutor
 from pipeline.executor.cluster_connection import version_line
 from pipeline.executor.cluster_task import other_versions
-from pipeline.stages.number_versions import versions
+from pipeline.stages.worker_start import versions
 
 distributed = pytest.importorskip("distributed")
 PROJECT = Path(__file__).parents[2]

@@ -25,9 +25,8 @@ from pipeline_support import (
 import pipeline.stages.cache_keys as keys
 from pipeline.python_interface import run_scene
 from pipeline.scene.reading import read_scene
-from pipeline.stages import code_fingerprint, environment
-from pipeline.stages.code_fingerprint import CARRIERS, PACKAGES, REPOSITORY, SourceTree, imports
-from pipeline.stages.environment import versions
+from pipeline.stages import code_fingerprint
+from pipeline.stages.code_fingerprint import CARRIERS, PACKAGES, REPOSITORY, SourceTree, imports, versions
 from rom.linear_algebra import blas_kernels
 
 pytestmark = pytest.mark.xdist_group("fingerprint")  # one worker: what the module makes is made once
@@ -178,9 +177,9 @@ def test_no_module_is_used_that_is_not_in_the_key(folder: Path, kind: str) -> No
     """The modules that Python has really imported by the end, beside those that reading the source has found."""
     maker, arguments = MAKERS[kind]
     code = RUN.format(module=ENTRIES[kind], maker=maker, arguments=arguments)
-    environment = {**os.environ, "PYTHONPATH": str(REPOSITORY)}
+    settings = {**os.environ, "PYTHONPATH": str(REPOSITORY)}
     said = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=folder, env=environment
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=folder, env=settings
     ).stdout
     used = {name for name in said.split() if name.partition(".")[0] in PACKAGES and not name.startswith(CARRIERS)}
     packages = {path.parent.relative_to(REPOSITORY).as_posix().replace("/", ".") for path in FILES}
@@ -281,10 +280,10 @@ def test_packages_only_hand_on_names() -> None:
 
 def test_another_version_of_a_library_is_another_key(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of one that is imported, or that such a one needs; of others not."""
-    real = environment._installed
+    real = code_fingerprint._installed
 
     def fingerprint(changed: str, module: str) -> str:
-        monkeypatch.setattr(environment, "_installed", lambda name: ("0", ()) if name == changed else real(name))
+        monkeypatch.setattr(code_fingerprint, "_installed", lambda name: ("0", ()) if name == changed else real(name))
         return SourceTree().fingerprint(module)
 
     render = ENTRIES["render"]
@@ -323,7 +322,7 @@ def test_another_kind_of_processor_is_another_key(
     for text in (CPU, CPU.replace(old, new)):
         (tmp_path / "cpuinfo").write_text(text)
         monkeypatch.setattr(blas_kernels, "_PROCESSOR", tmp_path / "cpuinfo")
-        monkeypatch.setattr("pipeline.stages.code_fingerprint.machine", environment.machine.__wrapped__)
+        monkeypatch.setattr("pipeline.stages.code_fingerprint.machine", code_fingerprint.machine.__wrapped__)
         found.append(SourceTree().fingerprint(keys.MESH_CODE))
     assert (found[0] != found[1]) == other
 
@@ -343,16 +342,16 @@ def test_settings_that_choose_other_kernels_are_in_the_key(
     monkeypatch: pytest.MonkeyPatch, name: str, other: bool
 ) -> None:
     monkeypatch.delenv(name, raising=False)
-    before = environment.machine.__wrapped__()
+    before = code_fingerprint.machine.__wrapped__()
     monkeypatch.setenv(name, "/any")
-    assert (environment.machine.__wrapped__() != before) == other
+    assert (code_fingerprint.machine.__wrapped__() != before) == other
 
 
 def test_another_python_or_c_library_is_another_key(monkeypatch: pytest.MonkeyPatch) -> None:
-    before = environment.machine.__wrapped__()
+    before = code_fingerprint.machine.__wrapped__()
     with monkeypatch.context() as patch:
         patch.setattr("platform.python_version", lambda: "3.99.0")
-        assert environment.machine.__wrapped__() != before
+        assert code_fingerprint.machine.__wrapped__() != before
     with monkeypatch.context() as patch:
-        patch.setattr(environment, "_c_library", lambda: "musl 1")
-        assert environment.machine.__wrapped__() != before
+        patch.setattr(code_fingerprint, "_c_library", lambda: "musl 1")
+        assert code_fingerprint.machine.__wrapped__() != before

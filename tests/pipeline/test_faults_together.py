@@ -16,8 +16,7 @@ from pipeline_support import ground_scene, shroud, summary_of, write_ground_mode
 
 from pipeline.errors import InputError
 from pipeline.store.content_store import Store
-from pipeline.store.folder_lock import locked
-from pipeline.store.own_folder import check_output_folder
+from pipeline.store.output_folder import check_output_folder, locked
 
 
 def belong_together(out: Path) -> bool:

@@ -18,10 +18,8 @@ from rich.console import Console
 from nonlinear import BifurcationKind
 from pipeline import InputError, Results, read_results
 from pipeline.results.outputs import write_results
-from pipeline.results.overview import abbreviated, key_table, overview_lines, quantile_table
-from pipeline.results.point_reader import PointReader
-from pipeline.results.provenance import provenance
-from pipeline.results.statistics import statistics
+from pipeline.results.overview import abbreviated, key_table, overview_lines, quantile_table, statistics
+from pipeline.results.run_folder import PointReader, provenance
 from pipeline.scene.reading import Member, SceneFile, read_scene
 from pipeline.scene.sweep_grid import grid_values
 from pipeline.stages.curve_table import TABLE, CurveTable, table_of

@@ -11,7 +11,7 @@ import pytest
 from pipeline_support import ground_scene, shroud, summary_of, without_lines, write_ground_model, write_scene
 
 from pipeline import run_scene
-from pipeline.results.residual_notes import bounds_text, residual_notes
+from pipeline.results.tables import bounds_text, residual_notes
 from pipeline.stages.curve_summary import read_summary
 
 

@@ -17,7 +17,7 @@ import pipeline.render.render_stage
 import pipeline.stress.stress_stage
 from pipeline import InputError, run_scene
 from pipeline.render.drawing_process import RenderJob
-from pipeline.stages.stage_names import Stage
+from pipeline.stages.stage import Stage
 from rom import load_sector, mode_shapes, read_reduced_model
 
 ALL = ("mesh", "assemble", "reduce", "respond", "study", "stresses", "render", "figures", "report")

@@ -13,8 +13,7 @@ from pipeline.figures.curve_line import mark_worst
 from pipeline.figures.style import styled
 from pipeline.report.page import _worst_cards
 from pipeline.results.outputs import curve_summary
-from pipeline.results.overview import overview_lines
-from pipeline.results.statistics import statistics
+from pipeline.results.overview import overview_lines, statistics
 from pipeline.results.tables import curve_table, opened_warning
 from pipeline.results.worst import height_mark, search_notes, worst_cells, worst_warning
 from pipeline.scene.reading import read_scene

@@ -1,4 +1,4 @@
-"""Rows that name the modes of a bladed disk, a file beside its reduced model."""
+"""Files of a reduced model and sets of its mesh by their names: what several stages look for."""
 
 from __future__ import annotations
 
@@ -6,17 +6,28 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from geometry import SectorMesh
     from rom import ModeFamilies
 
-FILE = "families.h5"
+
+FAMILIES = "families.h5"
 
 
 def read_families(rom: Path) -> ModeFamilies | None:
     """The rows beside the file of a reduced model; None for a blade alone and for a model from elsewhere."""
     from rom import ModeFamilies, opened, stored_array
 
-    path = rom.parent / FILE
+    path = rom.parent / FAMILIES
     if not path.is_file():
         return None
     with opened(path) as file:
         return ModeFamilies(stored_array(file["airfoil"]), stored_array(file["disk"]))
+
+
+REDUCED_MODEL = "rom.h5"
+CUTS = ("cyclic_right", "cyclic_left")  # sets of the nodes of the cut faces
+
+
+def is_joined(sector: SectorMesh) -> bool:
+    """Whether a mesh is the sector of a bladed disk, and not a blade clamped at its root."""
+    return all(len(sector.node_sets.get(name, ())) for name in CUTS)
