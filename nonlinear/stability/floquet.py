@@ -20,8 +20,7 @@ from nonlinear.contact.parameters import Array, ContactParameters
 from nonlinear.stability.hill import FASTEST, HillEigenproblem, HillProblem, Memory
 from nonlinear.stability.point_contact import PointContact
 from nonlinear.stability.reduced_problem import ReducedProblem, ReducedProblems
-from nonlinear.stability.reduced_refinement import ReducedRefinement
-from nonlinear.stability.reduced_wave import ReducedWave
+from nonlinear.stability.reduced_refinement import ReducedRefinement, ReducedWave
 from nonlinear.stability.ring_structure import RingStructure
 from nonlinear.stability.slider_memory import MemorySampler
 from rom import RelativeReceptance

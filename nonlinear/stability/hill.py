@@ -17,13 +17,16 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
-from nonlinear.stability.block_matrices import Matrix, MotionBlocks, NodeBlocks
-from nonlinear.stability.cone_slider_memory import ConeSliderMemory
-from nonlinear.stability.contact_feedback import ContactFeedback
-from nonlinear.stability.contact_rows import ContactRows, MotionRows, in_motions
-from nonlinear.stability.memory_feedback import ConeMemoryFeedback, SliderMemoryFeedback
-from nonlinear.stability.modal_condensation import CondensedModes, ContactFreeModel
-from nonlinear.stability.slider_memory import SliderMemory
+from nonlinear.stability.contact_feedback import (
+    ConeMemoryFeedback,
+    ContactFeedback,
+    ContactRows,
+    MotionRows,
+    SliderMemoryFeedback,
+    in_motions,
+)
+from nonlinear.stability.modal_condensation import CondensedModes, ContactFreeModel, Matrix, MotionBlocks, NodeBlocks
+from nonlinear.stability.slider_memory import ConeSliderMemory, SliderMemory
 from rom import RingModes
 
 Memory = SliderMemory | ConeSliderMemory

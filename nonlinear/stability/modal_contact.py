@@ -1,21 +1,182 @@
-"""The contact Jacobian K(sigma) of one point and one kappa in modal coordinates, B^H K(sigma) B.
+"""The contact Jacobian of one point in modal coordinates, B^H K(sigma) B: for all phase shifts kappa, and for one.
 
-The sliders change it by a matrix of low rank, as many as there are stick intervals: P(sigma) Q^T.
+The relative motion is that of the right face less that of the left one, times e^(i (h psi + kappa)): what is formed
+of both faces apart (`FaceContact`) gives B^H K(sigma) B of any kappa by a few sums. The sliders change it by a matrix
+of low rank, as many as there are stick intervals: P(sigma) Q^T.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from nonlinear.contact.fourier import ComplexArray
-from nonlinear.stability.block_matrices import Matrix
-from nonlinear.stability.cone_slider_memory import ConeSliderMemory
-from nonlinear.stability.face_contact import face_contact
-from nonlinear.stability.point_contact import PointContact
+from nonlinear.contact.parameters import Array
+from nonlinear.stability.modal_condensation import Matrix
+from nonlinear.stability.point_contact import PointContact, columns_in_harmonics, in_harmonics
 from nonlinear.stability.reduced_problem import ReducedProblem
-from nonlinear.stability.slider_memory import SliderMemory
+from nonlinear.stability.slider_memory import ConeSliderMemory, SliderMemory
+
+MemoryFactors = tuple[ComplexArray, ComplexArray]
+
+
+@dataclass(frozen=True)
+class FaceJacobian:
+    """A contact Jacobian in modal coordinates of the relative motion, B^H K B, for all kappas."""
+
+    # (3, D, D), what does not depend on kappa, what goes with e^(i kappa), and what with e^(-i kappa)
+    parts: ComplexArray
+
+    @classmethod
+    def of(cls, reduced: ReducedProblem, values: Matrix) -> "FaceJacobian":
+        """From the Jacobian (n_c, 3, 3, 2H+1, 2H+1) of real coefficients."""
+        modal = reduced.modal
+        assert modal.left is not None
+        faces, q = np.stack([modal.right, modal.left], axis=1), modal.damping.size
+        nodes, rows = values.shape[0], values.shape[-1]
+        shapes = faces.reshape(nodes, 3, 2 * q)
+        # the modes first, as everything is real still; then the harmonics
+        left = shapes.transpose(0, 2, 1) @ values.reshape(nodes, 3, 3 * rows**2)
+        left = left.reshape(nodes, 2 * q, 3, rows**2).transpose(1, 0, 2, 3).reshape(2 * q, 3 * nodes, rows**2)
+        product = (shapes.reshape(3 * nodes, 2 * q).T @ left).reshape(2, q, 2, q, rows, rows)
+        # right right, right left, left right, left left
+        every = np.empty((2, 2, rows, q, rows, q), dtype=complex)
+        in_harmonics(product.transpose(0, 2, 1, 3, 4, 5), out=every.transpose(0, 1, 3, 5, 2, 4))
+        first = 0 if reduced.problem.static else 1
+        size = rows - first
+        result = every[:, :, first:, :, first:].reshape(4, size, q, size, q)
+        ahead = np.exp(1j * reduced.harmonics * reduced.problem.phase)[:, None]
+        back = ahead.conj()[:, :, None, None]
+        result[3] *= ahead
+        result[3] *= back
+        result[0] += result[3]
+        result[1] *= -ahead
+        result[2] *= -back
+        return cls(result[:3].reshape(3, size * q, size * q))
+
+    def at(self, kappa: float) -> ComplexArray:
+        """B^H K B at one kappa, (D, D)."""
+        ahead = complex(np.exp(1j * kappa))
+        result = self.parts[1] * ahead
+        result += self.parts[0]
+        result += self.parts[2] * ahead.conjugate()
+        return np.asarray(result)
+
+
+@dataclass(frozen=True)
+class FaceMemory:
+    """Two Jenkins sliders a node: the memory adds P(sigma) Q^T, of as low a rank as there are stick intervals M."""
+
+    reduced: ReducedProblem  # the modes
+    memory: SliderMemory  # the memory
+
+    def inputs(self, sigma: complex, kappa: float) -> MemoryFactors:
+        """B^H P(sigma) and its derivative at one kappa, (D, M)."""
+        if sigma not in self._inputs:
+            columns = (part[:, self._first :] for part in self.memory.force_in_harmonics(sigma))
+            self._inputs[sigma] = [self._pair(self._motion(0.0), part, conjugate=True) for part in columns]
+        back = complex(np.exp(-1j * kappa))
+        value, derivative = (right - back * left for right, left in self._inputs[sigma])
+        return value.T, derivative.T
+
+    def outputs(self, kappa: float) -> ComplexArray:
+        """Q^T B at one kappa, (M, D)."""
+        right, left = self._outputs
+        return np.asarray(right - complex(np.exp(1j * kappa)) * left)
+
+    def _motion(self, dw_dn: Array | float) -> tuple[Array, Array]:
+        """Motion of the sliders and `dw_dn` times that along the normal, of both faces, (M, q)."""
+        memory, modal = self.memory, self.reduced.modal
+        assert modal.left is not None
+        slider, normal = 3 * memory.node + memory.direction, 3 * memory.node + 2
+        slope = np.broadcast_to(dw_dn, memory.node.shape)[:, None]
+        right, left = (face[slider] + slope * face[normal] for face in (modal.right, modal.left))
+        return right, left
+
+    def _pair(
+        self, faces: tuple[Array, Array], coefficients: ComplexArray, conjugate: bool
+    ) -> tuple[ComplexArray, ComplexArray]:
+        """Both faces times coefficients (M, S), the left one with its phase: (M, D) each."""
+        ahead = np.exp((-1j if conjugate else 1j) * self.reduced.harmonics * self.reduced.problem.phase)
+        factors = coefficients, coefficients * ahead
+        right, left = (
+            (factor[:, :, None] * face[:, None, :]).reshape(len(factor), -1)
+            for factor, face in zip(factors, faces, strict=True)
+        )
+        return right, left
+
+    @property
+    def _first(self) -> int:
+        """Column of the first harmonic."""
+        return 0 if self.reduced.problem.static else 1
+
+    @cached_property
+    def _outputs(self) -> tuple[ComplexArray, ComplexArray]:
+        basis = columns_in_harmonics(self.memory.basis)[:, self._first :]
+        return self._pair(self._motion(self.memory.dw_dn), basis, conjugate=False)
+
+    @cached_property
+    def _inputs(self) -> dict[complex, list[tuple[ComplexArray, ComplexArray]]]:
+        return {}
+
+
+@dataclass(frozen=True)
+class FaceContact:
+    """The contact of one point in few modes."""
+
+    reduced: ReducedProblem  # the modes
+    contact: PointContact  # the point
+
+    def periodic(self, kappa: float) -> ComplexArray:
+        """B^H K(0) B, (D, D)."""
+        return self._periodic.at(kappa)
+
+    def linearised(self, sigma: complex, kappa: float) -> tuple[ComplexArray, MemoryFactors | ComplexArray | None]:
+        """B^H K(sigma) B and its derivative: two factors for two sliders, the whole for the cone, None for none."""
+        memory = self.contact.memory
+        if isinstance(memory, ConeSliderMemory):
+            value, change = self._of_cone(sigma)
+            return value.at(kappa), change.at(kappa)
+        matrix, sliders = self.periodic(kappa), self.sliders
+        if sliders is None:
+            return matrix, None
+        (inputs, derivative), outputs = sliders.inputs(sigma, kappa), sliders.outputs(kappa)
+        if sigma:
+            matrix += inputs @ outputs
+        return matrix, (derivative, outputs)
+
+    @cached_property
+    def sliders(self) -> FaceMemory | None:
+        """The memory of two Jenkins sliders a node; None where there is none."""
+        memory = self.contact.memory
+        return FaceMemory(self.reduced, memory) if isinstance(memory, SliderMemory) else None
+
+    @cached_property
+    def _periodic(self) -> FaceJacobian:
+        return FaceJacobian.of(self.reduced, self.contact.jacobian)
+
+    def _of_cone(self, sigma: complex) -> tuple[FaceJacobian, FaceJacobian]:
+        if sigma not in self._cones:
+            value, derivative = self.contact.at(sigma)
+            assert derivative is not None
+            one, other = (FaceJacobian.of(self.reduced, part) for part in (value, derivative))
+            self._cones[sigma] = one, other
+        return self._cones[sigma]
+
+    @cached_property
+    def _cones(self) -> dict[complex, tuple[FaceJacobian, FaceJacobian]]:
+        return {}
+
+
+def face_contact(reduced: ReducedProblem, contact: PointContact) -> FaceContact:
+    """The contact of a point in few modes; the same object if it is asked for again."""
+    known = contact.in_few_modes
+    if id(reduced) not in known:
+        # of a copy of the point, without what is kept with it: with a reference back, neither is freed at once
+        known[id(reduced)] = FaceContact(reduced, replace(contact))
+    return known[id(reduced)]
+
 
 SAME_SIGMA = 1e-4  # distance over which K(sigma) is linear to 1e-7
 

@@ -8,9 +8,8 @@ import numpy as np
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
-from nonlinear.stability.block_matrices import Matrix
-from nonlinear.stability.cone_slider_memory import ConeSliderMemory
-from nonlinear.stability.slider_memory import SliderMemory
+from nonlinear.stability.modal_condensation import Matrix
+from nonlinear.stability.slider_memory import ConeSliderMemory, SliderMemory
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,13 @@
-"""The perturbations of the wave in few modes: Hill's method in modal coordinates.
+"""The perturbations of the wave in few modes, the lowest and residual ones: Hill's method in modal coordinates.
 
-A harmonic has as many unknowns as there are modes, not three a contact node.
+A harmonic has as many unknowns as there are modes, not three a contact node, and each unknown its own poles.
+
+References
+----------
+S. Rubin, Improved component-mode representation for structural dynamic analysis, AIAA Journal 13(8), 1975.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -11,13 +15,141 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactParameters
-from nonlinear.stability.block_matrices import Matrix
-from nonlinear.stability.condensed_loop import CondensedPoles
 from nonlinear.stability.hill import HillProblem
-from nonlinear.stability.modal_condensation import ContactFreeModel, poles_and_residues
+from nonlinear.stability.modal_condensation import ContactFreeModel, Matrix, poles_and_residues
 from nonlinear.stability.point_contact import in_harmonics
-from nonlinear.stability.reduced_modes import LEAST, reduced_modes
+from nonlinear.stability.shared_motions import contact_weights
 from rom import ModalModel, WaveModes, relative_contact_motion
+
+LEAST = 4  # residual modes
+
+
+def reduced_modes(
+    modal: ModalModel, contact: ContactParameters, kept: int, negligible: float, most: int, least: int = LEAST
+) -> tuple[ModalModel, float]:
+    """The lowest modes, and the static motions of all others that give most of the flexibility of the contact faces.
+
+    The motions of both faces by the other modes, phi_m / omega_m, weighted by the square root of the contact
+    stiffness, have the singular vectors V. V / omega are static motions of unit strain energy; their Ritz modes, with
+    the mean damping of the modes in them, are the residual modes.
+    """
+    if kept + least >= modal.damping.size:
+        return modal, 0.0
+    assert modal.left is not None
+    weight = contact_weights(contact)[:, None]
+    frequency = modal.angular_frequency[kept:]
+    faces = np.concatenate([weight * modal.right[:, kept:], weight * modal.left[:, kept:]])
+    _, sizes, shapes = np.linalg.svd(faces / frequency, full_matrices=False)
+    count = min(max(int(np.count_nonzero(sizes**2 > negligible)), least), max(most, least))
+    static = shapes[:count].T / frequency[:, None]
+    mass, vectors = np.linalg.eigh(static.T @ static)  # their stiffness is 1
+    residual = (static @ vectors / np.sqrt(mass))[:, ::-1]
+
+    def joined(face: Array) -> Array:
+        return np.concatenate([face[:, :kept], face[:, kept:] @ residual], axis=1)
+
+    reduced = replace(
+        modal,
+        angular_frequency=np.append(modal.angular_frequency[:kept], 1.0 / np.sqrt(mass[::-1])),
+        damping=np.append(modal.damping[:kept], modal.damping[kept:] @ residual**2),
+        right=joined(modal.right),
+        left=joined(modal.left),
+    )
+    return reduced, float(sizes[count] ** 2) if count < sizes.size else 0.0
+
+
+@dataclass(frozen=True)
+class CondensedPoles:
+    """Poles retained as states, and the flexibility of the others, g_0 + sigma g_1, around sigma = 0."""
+
+    state: NDArray[np.int64]  # (n_z,), unknown (harmonic and mode) of each state
+    pole: ComplexArray  # (n_z,), p and a of each state, in units of omega
+    residue: ComplexArray  # (n_z,), p and a of each state, in units of omega
+    flexibility: ComplexArray  # (D,), g_0 and g_1 of each unknown
+    derivative: ComplexArray  # (D,), g_0 and g_1 of each unknown
+
+    @classmethod
+    def of(
+        cls, poles: ComplexArray, residues: ComplexArray, retained: NDArray[np.bool_], nearest: float
+    ) -> "CondensedPoles":
+        """Retain some of the poles.
+
+        Shapes: `poles` (S, 2, q), `residues` (S, 2, q), `retained` (S, 2, q).
+        """
+        g_0, g_1 = condensed_flexibility(poles, residues, retained, nearest)
+        row, _, mode = np.nonzero(retained)
+        state = row * poles.shape[2] + mode
+        return cls(state, poles[retained], residues[retained], g_0.ravel(), g_1.ravel())
+
+
+def condensed_flexibility(
+    poles: ComplexArray, residues: ComplexArray, retained: NDArray[np.bool_], nearest: float
+) -> tuple[ComplexArray, ComplexArray]:
+    """Flexibility of the poles that are no states, g_0 + sigma g_1 around sigma = 0, (..., q) each.
+
+    Shapes: `poles` (..., 2, q), `residues` (..., 2, q), `retained` (..., 2, q).
+    """
+    distance = np.where(retained, 1.0, -poles)
+    g_0 = np.where(retained, 0.0, residues / distance)
+    g_1 = np.where(np.abs(distance) < nearest, 0.0, -g_0 / distance)
+    return g_0.sum(axis=-2), g_1.sum(axis=-2)
+
+
+@dataclass(frozen=True)
+class CondensedLoop:
+    """sigma E_c z = A_c z, the contact Jacobian K closed around condensed poles.
+
+    The formulas are those of `ContactFeedback`, with G_0 and G_1 diagonal and K full.
+    """
+
+    matrix: ComplexArray  # (n_z, n_z), a_c and E_c
+    descriptor: ComplexArray  # (n_z, n_z), a_c and E_c
+
+    @classmethod
+    def closed(
+        cls,
+        poles: CondensedPoles,
+        contact: ComplexArray,
+        memory: tuple[ComplexArray, ComplexArray] | ComplexArray | None,
+        shift: complex = 0.0,
+    ) -> "CondensedLoop":
+        """Close the loop.
+
+        Shapes: `contact` (D, D), `memory` (D, D).
+        """
+        from scipy.linalg.lapack import zgetrf, zgetrs
+
+        state, every = poles.state, np.arange(poles.state.size)
+        difference = contact * -poles.flexibility
+        difference[np.diag_indices_from(difference)] += 1.0
+        # LAPACK itself: its wrappers take as long as the solutions; transposed, as its matrices stand in columns
+        upper, pivots, _ = zgetrf(difference.T, overwrite_a=True)
+        force = zgetrs(upper, pivots, contact[:, state], trans=1)[0]  # S C
+        change = contact @ (poles.derivative[:, None] * force)
+        matrix = force[state]
+        if memory is not None:  # dS = Y dK X
+            inputs, outputs = memory if isinstance(memory, tuple) else (None, memory)
+            change_of_memory = outputs @ (poles.flexibility[:, None] * force) + outputs[:, state]
+            if inputs is not None:
+                change_of_memory = inputs @ change_of_memory
+            if shift:
+                change_of_memory = zgetrs(upper, pivots, change_of_memory, trans=1)[0][state]
+                matrix = matrix - shift * change_of_memory
+            else:
+                change = change + change_of_memory
+        change = zgetrs(upper, pivots, change, trans=1)[0][state]
+        if memory is not None and shift:
+            change = change + change_of_memory
+        matrix = poles.residue[:, None] * matrix
+        descriptor = -poles.residue[:, None] * change
+        matrix[every, every] += poles.pole
+        descriptor[every, every] += 1.0
+        return cls(matrix, descriptor)
+
+    def eigenvalues(self) -> ComplexArray:
+        """All of them."""
+        return np.asarray(np.linalg.eigvals(np.linalg.solve(self.descriptor, self.matrix)), dtype=complex)
+
 
 # of the approximate exponents
 FEW_NEGLIGIBLE = 6e-3  # flexibility times contact stiffness that is left out

@@ -1,4 +1,4 @@
-"""One Floquet exponent from a reduced problem, corrected for the modes that are left out.
+"""Floquet exponents in few modes: those of the wave, and any one of them, corrected for the modes that are left out.
 
 References
 ----------
@@ -15,11 +15,10 @@ import numpy as np
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import ContactParameters
-from nonlinear.stability.condensed_loop import CondensedLoop, CondensedPoles
 from nonlinear.stability.hill import FASTEST, HillProblem
 from nonlinear.stability.modal_contact import ModalContact, modal_contact
 from nonlinear.stability.point_contact import PointContact
-from nonlinear.stability.reduced_problem import ReducedProblem, ReducedProblems
+from nonlinear.stability.reduced_problem import CondensedLoop, CondensedPoles, ReducedProblem, ReducedProblems
 from rom import ModalModel
 
 MAX_OMITTED = 2e-3  # flexibility times contact stiffness: the error of an eigenvalue is some square of it
@@ -230,3 +229,33 @@ def _modal_forces(
     assert modes.left is not None
     ahead = np.exp(1j * (reduced.harmonics * reduced.problem.phase + kappa))[:, None]
     return (forces @ modes.right - (ahead if adjoint else ahead.conj()) * (forces @ modes.left)).ravel()
+
+
+@dataclass(frozen=True)
+class ReducedWave:
+    """The eigenvalue problem of kappa = 0 at one point, around several sigma.
+
+    As in the scan of all nodal diameters only the poles that may come near are states.
+    """
+
+    reduced: ReducedProblem  # the modes of the approximate eigenvalues
+    refinement: ReducedRefinement  # refines them
+    contact: PointContact  # the point
+    conjugate_pairs: bool = True
+
+    def eigenvalues(self, shift: complex) -> ComplexArray:
+        """All eigenvalues sigma of the problem linearised around `shift`; those near it are approximate exponents."""
+        reduced, omega = self.reduced, self.contact.omega
+        centre = complex(shift).imag
+        retained = reduced.near(self.refinement.contact, omega, centre)
+        poles = reduced.condensed_around(centre, retained, omega)
+        loop = CondensedLoop.closed(poles, self._modal.matrix(shift), self._modal.derivative(shift))
+        return loop.eigenvalues() + 1j * centre
+
+    def converged(self, value: complex) -> tuple[complex, bool] | None:
+        """The eigenvalue that an approximate one leads to, and whether it is exact: `ReducedRefinement.converged`."""
+        return self.refinement.converged(self.contact, 0.0, value)
+
+    @cached_property
+    def _modal(self) -> ModalContact:
+        return modal_contact(self.reduced, self.contact, 0.0)

@@ -14,14 +14,11 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
-from nonlinear.stability.face_scan import FaceScan
 from nonlinear.stability.floquet import NEUTRAL, OVERLAP, FloquetAnalysis, converged
 from nonlinear.stability.hill import HillProblem
-from nonlinear.stability.pattern_matrices import ScannedSlices
-from nonlinear.stability.pattern_scan import PatternScan
 from nonlinear.stability.perturbation_pencils import FARTHEST
 from nonlinear.stability.point_contact import PointContact
-from nonlinear.stability.sector_scan import SectorScan
+from nonlinear.stability.ring_scan import FaceScan, PatternScan, ScannedSlices, SectorScan
 from rom import RingModes, SectorModes
 
 SCAN_ERROR = 0.005  # of an eigenvalue that leads a scan, in units of omega, before it is refined

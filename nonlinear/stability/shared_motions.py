@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactParameters
-from nonlinear.stability.block_matrices import HarmonicBlocks, Matrix
-from nonlinear.stability.modal_condensation import CondensedModes, real_form
+from nonlinear.stability.modal_condensation import CondensedModes, HarmonicBlocks, Matrix, real_form
 from rom import contact_springs
 
 TERMS = 4  # of the series: 1, -s^2, -s, s^4

@@ -1,7 +1,7 @@
-"""Slider memory of two Jenkins sliders a node: what a growing perturbation adds to the contact Jacobian.
+"""Slider memory: what a perturbation that grows as e^(lambda t) adds to the contact Jacobian of a periodic one.
 
-These are the hereditary terms of the linearised hysteresis: a sticking slider stands where an earlier instant
-left it.
+These are the hereditary terms of the linearised hysteresis: a sticking slider stands where an earlier instant left
+it.
 """
 
 from dataclasses import dataclass
@@ -11,14 +11,120 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray, basis_table
-from nonlinear.contact.numba_cache import compiled
-from nonlinear.contact.parameters import LIFT_OFF, Array, ContactParameters
-from nonlinear.stability.block_matrices import Matrix
-from nonlinear.stability.cone_slider_memory import ConeSliderMemory, cone_slider_memory
+from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK, Array, ContactParameters
+from nonlinear.stability.modal_condensation import Matrix
+from nonlinear.stability.slider_kernels import Integers, cone_periodic_response, stick_integrals, stick_intervals
 
-Integers = NDArray[np.int64]
+REPEAT_TOLERANCE = 1e-12  # of the largest motion: a cycle that comes back this near is the steady one
+
+
+@dataclass(frozen=True)
+class ConeSliderMemory:
+    """The sliders of M nodes over N instants of a cycle, linearised.
+
+    Under the perturbation e^(sigma theta) p(theta) of a contact motion, sigma = lambda / omega, its slider moves by
+    e^(sigma theta) dw(theta),
+
+        dw_k = e^(-sigma 2 pi / N) Phi_k dw_(k-1) + Gamma_k p_k,
+
+    Phi = 1 in stick, 0 in lift-off and ratio (1 - e e^T) in slip along e, ratio = mu N / kt over the length of the
+    trial deflection: the direction of slip forgets slowly.
+    """
+
+    node: NDArray[np.int64]  # (M,), the nodes
+    transition: Array  # (M, N, 2, 2), phi
+    input_matrix: Array  # (M, N, 2, 3), gamma
+    stiffness: Array  # (M,), kt, N/m
+    table: Array  # (N, 2H+1), basis functions at the instants
+
+    def jacobian(self, sigma: complex) -> tuple[Matrix, Matrix]:
+        """The contact Jacobian at `sigma` beyond that at 0.
+
+        Shapes: returns `change, derivative` (M, 2, 3, 2H+1, 2H+1).
+        """
+        value, derivative = self._coefficients(sigma)
+        change = value - self._periodic
+        return (change, derivative) if isinstance(sigma, complex) else (change.real, derivative.real)
+
+    @cached_property
+    def _periodic(self) -> Matrix:
+        """The coefficients at sigma = 0."""
+        return self._coefficients(0.0)[0]
+
+    def _coefficients(self, sigma: complex) -> tuple[Matrix, Matrix]:
+        """Fourier coefficients of kt dw for unit coefficients of p, and their derivative, (M, 2, 3, 2H+1, 2H+1)."""
+        count, (n, size) = self.node.size, self.table.shape
+        step = 2.0 * np.pi / n
+        decay = complex(np.exp(-sigma * step))
+        weights = (self.table * np.append(1.0, np.full(size - 1, 2.0)) / n).T
+        result = np.empty((count, size, 12 * size), dtype=complex)
+        response = np.empty((n, 12 * size), dtype=complex)
+        for k in range(count):
+            cone_periodic_response(self.transition[k], self.input_matrix[k], self.table, decay, step, response)
+            result[k] = (self.stiffness[k] * weights @ response.view(float)).view(complex)
+        both = result.reshape(count, size, 2, 2, 3, size).transpose(2, 0, 3, 4, 1, 5)
+        return both[0], both[1]
+
+
+def cone_slider_memory(
+    parameters: ContactParameters, table: Array, motion: Array, speed: Array
+) -> ConeSliderMemory | None:
+    """Slider memory under a periodic motion; None if each of the sliders sticks or is open throughout.
+
+    Shapes: `table` (N, 2H+1), `motion` (n_c, 3, N), `speed` (n_c, 3, N).
+    """
+    from nonlinear.contact.return_map import MAX_PERIODS, cone_return_map
+
+    p, n = parameters, table.shape[0]
+    load = p.normal_load(motion[:, 2].T).T
+    found = []
+    for k in np.flatnonzero(p.can_stick & np.any(load > 0.0, axis=1)):
+        limit, kt = p.friction[k] * load[k], float(p.tangential_stiffness[k])
+        plane, traction = np.ascontiguousarray(motion[k, :2].T), np.empty((n, 2))
+        state = np.empty(n, dtype=np.int64)
+        cone_return_map(plane, limit, kt, MAX_PERIODS, REPEAT_TOLERANCE * float(np.abs(plane).max()), state, traction)
+        if np.all(state == STICK):
+            continue
+        limit_dn = p.friction[k] * p.normal_stiffness[k] / kt
+        found.append((k, *_linearised(plane, speed[k], limit / kt, limit_dn, state, traction / kt)))
+    if not found:
+        return None
+    node, transition, gamma = zip(*found, strict=True)
+    index = np.array(node, dtype=np.int64)
+    return ConeSliderMemory(index, np.array(transition), np.array(gamma), p.tangential_stiffness[index], table)
+
+
+def _linearised(
+    plane: Array, speed: Array, limit: Array, limit_dn: float, state: NDArray[np.int64], deflection: Array
+) -> tuple[Array, Array]:
+    """Phi (N, 2, 2) and Gamma (N, 2, 3) of one slider.
+
+    Where contact begins, the slider starts from dw = du - u' dd_n / d_n'.
+    Shapes: `plane` (N, 2), `speed` (3, N), `limit` (N,), `state` (N,), `deflection` (N, 2).
+    """
+    n = len(plane)
+    before = np.roll(plane - deflection, 1, axis=0)
+    trial = plane - before
+    length = np.linalg.norm(trial, axis=1)
+    along = trial / np.where(length > 0.0, length, 1.0)[:, None]
+    ratio = np.divide(limit, length, out=np.zeros(n), where=length > 0.0)
+    across = np.eye(2) - along[:, :, None] * along[:, None, :]
+    slips, sticks = (state == SLIP)[:, None, None], (state == STICK)[:, None, None]
+    transition = np.where(slips, ratio[:, None, None] * across, np.where(sticks, np.eye(2), 0.0))
+    gamma = np.zeros((n, 2, 3))
+    gamma[:, :, :2] = np.eye(2) - transition
+    gamma[:, :, 2] = np.where(slips[:, 0], -limit_dn * along, 0.0)
+    touches = (state != LIFT_OFF) & (np.roll(state, 1) == LIFT_OFF)
+    closing = speed[2, touches]
+    start = np.zeros((closing.size, 2, 3))
+    start[:, :, :2] = np.eye(2)
+    start[:, :, 2] = -(speed[:2, touches] / np.where(closing == 0.0, np.inf, closing)).T
+    gamma[touches] += transition[touches] @ start
+    transition[touches] = 0.0
+    return transition, gamma
+
+
 SAMPLES = 512
-SMALL = 1e-3  # rate times length below which a series takes the place of the quotient
 
 
 @dataclass(frozen=True)
@@ -99,28 +205,8 @@ class SliderMemory:
     def _integral(self, sigma: complex) -> tuple[Matrix, Matrix]:
         """Integral of e^(rate t), rate = i h - sigma, over t = 0 .. length, its derivative in the rate: (M, 2H+1)."""
         value, derivative = np.empty((2, *self._turns.shape), dtype=complex)
-        _integrals(self._turns, self.length, complex(sigma), value, derivative)
+        stick_integrals(self._turns, self.length, complex(sigma), value, derivative)
         return value, derivative
-
-
-@compiled
-def _integrals(turns: Matrix, length: Array, sigma: complex, value: Matrix, derivative: Matrix) -> None:
-    """Write the integrals of e^(rate t) and of t e^(rate t), rate = i h - sigma, over t = 0 .. length.
-
-    `turns`: e^(i h length), h = -H .. H, (M, 2H+1), as `value` and `derivative`.
-    """
-    count, size = turns.shape
-    for m in range(count):
-        extent, decay = length[m], np.exp(-sigma * length[m])
-        for k in range(size):
-            rate = complex(0.0, k - size // 2) - sigma
-            z, end = rate * extent, turns[m, k] * decay
-            if abs(z) < SMALL:
-                value[m, k] = extent * (1.0 + z / 2.0 + z**2 / 6.0 + z**3 / 24.0)
-                derivative[m, k] = extent**2 * (0.5 + z / 3.0 + z**2 / 8.0 + z**3 / 30.0)
-            else:
-                value[m, k] = (end - 1.0) / rate
-                derivative[m, k] = (extent * end - value[m, k]) / rate
 
 
 def _basis(powers: Matrix) -> Matrix:
@@ -182,8 +268,6 @@ class MemorySampler:
 
     def _return_map(self, motion: Array) -> tuple[Integers, Integers, Integers]:
         """State, sign and number of samples of stick, see `stick_intervals`, of all sliders: (n_c, 2, samples)."""
-        from nonlinear.stability.stick_interval_kernel import stick_intervals
-
         p = self.parameters
         load = p.normal_load(motion[:, 2].T).T
         state, sign = (np.full((len(motion), 2, self.samples), -1, dtype=np.int64) for _ in range(2))

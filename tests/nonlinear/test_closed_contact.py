@@ -8,14 +8,13 @@ from lumped import lumped_blade
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance
 from nonlinear.stability import shared_motions
-from nonlinear.stability.closed_contact import ClosedContact
-from nonlinear.stability.face_flexibility import NEGLIGIBLE_ACROSS, FaceFlexibility
-from nonlinear.stability.face_scan import FaceScan
+from nonlinear.stability.closed_refinement import ClosedContact
 from nonlinear.stability.floquet import FloquetAnalysis, converged
-from nonlinear.stability.nearest_eigenvalues import LARGE, nearest_eigenvalues
+from nonlinear.stability.perturbation_pencils import LARGE, nearest_eigenvalues
 from nonlinear.stability.point_contact import PointContact, in_harmonics
+from nonlinear.stability.ring_scan import FaceScan
 from nonlinear.stability.ring_stability import LinearisedContact, RingStability
-from nonlinear.stability.ring_structure import RingStructure
+from nonlinear.stability.ring_structure import NEGLIGIBLE_ACROSS, FaceFlexibility, RingStructure
 from nonlinear.stability.shared_motions import series
 from nonlinear.stability.slider_memory import MemorySampler
 from rom import modal_model, relative_contact_motion

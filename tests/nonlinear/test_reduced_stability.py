@@ -11,8 +11,6 @@ from lumped import lumped_blade
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance
 from nonlinear.stability import reduced_refinement
-from nonlinear.stability.face_contact import FaceJacobian, face_contact
-from nonlinear.stability.face_scan import FaceScan
 from nonlinear.stability.floquet import (
     SLICE_WIDTH,
     WIDE_SLICE,
@@ -21,11 +19,12 @@ from nonlinear.stability.floquet import (
     floquet_exponents,
     grows,
 )
-from nonlinear.stability.pattern_scan import WIDTH, PatternScan, _slice
+from nonlinear.stability.modal_contact import FaceJacobian, face_contact
+from nonlinear.stability.perturbation_pencils import WIDTH
 from nonlinear.stability.point_contact import PointContact, in_harmonics
-from nonlinear.stability.reduced_modes import LEAST, reduced_modes
-from nonlinear.stability.reduced_refinement import ReducedRefinement
-from nonlinear.stability.reduced_wave import ReducedWave
+from nonlinear.stability.reduced_problem import LEAST, reduced_modes
+from nonlinear.stability.reduced_refinement import ReducedRefinement, ReducedWave
+from nonlinear.stability.ring_scan import FaceScan, PatternScan, _slice
 from nonlinear.stability.ring_structure import RingStructure
 from rom import modal_model
 

@@ -6,14 +6,12 @@ from lumped_disk import sector_with_disk
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance, forced_response
 from nonlinear.contact.fourier import to_real
-from nonlinear.stability import sector_scan
-from nonlinear.stability.axis_interpolation import AxisInterpolation
+from nonlinear.stability import ring_scan
 from nonlinear.stability.floquet import NEUTRAL, FloquetAnalysis, converged
+from nonlinear.stability.ring_scan import AxisInterpolation, SectorScan
 from nonlinear.stability.ring_stability import MAX_REFINED, SAME_RATE, LinearisedContact, RingStability
-from nonlinear.stability.ring_structure import RingStructure
-from nonlinear.stability.sector_scan import SectorScan
+from nonlinear.stability.ring_structure import NEGLIGIBLE_DEVIATION, RingStructure, WaveFlexibility
 from nonlinear.stability.shared_motions import series
-from nonlinear.stability.wave_flexibility import NEGLIGIBLE_DEVIATION, WaveFlexibility
 from rom import modal_model, relative_contact_motion
 
 
@@ -118,8 +116,8 @@ def test_nodal_diameters_in_small_groups_have_the_same_eigenvalues(monkeypatch):
     analysis = FloquetAnalysis.of(balance.receptance, case[1])
     contact = RingStability(analysis, 24)._point(points[len(points) // 2])
     found = []
-    for size in (sector_scan.AT_ONCE, 1.0):
-        monkeypatch.setattr(sector_scan, "AT_ONCE", size)
+    for size in (ring_scan.AT_ONCE, 1.0):
+        monkeypatch.setattr(ring_scan, "AT_ONCE", size)
         found.append(SectorScan(RingStructure(analysis.problem, case[1], 24)).eigenvalues(contact))
     assert {k for _, k in found[0]} == set(range(1, 13))
     one, other = (np.array([value.real for value, _ in values]) for values in found)

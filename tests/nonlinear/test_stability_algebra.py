@@ -11,8 +11,8 @@ import pytest
 from lumped import lumped_blade
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance
+from nonlinear.stability.contact_feedback import _memory_forces
 from nonlinear.stability.floquet import FloquetAnalysis
-from nonlinear.stability.memory_feedback import _memory_forces
 from rom import modal_model
 
 ROOT = Path(__file__).parents[2]
