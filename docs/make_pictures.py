@@ -54,6 +54,7 @@ def pictures() -> dict[str, Picture]:
     made = [
         Picture("blade", (drawings, DUMMY), _drawn("blade", "blade_figure")),
         Picture("contact_element", (drawings,), _drawn("contact_element", "element_figure")),
+        Picture("architecture", (drawings,), _drawn("architecture", "architecture_figure")),
         Picture("frames", (drawings, DUMMY), _drawn("frames", "frames_figure")),
         Picture("dummy_response", (DUMMY, *CURVES), _of_run("dummy", "figures/response.png")),
         Picture("dummy_peaks", (DUMMY, STYLE, "pipeline/figures/peaks.py"), _of_run("dummy", "figures/peaks.png")),
