@@ -55,8 +55,7 @@ def measure(scene_file: str, model_file: str, blades: int) -> dict[str, Any]:
     from nonlinear import Mistuning, mistuned_response
     from nonlinear.mistuned_ring.ring_balance import RingBalance
     from nonlinear.mistuned_ring.ring_receptance import RingReceptance
-    from nonlinear.mistuned_ring.sector_ring import SectorRing
-    from nonlinear.mistuned_ring.strain_directions import strain_directions
+    from nonlinear.mistuned_ring.sector_ring import SectorRing, strain_directions
     from rom import ModalModel, RelativeReceptance, one_blas_thread
 
     scene = scene_with(scene_file, {"contact.interference": INTERFERENCE})

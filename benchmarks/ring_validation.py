@@ -35,7 +35,7 @@ from nonlinear import (
 )
 from nonlinear.contact.fourier import to_real
 from nonlinear.stability.floquet import FloquetAnalysis
-from nonlinear.time_integration.wave_start import with_more_harmonics
+from nonlinear.time_integration.ring_integrator import with_more_harmonics
 from rom import modal_model, one_blas_thread, read_reduced_model
 
 MARGINAL = 1e-3  # rates below this times omega: the accuracy of the exponents does not tell stable from unstable

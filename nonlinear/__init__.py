@@ -39,13 +39,11 @@ if TYPE_CHECKING:
     from nonlinear.continuation.response_quantities import largest_lengths, output_components
     from nonlinear.harmonic_balance.initial_solution import StaticContact
     from nonlinear.harmonic_balance.residual import HarmonicBalance, LinearisedResidual
-    from nonlinear.mistuned_ring.amplification import whitehead_bound
-    from nonlinear.mistuned_ring.linear_peak import LinearPeak
+    from nonlinear.mistuned_ring.linear_contacts import LinearPeak
     from nonlinear.mistuned_ring.linear_ring import LinearRing
     from nonlinear.mistuned_ring.linear_sectors import LinearSectors
-    from nonlinear.mistuned_ring.mistuning import Mistuning, MistuningError
-    from nonlinear.mistuned_ring.ring_peaks import RingPeak
-    from nonlinear.mistuned_ring.ring_response import MistunedResponse, mistuned_response
+    from nonlinear.mistuned_ring.mistuning import Mistuning, MistuningError, whitehead_bound
+    from nonlinear.mistuned_ring.ring_response import MistunedResponse, RingPeak, mistuned_response
     from nonlinear.mode_agreement import PeakAgreement, PeakMotion, compare_with_peaks, peak_motions
     from nonlinear.nonlinear_modes.mode_curve import harmonic_shares
     from nonlinear.nonlinear_modes.nonlinear_mode import ModeDamping, ModeResonance, NonlinearMode, nonlinear_mode
@@ -69,8 +67,7 @@ if TYPE_CHECKING:
     from nonlinear.response_curve import ResponseCurve
     from nonlinear.response_extension import Extension, carry_branches, extend_response
     from nonlinear.response_solver import build_harmonic_balance, forced_response
-    from nonlinear.time_integration.residual_flexibility import StepError
-    from nonlinear.time_integration.ring import Ring, RingState
+    from nonlinear.time_integration.ring import Ring, RingState, StepError
     from nonlinear.time_integration.ring_integrator import ContactIterationError, RingIntegrator, RingRecord
     from nonlinear.time_integration.ring_motion import RingLimits, RingMotion, integrate_ring
     from nonlinear.worst_motion.ring_integration import RingIntegration
@@ -241,17 +238,17 @@ _PLACES = {
     "RingMotion": "nonlinear.time_integration.ring_motion",
     "RingRecord": "nonlinear.time_integration.ring_integrator",
     "RingState": "nonlinear.time_integration.ring",
-    "StepError": "nonlinear.time_integration.residual_flexibility",
+    "StepError": "nonlinear.time_integration.ring",
     "integrate_ring": "nonlinear.time_integration.ring_motion",
     "Mistuning": "nonlinear.mistuned_ring.mistuning",
     "MistuningError": "nonlinear.mistuned_ring.mistuning",
     "MistunedResponse": "nonlinear.mistuned_ring.ring_response",
     "mistuned_response": "nonlinear.mistuned_ring.ring_response",
-    "RingPeak": "nonlinear.mistuned_ring.ring_peaks",
+    "RingPeak": "nonlinear.mistuned_ring.ring_response",
     "LinearRing": "nonlinear.mistuned_ring.linear_ring",
-    "LinearPeak": "nonlinear.mistuned_ring.linear_peak",
+    "LinearPeak": "nonlinear.mistuned_ring.linear_contacts",
     "LinearSectors": "nonlinear.mistuned_ring.linear_sectors",
-    "whitehead_bound": "nonlinear.mistuned_ring.amplification",
+    "whitehead_bound": "nonlinear.mistuned_ring.mistuning",
 }
 
 

@@ -18,16 +18,18 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rom.cyclic.contact_springs import SpringSupportedMotion, contact_springs, spring_stiffness
-    from rom.cyclic.coupled_frequencies import coupled_frequencies
     from rom.cyclic.cyclic_symmetry import inter_blade_phase, relative_contact_motion, wave_coordinates
-    from rom.cyclic.expansion import expand_to_mesh
-    from rom.cyclic.linear_response import linear_response
-    from rom.cyclic.modal_model import ModalModel
-    from rom.cyclic.mode_families import ModeFamilies
-    from rom.cyclic.mode_names import mode_names
-    from rom.cyclic.natural_frequencies import gyroscopic_frequencies, mode_shapes, natural_frequencies
+    from rom.cyclic.modal_model import ModalModel, WaveModes
+    from rom.cyclic.mode_families import ModeFamilies, mode_names
+    from rom.cyclic.natural_frequencies import (
+        coupled_frequencies,
+        gyroscopic_frequencies,
+        linear_response,
+        mode_shapes,
+        natural_frequencies,
+    )
     from rom.cyclic.receptance import RelativeReceptance
-    from rom.cyclic.reduced_model import ReducedModel
+    from rom.cyclic.reduced_model import ReducedModel, expand_to_mesh
     from rom.cyclic.resonance_crossings import (
         ResonanceCrossing,
         excited_nodal_diameter,
@@ -35,18 +37,13 @@ if TYPE_CHECKING:
         speed_crossings,
         wave_direction,
     )
-    from rom.cyclic.ring_modes import RingModes, modal_model
-    from rom.cyclic.sector_modes import SectorModes
-    from rom.cyclic.wave_modes import WaveModes
+    from rom.cyclic.sector_modes import RingModes, SectorModes, modal_model
     from rom.cyclic.wave_superelement import WaveSuperelement, model_of_waves
     from rom.cyclic_sector.cyclic_faces import CyclicFaces, cyclic_faces
-    from rom.cyclic_sector.cyclic_modes import CyclicModes, cyclic_modes, modes_by_nodal_diameter
-    from rom.cyclic_sector.family_rows import mode_families
+    from rom.cyclic_sector.cyclic_modes import CyclicModes, cyclic_modes, modes_by_nodal_diameter, static_motion
     from rom.cyclic_sector.interface_motion import InterfaceOptions, interface_motion
-    from rom.cyclic_sector.part_stiffness import blade_stiffness, strain_rows
-    from rom.cyclic_sector.static_motion import static_motion
-    from rom.cyclic_sector.wave_errors import WaveErrors, wave_errors
-    from rom.cyclic_sector.wave_reference import wave_reference
+    from rom.cyclic_sector.part_stiffness import blade_stiffness, mode_families, strain_rows
+    from rom.cyclic_sector.wave_reference import WaveErrors, wave_errors, wave_reference
     from rom.errors import (
         FactorisationError,
         FullModelFileError,
@@ -231,9 +228,9 @@ _PLACES = {
     "speed_crossings": "rom.cyclic.resonance_crossings",
     "wave_direction": "rom.cyclic.resonance_crossings",
     "wave_coordinates": "rom.cyclic.cyclic_symmetry",
-    "static_motion": "rom.cyclic_sector.static_motion",
-    "wave_errors": "rom.cyclic_sector.wave_errors",
-    "WaveErrors": "rom.cyclic_sector.wave_errors",
+    "static_motion": "rom.cyclic_sector.cyclic_modes",
+    "wave_errors": "rom.cyclic_sector.wave_reference",
+    "WaveErrors": "rom.cyclic_sector.wave_reference",
     "interface_motion": "rom.cyclic_sector.interface_motion",
     "cyclic_modes": "rom.cyclic_sector.cyclic_modes",
     "cyclic_faces": "rom.cyclic_sector.cyclic_faces",
@@ -271,9 +268,9 @@ _PLACES = {
     "Reduction": "rom.reduction.craig_bampton",
     "ReductionOptions": "rom.reduction.craig_bampton",
     "RelativeReceptance": "rom.cyclic.receptance",
-    "RingModes": "rom.cyclic.ring_modes",
+    "RingModes": "rom.cyclic.sector_modes",
     "SectorModes": "rom.cyclic.sector_modes",
-    "WaveModes": "rom.cyclic.wave_modes",
+    "WaveModes": "rom.cyclic.modal_model",
     "WaveSuperelement": "rom.cyclic.wave_superelement",
     "RomParameterError": "rom.errors",
     "SolvedPoint": "rom.stress.mesh_motion",
@@ -287,9 +284,9 @@ _PLACES = {
     "contact_areas": "rom.reduction.contact_dofs",
     "contact_springs": "rom.cyclic.contact_springs",
     "coriolis_error": "rom.reduction.coriolis_error",
-    "coupled_frequencies": "rom.cyclic.coupled_frequencies",
+    "coupled_frequencies": "rom.cyclic.natural_frequencies",
     "element_warnings": "rom.finite_elements.element_warnings",
-    "expand_to_mesh": "rom.cyclic.expansion",
+    "expand_to_mesh": "rom.cyclic.reduced_model",
     "factorise": "rom.linear_algebra.factorisation",
     "full_reference": "rom.reduction.reference_model",
     "gyroscopic_frequencies": "rom.cyclic.natural_frequencies",
@@ -297,15 +294,15 @@ _PLACES = {
     "held_frequencies": "rom.reduction.reference_model",
     "inter_blade_phase": "rom.cyclic.cyclic_symmetry",
     "linear_errors": "rom.reduction.model_comparison",
-    "linear_response": "rom.cyclic.linear_response",
+    "linear_response": "rom.cyclic.natural_frequencies",
     "linear_responses": "rom.reduction.model_comparison",
     "load_full_model": "rom.files.full_model_file",
     "load_sector": "rom.files.sector_file",
-    "modal_model": "rom.cyclic.ring_modes",
+    "modal_model": "rom.cyclic.sector_modes",
     "blade_stiffness": "rom.cyclic_sector.part_stiffness",
     "strain_rows": "rom.cyclic_sector.part_stiffness",
-    "mode_families": "rom.cyclic_sector.family_rows",
-    "mode_names": "rom.cyclic.mode_names",
+    "mode_families": "rom.cyclic_sector.part_stiffness",
+    "mode_names": "rom.cyclic.mode_families",
     "mode_shapes": "rom.cyclic.natural_frequencies",
     "model_from_matrices": "rom.matrix_files.matrix_model",
     "model_of_waves": "rom.cyclic.wave_superelement",

@@ -5,9 +5,9 @@ between the right face of blade j and the left face of blade j+1. All Fourier co
 own blade, q_j(t) = Re sum_h q_j^(h) exp(i h (omega t + j psi)): in the tuned travelling wave they are the same at all
 j.
 
-Where to look: `mistuning` (the deviations), `ring_receptance` (the structure), `ring_balance` (the equations),
-`cyclic_blocks` (their Jacobian, factorised), `ring_continuation` (points along a curve), `ring_peaks` (maxima),
-`ring_response` (the curve of all blades), `linear_ring` (linear contacts), `amplification` (statistics).
+Where to look: `mistuning` (the deviations), `ring_receptance` and `sector_ring` (the structure), `ring_balance`
+(the equations), `cyclic_blocks` and `sector_factors` (their Jacobian, factorised), `ring_response` (the curve of all blades
+and its maximum), `linear_ring` and `linear_sectors` (linear contacts).
 
 References
 ----------

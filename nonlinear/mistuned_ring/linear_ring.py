@@ -19,8 +19,7 @@ import numpy as np
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactParameters
-from nonlinear.mistuned_ring.linear_contacts import springs_in_state, supported_stiffness
-from nonlinear.mistuned_ring.linear_peak import LinearPeak, highest_peak
+from nonlinear.mistuned_ring.linear_contacts import LinearPeak, highest_peak, springs_in_state, supported_stiffness
 from nonlinear.mistuned_ring.mistuning import Mistuning, MistuningError
 from nonlinear.options import Excitation
 from rom import ModalModel

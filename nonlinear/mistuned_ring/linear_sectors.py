@@ -20,11 +20,9 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactParameters
-from nonlinear.mistuned_ring.linear_contacts import springs_in_state, supported_stiffness
-from nonlinear.mistuned_ring.linear_peak import LinearPeak, highest_peak
+from nonlinear.mistuned_ring.linear_contacts import LinearPeak, highest_peak, springs_in_state, supported_stiffness
 from nonlinear.mistuned_ring.mistuning import Mistuning, MistuningError, check_blades
-from nonlinear.mistuned_ring.sector_ring import wave_turns
-from nonlinear.mistuned_ring.strain_directions import strain_directions
+from nonlinear.mistuned_ring.sector_ring import strain_directions, wave_turns
 from nonlinear.options import Excitation
 from rom import ModalModel, RelativeReceptance, SectorModes, relative_contact_motion
 

@@ -4,8 +4,8 @@
 
 The contact forces of a pair depend on its own displacement only. Of clamped blades k = j-1, j, j+1, and the Jacobian
 is block-tridiagonal and cyclic like the receptance, with blocks of 3 n_c (2H+1) unknowns. Through a disk all pairs
-move each other; there the strains on which the deviating stiffness of the blades acts are unknowns like the
-displacements, and their forces are among the f.
+move each other; there the strains s_j = Q^T S q_j (`strain_directions`) are unknowns like the displacements, and the
+deviating stiffness of blade j acts like linear springs at nodes of its own: f_j = -((1 + delta_j)^2 - 1) s_j.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.element_choice import contact_element
 from nonlinear.contact.fourier import ComplexArray, to_complex, to_real
-from nonlinear.contact.parameters import Array, ContactParameters
+from nonlinear.contact.parameters import STICK, Array, ContactElement, ContactForces, ContactParameters
 from nonlinear.harmonic_balance.dense_factors import DenseFactors
 from nonlinear.harmonic_balance.residual import (
     BorderedFactors,
@@ -27,7 +27,6 @@ from nonlinear.harmonic_balance.residual import (
     LinearisedResidual,
     has_odd_harmonics_only,
 )
-from nonlinear.mistuned_ring.blade_springs import WithBladeSprings
 from nonlinear.mistuned_ring.cyclic_blocks import CyclicBlockFactors, CyclicBlocks
 from nonlinear.mistuned_ring.mistuning import Mistuning
 from nonlinear.mistuned_ring.pair_order import by_pair, from_pairs, pair_force_change, real_product
@@ -35,6 +34,35 @@ from nonlinear.mistuned_ring.ring_receptance import RingReceptance
 from nonlinear.mistuned_ring.sector_factors import SectorFactors
 from nonlinear.mistuned_ring.sector_ring import SectorRing
 from nonlinear.options import SolverOptions
+
+
+@dataclass(frozen=True)
+class WithBladeSprings:
+    """A contact element for the nodes of N pairs, each followed by the nodes of the strain of its blade."""
+
+    contact: ContactElement  # the contact nodes, pair after pair
+    n_contacts: int  # contact nodes of a pair, and nodes of the strain of a blade
+    n_strain: int  # contact nodes of a pair, and nodes of the strain of a blade
+    stiffness: Array  # (N,), (1 + delta_j)^2 - 1
+
+    def evaluate(self, displacement: Array) -> ContactForces:
+        """Forces and Jacobian for displacements and strains (2H+1, N (n_contacts + n_strain), 3)."""
+        rows, count, own = displacement.shape[0], self.stiffness.size, self.n_contacts
+        moved = displacement.reshape(rows, count, own + self.n_strain, 3)
+        found = self.contact.evaluate(np.ascontiguousarray(moved[:, :, :own]).reshape(rows, -1, 3))
+        force = np.empty_like(moved)
+        force[:, :, :own] = found.force.reshape(rows, count, own, 3)
+        force[:, :, own:] = -self.stiffness[:, None, None] * moved[:, :, own:]
+        jacobian = np.zeros((count, own + self.n_strain, 3, 3, rows, rows))
+        jacobian[:, :own] = found.jacobian.reshape(count, own, 3, 3, rows, rows)
+        one = np.eye(3)[:, :, None, None] * np.eye(rows)
+        jacobian[:, own:] = -self.stiffness[:, None, None, None, None, None] * one
+        state = np.full((count, own + self.n_strain), STICK)
+        state[:, :own] = found.state.reshape(count, own)
+        return ContactForces(
+            force.reshape(displacement.shape), jacobian.reshape(-1, 3, 3, rows, rows), state.reshape(-1)
+        )
+
 
 SMALLEST_ITERATIVE = 400  # unknowns of a ring with a disk from which GMRES is faster than a dense factorisation
 

@@ -1,4 +1,4 @@
-"""Contact forces at the end of a time step, node by node with the exact local flexibility (compiled).
+"""Contact forces at the end of a time step, node by node with the exact local flexibility (compiled); its arrays.
 
 A node sees the motion d = d^ + g f: d^ is what the state of the ring and the other nodes make of it, g its own
 flexibility over the step. With the contact laws this is solved in closed form, component by component. All nodes are
@@ -18,6 +18,14 @@ of the slip directions n_0 and n_1 at both ends,
 
 which is second order in the step. In the step in which slip begins it moves along n_1 (radial return).
 
+The motion is the response to the excitation without contact, in closed form, plus the response to the contact forces,
+which is integrated: the excitation has no error of integration.
+
+Sectors joined at a disk have arrays wave by wave. The q real waves are the wave 0, the cosine and the sine of the
+waves 1, 2, ..., and the wave q / 2. With the cosine a and the sine b of a wave l, z = (a - i b) / 2^(1/2), a matrix M
+of the wave takes a to Re M a + Im M b and b to Re M b - Im M a. Matrices are kept transposed, real and imaginary part
+by themselves.
+
 References
 ----------
 M. Ortiz, E. P. Popov, Accuracy and stability of integration algorithms for elastoplastic constitutive relations,
@@ -25,10 +33,129 @@ International Journal for Numerical Methods in Engineering 21 (1985) 1561-1576.
 """
 
 import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from nonlinear.contact.numba_cache import inlined
-from nonlinear.contact.parameters import Array
-from nonlinear.time_integration.ring_system import RingSystem, RingWork
+from nonlinear.contact.parameters import Array, ContactParameters
+
+
+class NodeLaw(NamedTuple):
+    """Contact parameters (n_c,) of the nodes; `initial_load` is N0 + kn v0."""
+
+    normal_stiffness: Array
+    tangential_stiffness: Array
+    friction: Array
+    initial_load: Array
+    preload: Array
+    cone: bool
+
+
+class RingSystem(NamedTuple):
+    """What a step needs, for m retained modes and r = 3 n_c contact displacements of a pair of faces.
+
+    With a disk the fields that speak of modes are empty (see `DiskSystem`) but for `position` and `rate`.
+
+    `own`, `previous` and `following` hold the motion of a pair of faces under a unit force at the end of the step, on
+    the pair itself, on the one before it and on the one after it. The row belongs to the force. One blade is its
+    own neighbour: `own` and `right` hold the whole, the left faces are left out.
+    """
+
+    position: Array  # (4, m): modal coordinates over a step, see `propagation`
+    rate: Array  # (4, m): their rates
+    right: Array  # (r, m)
+    left: Array  # (r, m)
+    right_modes: Array  # (m, r): the transposes
+    left_modes: Array  # (m, r)
+    own: Array  # (r, r), m/N
+    previous: Array  # (r, r)
+    following: Array  # (r, r)
+    free_motion: Array  # (2H+1, r): relative displacement without contact: static, cosine and sine of harmonic 1, ...
+    free_output: Array  # (2H+1,): the same of the output
+    output_modes: Array  # (m,)
+    output_forces: Array  # (2, r): residual flexibility of the output to forces on its right and on its left pair
+    waves: Array  # (q, 2): cosine and sine of j psi
+    contact: NodeLaw
+
+
+class RingWork(NamedTuple):
+    """State of the ring and scratch arrays of the kernels."""
+
+    coordinates: Array  # (q, m): contact-driven part of the retained modal coordinates
+    rates: Array  # (q, m)
+    modal_force: Array  # (q, m): of the contacts, at the end of the last step
+    slider: Array  # (q, n_c, 2)
+    placed: Array  # (q, n_c, 2): sliders at the end of the step that is being solved
+    motion: Array  # (q, r): relative displacement at the end of the last step
+    guess: Array  # (q, r): at the end of the step that is being solved
+    force: Array  # (q, r): contact force on the right nodes
+    last_force: Array  # (q, r): at the end of the last step
+    earlier_force: Array  # (q, r): one step before
+    change: Array  # (r,): of the forces on one pair of faces in a visit of its nodes
+    load: Array  # (q, n_c): N0 + kn (v0 + d_n) at the beginning of the step
+    slip: Array  # (q, n_c, 2): slip direction of the cone there; 0: none
+
+
+def node_law(contact: ContactParameters) -> NodeLaw:
+    """Contact parameters of the nodes of a pair of faces."""
+    return NodeLaw(
+        contact.normal_stiffness,
+        contact.tangential_stiffness,
+        contact.friction,
+        contact.initial_load,
+        contact.preload,
+        contact.law == "cone",
+    )
+
+
+def cosine_rows(coefficients: np.ndarray) -> Array:
+    """x_0 + Re sum_h x_h e^(i h theta) as the static part and the factors of cosine and sine, (2H+1, ...)."""
+    rows = [part for harmonic in coefficients[1:] for part in (harmonic.real, -harmonic.imag)]
+    return np.stack([coefficients[0].real, *rows])
+
+
+class WaveMatrices(NamedTuple):
+    """Matrices of the J = q // 2 + 1 waves, from n values to p."""
+
+    real: Array  # (J, n, p)
+    imaginary: Array  # (J, n, p)
+
+
+class DiskSystem(NamedTuple):
+    """What a step of joined sectors needs besides `RingSystem`, for k retained modes in a wave.
+
+    `RingSystem` has the flexibility of a pair of faces under the forces on itself and on both neighbours; `far` is
+    that under the forces on all others.
+    """
+
+    turn: Array  # (q, q): real waves from values of the sectors
+    turn_back: Array  # (q, q): its transpose
+    motion: WaveMatrices  # k to r: relative displacement of the modes
+    force: WaveMatrices  # r to k: modal forces of contact forces
+    far: WaveMatrices  # r to r, m/N
+    output: WaveMatrices  # k to 1: output of the modes
+    residual_output: WaveMatrices  # r to 1: residual flexibility of the output, m/N
+    is_far: bool  # whether any pair of faces is no neighbour: q > 3
+
+
+class DiskWork(NamedTuple):
+    """Scratch arrays, by real waves but for the last one; the first two are those of `RingWork`, seen by waves."""
+
+    coordinates: Array  # (q, k)
+    modal_force: Array  # (q, k)
+    motion: Array  # (q, r)
+    force: Array  # (q, r)
+    output: Array  # (q, 1)
+    change: Array  # (q, r): of the forces on the pairs of faces in a visit
+
+
+def wave_matrices(values: NDArray[Any]) -> WaveMatrices:
+    """From matrices (J, p, n) of the waves."""
+    transposed = values.transpose(0, 2, 1)
+    return WaveMatrices(np.ascontiguousarray(transposed.real), np.ascontiguousarray(transposed.imag))
+
 
 ON_LIMIT = 1.0 - 1e-9  # share of the slip limit from which a slider is taken to slip at the beginning of the step
 TINY = 1e-300

@@ -1,4 +1,8 @@
-"""A ring of blades at one frequency: its states, disturbances of them, and what becomes of them in time."""
+"""A ring of blades at one frequency: its states, disturbances of them, and what becomes of them in time.
+
+A ring starts from the periodic motion with more harmonics than it was solved with: few harmonics make another motion,
+and its distance from that of the ring would count as a disturbance.
+"""
 
 from dataclasses import dataclass, field, replace
 
@@ -9,11 +13,37 @@ from nonlinear.contact.contact_cycle import contact_cycle
 from nonlinear.contact.element_choice import contact_element
 from nonlinear.contact.fourier import ComplexArray, to_complex
 from nonlinear.contact.parameters import Array
+from nonlinear.harmonic_balance.initial_solution import solve_at
+from nonlinear.harmonic_balance.residual import HarmonicBalance, has_odd_harmonics_only
 from nonlinear.options import SolverOptions
-from nonlinear.time_integration.residual_flexibility import RETENTION, RetainedModes
-from nonlinear.time_integration.ring import Ring, RingState
+from nonlinear.time_integration.contact_step import RingWork
+from nonlinear.time_integration.ring import RETENTION, RetainedModes, Ring, RingState
 from nonlinear.time_integration.ring_structure import Kernel, RingStructure, ring_structure
-from nonlinear.time_integration.ring_system import RingWork
+
+HARMONICS = 15
+SAME_MOTION = 0.2  # largest relative change of the displacement by the harmonics added
+MAX_ITERATIONS = 12
+
+
+def with_more_harmonics(ring: Ring, omega: float, displacement: Array, harmonics: int = HARMONICS) -> Array:
+    """The periodic solution with more harmonics near one with few.
+
+    Shapes: `displacement` (2H+1, n_c, 3), returns (2H'+1, n_c, 3).
+    """
+    few = len(displacement)
+    if few >= 2 * harmonics + 1:
+        return displacement
+    options = SolverOptions((1.0, 2.0), harmonics=harmonics)
+    element = contact_element(ring.contact, harmonics, options)
+    receptance = ring.receptance(harmonics)
+    balance = HarmonicBalance(receptance, element, odd=has_odd_harmonics_only(receptance, ring.contact))
+    start = np.zeros((2 * harmonics + 1, *displacement.shape[1:]))
+    start[:few] = displacement
+    found = solve_at(balance, omega, balance.unknown(start), options, MAX_ITERATIONS)
+    solution = balance.displacement(found.solution)
+    same = np.linalg.norm(solution - start) <= SAME_MOTION * np.linalg.norm(start)
+    return solution if found.converged and same else displacement
+
 
 CYCLE_SAMPLES = 4096  # instants of the contact cycle from which the sliders start
 

@@ -1,4 +1,14 @@
-"""What becomes of a periodic motion in a ring of blades: it stays, or where it goes and how high."""
+"""What becomes of a periodic motion in a ring of blades: it stays, or where it goes and how high.
+
+The states at the ends of the periods tell whether a motion repeats itself, whether it has settled, and the growth
+rate of a small departure: successive differences obey the linearised map over a period, delta_(p+1) = M delta_p, whose
+leading multipliers are found from the few directions that the differences span (dynamic mode decomposition).
+
+References
+----------
+P. J. Schmid, Dynamic mode decomposition of numerical and experimental data, Journal of Fluid Mechanics 656
+(2010) 5-28.
+"""
 
 import math
 from dataclasses import dataclass, replace
@@ -7,12 +17,98 @@ from typing import Any
 import numpy as np
 
 from nonlinear.contact.parameters import Array
-from nonlinear.time_integration.growth import DIFFERENCES, growth_rate
-from nonlinear.time_integration.recurrence import repeats_after, same_mean, same_statistics
-from nonlinear.time_integration.residual_flexibility import RETENTION
-from nonlinear.time_integration.ring import Ring, RingState
-from nonlinear.time_integration.ring_integrator import RingIntegrator, RingRecord
-from nonlinear.time_integration.wave_start import HARMONICS, with_more_harmonics
+from nonlinear.time_integration.ring import RETENTION, Ring, RingState
+from nonlinear.time_integration.ring_integrator import HARMONICS, RingIntegrator, RingRecord, with_more_harmonics
+
+DIFFERENCES = 22  # of successive states that an estimate rests on
+SMALLEST_DIRECTION = 1e-3  # singular value, relative to the largest, of a direction that counts
+MOST_DIRECTIONS = 8
+SHARE = 0.05  # of the departure that a multiplier must carry
+AGREEMENT = 0.1  # relative difference of two estimates, from the earlier and the later differences
+STRAIGHT = 0.02  # largest distance from a straight line, relative to its rise
+RESOLUTION = 1e-3  # difference of two exponents times the period that is none
+
+
+def growth_rate(states: Array, period: float) -> float:
+    """Largest growth rate that the states show.
+
+    Shapes: `states` (P, ...).
+    """
+    flat = states.reshape(len(states), -1)[-DIFFERENCES - 1 :]
+    differences = np.diff(flat, axis=0)
+    if len(differences) < DIFFERENCES or not np.all(np.linalg.norm(differences, axis=1) > 0.0):
+        return float("nan")
+    third = DIFFERENCES // 3
+    exponents = [_leading_exponent(part) for part in (differences[:-third], differences[third:])]
+    change = abs(exponents[1] - exponents[0])
+    if change <= max(AGREEMENT * abs(exponents[1]), RESOLUTION):
+        return exponents[1] / period
+    return _straight_growth(differences) / period
+
+
+def _straight_growth(differences: Array) -> float:
+    """Slope of the logarithm of the size of the differences, where it is a straight line; else NaN."""
+    time, size = np.arange(len(differences)), np.log(np.linalg.norm(differences, axis=1))
+    slope, start = np.polyfit(time, size, 1)
+    off = np.abs(size - start - slope * time).max()
+    return float(slope) if off < STRAIGHT * abs(slope) * len(time) else float("nan")
+
+
+def _leading_exponent(differences: Array) -> float:
+    """Largest log(abs(multiplier)) of the map that takes each difference to the next."""
+    before, after = differences[:-1].T, differences[1:].T
+    directions, sizes, times = np.linalg.svd(before, full_matrices=False)
+    rank = min(int(np.count_nonzero(sizes > SMALLEST_DIRECTION * sizes[0])), MOST_DIRECTIONS)
+    directions, sizes, times = directions[:, :rank], sizes[:rank], times[:rank]
+    reduced = directions.T @ after @ times.T / sizes
+    multipliers, vectors = np.linalg.eig(reduced)
+    share = np.abs(np.linalg.lstsq(vectors, (directions.T @ after[:, -1]).astype(complex), rcond=None)[0])
+    carried = np.abs(multipliers[share >= SHARE * share.max()])
+    return float(np.log(max(carried.max(), 1e-300)))
+
+
+MOST_PERIODS = 8  # after which a motion that repeats itself still counts as periodic
+REPEATS = 5e-3  # difference of two states, relative to the vibration, that is none
+SAME_AMPLITUDE = 0.01  # relative change of the largest amplitude from window to window in a settled motion
+SAME_SCATTER = 0.1  # the same of the scatter
+SAME_MEAN = 0.05  # the same of the mean over periods and blades, which shows a slow change that the largest hides
+NO_SCATTER = 5e-3  # scatter, relative to the amplitude, that is none
+
+
+def repeats_after(ends: Array, vibration: float = 0.0) -> int:
+    """Number of periods after which a motion repeats itself over the whole window; 0: it does not.
+
+    Shapes: `ends` (P, ...).
+    """
+    flat = ends.reshape(len(ends), -1)
+    scale = max(float(np.linalg.norm(flat, axis=1).max()), vibration)
+    if scale == 0.0:
+        return 1
+    for periods in range(1, min(MOST_PERIODS, len(flat) // 4) + 1):
+        spread = max(np.linalg.norm(flat[first::periods] - flat[first], axis=1).max() for first in range(periods))
+        if spread <= REPEATS * scale:
+            return periods
+    return 0
+
+
+def same_statistics(before: Array, after: Array) -> bool:
+    """Whether two windows of a motion have the same largest amplitude and the same scatter.
+
+    Shapes: `before` (P, q), `after` (P, q).
+    """
+    largest = after.max()
+    scatter = [float(window.max() - window.min()) for window in (before, after)]
+    same = abs(scatter[1] - scatter[0]) <= SAME_SCATTER * scatter[1] or max(scatter) <= NO_SCATTER * largest
+    return bool(abs(largest - before.max()) <= SAME_AMPLITUDE * largest and same)
+
+
+def same_mean(before: Array, after: Array) -> bool:
+    """Whether two windows of a motion have the same mean amplitude.
+
+    Shapes: `before` (P, q), `after` (P, q).
+    """
+    return bool(abs(after.mean() - before.mean()) <= SAME_MEAN * after.mean())
+
 
 LEFT = 0.05  # distance from a motion, relative to its vibration, at which a ring has left it
 OTHER = 0.25  # the same while the harmonics settle that a periodic motion with few neglects

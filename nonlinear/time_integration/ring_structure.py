@@ -1,9 +1,337 @@
-"""The structure of a ring: blades that only their contacts join, or sectors that a disk joins."""
+"""The structure of a ring in time: blades that only their contacts join, or sectors that a disk joins.
 
-from nonlinear.time_integration.clamped_blades import BladeKernel, ClampedBlades
-from nonlinear.time_integration.joined_sectors import JoinedSectors, SectorKernel
-from nonlinear.time_integration.residual_flexibility import RetainedModes
-from rom import ModalModel
+Modal coordinates advance exactly over a step for a force that varies linearly over it (first-order hold).
+
+Blades on a rigid disk have modal coordinates of their own. With a disk the modes belong to waves, and a force on one
+sector moves all. Waves of q sectors have the phases 2 pi l / q, l = 0 .. q - 1. In the wave l, with the modes phi_l,
+sector j moves as q^(-1/2) exp(2 pi i j l / q) phi_l z_l. In a real motion z_(q-l) is the complex conjugate of z_l.
+
+The coordinates of the ring are the sums of the waves, mode number by mode number,
+
+    x_j = q^(-1/2) sum_l exp(2 pi i j l / q) z_l,
+
+real, (q, m). A travelling wave on fewer sectors, repeated, is the same wave on more. If the modes were the same in
+all waves, x_j would be the modal coordinates of blade j. The kernels have the cosine and sine waves, the real
+discrete Fourier transform of x_j: real coordinates of unit mass, each of which moves as a mode of a blade alone does.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nonlinear.contact.fourier import ComplexArray
+from nonlinear.contact.parameters import Array
+from nonlinear.time_integration.contact_step import (
+    DiskSystem,
+    DiskWork,
+    RingSystem,
+    RingWork,
+    cosine_rows,
+    node_law,
+    wave_matrices,
+)
+from nonlinear.time_integration.ring import RetainedModes
+from nonlinear.time_integration.ring_period import march_sectors, march_steps
+from rom import ModalModel, WaveModes
+
+
+def propagation(angular_frequency: Array, damping: Array, step: float) -> tuple[Array, Array]:
+    """Coefficients of eta'' + c eta' + w^2 eta = f over one step, f linear from f_0 to f_1.
+
+    Shapes: `angular_frequency` (m,), `damping` (m,), returns `position, rate` (4, m).
+    """
+    from scipy.linalg import expm
+
+    size = angular_frequency.size
+    generator = np.zeros((size, 4, 4))  # of eta, eta', f, df/dt
+    generator[:, 0, 1] = generator[:, 1, 2] = generator[:, 2, 3] = 1.0
+    generator[:, 1, 0], generator[:, 1, 1] = -(angular_frequency**2), -damping
+    after = expm(generator * step)
+    of_last = after[:, :2, 3] / step
+    columns = np.stack([after[:, :2, 0], after[:, :2, 1], after[:, :2, 2] - of_last, of_last])
+    return np.ascontiguousarray(columns[:, :, 0]), np.ascontiguousarray(columns[:, :, 1])
+
+
+@dataclass(frozen=True)
+class ClampedBlades:
+    """Coordinates (q, m) of q blades: the modal coordinates of each."""
+
+    modal: ModalModel  # modes of a blade
+    modes: RetainedModes  # modes that are integrated
+    n_blades: int  # number q of blades
+
+    @property
+    def angular_frequency(self) -> Array:
+        """Natural frequencies, (m,), rad/s."""
+        return self.modal.angular_frequency
+
+    @property
+    def damping(self) -> Array:
+        """Modal damping coefficients 2 zeta w, (m,), 1/s."""
+        return self.modal.damping
+
+    @property
+    def retained(self) -> NDArray[np.bool_]:
+        """Modes that are integrated, (m,)."""
+        return self.modes.are_retained(self.angular_frequency)
+
+    def scaled(self, coordinates: Array, factor: NDArray[Any]) -> Array:
+        """Coordinates (..., q, m) times a factor (m,) of each mode."""
+        return coordinates * factor
+
+    def packed(self, coordinates: Array) -> Array:
+        """The retained ones of coordinates (q, m), as the kernels hold them."""
+        return np.ascontiguousarray(coordinates[:, self.retained])
+
+    def unpacked(self, kept: Array) -> Array:
+        """Coordinates (q, m) from those of the kernels; 0 where a mode is not retained."""
+        coordinates = np.zeros((self.n_blades, self.angular_frequency.size))
+        coordinates[:, self.retained] = kept
+        return coordinates
+
+    def motion(self, coordinates: Array) -> Array:
+        """Relative displacement (..., q, r) of the pairs of faces, m."""
+        motion = coordinates @ self.modal.right.T
+        if self.modal.left is not None:
+            motion = motion - np.roll(coordinates, -1, axis=-2) @ self.modal.left.T
+        return motion
+
+    def modal_force(self, force: Array) -> Array:
+        """Modal forces (q, m) of contact forces (q, r) on the right nodes."""
+        found: Array = force @ self.modal.right
+        if self.modal.left is not None:
+            found = found - np.roll(force, 1, axis=0) @ self.modal.left
+        return found
+
+    def kernel(self, omega: float, steps: int) -> "BladeKernel":
+        """The kernel that marches the ring at `omega` (rad/s) with `steps` a period."""
+        ring, modal, kept = self.modes.ring, self.modal, self.retained
+        right, flexibility = modal.right, self.modes.flexibility(modal.angular_frequency)
+        left = np.zeros_like(right) if modal.left is None else modal.left
+        if self.n_blades == 1:  # its own neighbour
+            right, left = right - left, np.zeros_like(left)
+        position, rate = propagation(modal.angular_frequency[kept], modal.damping[kept], 2.0 * np.pi / omega / steps)
+        at_end = flexibility.copy()
+        at_end[kept] = position[3]
+        own = (right * at_end) @ right.T + (left * at_end) @ left.T
+        previous = -(left * at_end) @ right.T  # [force, motion]
+        following = -(right * at_end) @ left.T
+        linear = ring.excited
+        coordinates = ring.free_response(omega)
+        output = modal.outputs[ring.output]
+        angles = ring.phase * np.arange(self.n_blades)
+        system = RingSystem(
+            position=position,
+            rate=rate,
+            right=np.ascontiguousarray(right[:, kept]),
+            left=np.ascontiguousarray(left[:, kept]),
+            right_modes=np.ascontiguousarray(right[:, kept].T),
+            left_modes=np.ascontiguousarray(left[:, kept].T),
+            own=np.ascontiguousarray(own),
+            previous=np.ascontiguousarray(previous),
+            following=np.ascontiguousarray(following),
+            free_motion=cosine_rows(np.einsum("hrm,hm->hr", linear.relative, coordinates)),
+            free_output=cosine_rows(linear.output(ring.output, coordinates)),
+            output_modes=np.ascontiguousarray(output[kept]),
+            output_forces=np.stack([right, -left]) @ (flexibility * output),
+            waves=np.stack([np.cos(angles), np.sin(angles)], axis=1),
+            contact=node_law(ring.contact),
+        )
+        return BladeKernel(system)
+
+
+@dataclass(frozen=True)
+class BladeKernel:
+    """Marches a ring of blades; `system` holds the arrays."""
+
+    system: RingSystem
+
+    def __call__(self, work: RingWork, first: int, last: int, scale: float, output: Array) -> float:
+        """March steps of a period, see `march_steps`."""
+        return float(march_steps(self.system, work, first, last, scale, output))
+
+
+@dataclass(frozen=True)
+class JoinedSectors:
+    """Coordinates (q, m) of q sectors: the sums of the waves.
+
+    Factors of modes have one row for each of the J = q // 2 + 1 waves l = 0 .. q // 2.
+    """
+
+    modes: RetainedModes  # the ring, and its modes that are integrated
+    n_blades: int  # number q of sectors
+
+    @cached_property
+    def phases(self) -> Array:
+        """Phases from one sector to the next, (J,), rad."""
+        return 2.0 * np.pi * np.arange(self.n_blades // 2 + 1) / self.n_blades
+
+    @cached_property
+    def waves(self) -> WaveModes:
+        """Modes of the waves."""
+        return self.modes.ring.modal.waves(self.phases, rigid=True)
+
+    @property
+    def angular_frequency(self) -> Array:
+        """Natural frequencies, (J, m), rad/s."""
+        return self.waves.angular_frequency
+
+    @property
+    def damping(self) -> Array:
+        """Modal damping coefficients 2 zeta w, (J, m), 1/s."""
+        return self.waves.damping
+
+    @cached_property
+    def retained(self) -> NDArray[np.bool_]:
+        """Modes that are integrated, (J, m)."""
+        return self.modes.are_retained(self.angular_frequency)
+
+    @cached_property
+    def output(self) -> ComplexArray:
+        """Output of the modes, (J, m)."""
+        ring = self.modes.ring
+        rows = np.zeros(self.angular_frequency.shape, dtype=complex)
+        for row, phase in zip(rows, self.phases, strict=True):
+            own = ring.modal.at_phase(float(phase)).outputs[ring.output]
+            row[: own.size] = own
+        return rows
+
+    def scaled(self, coordinates: Array, factor: NDArray[Any]) -> Array:
+        """Coordinates (..., q, m) times a factor (J, m) of each mode."""
+        return self._in_time(self._in_waves(coordinates) * factor)
+
+    def packed(self, coordinates: Array) -> Array:
+        """The retained ones of coordinates (q, m) as the kernels hold them: real waves, (1, q k)."""
+        count = self._kept.shape[1]
+        return ((self._turn @ coordinates)[:, :count] * self._kept[self._wave]).reshape(1, -1)
+
+    def unpacked(self, kept: Array) -> Array:
+        """Coordinates (q, m) from those of the kernels; 0 where a mode is not retained."""
+        coordinates = np.zeros((self.n_blades, self.angular_frequency.shape[1]))
+        coordinates[:, : self._kept.shape[1]] = self._turn.T @ kept.reshape(self.n_blades, -1)
+        return coordinates
+
+    def motion(self, coordinates: Array) -> Array:
+        """Relative displacement (..., q, r) of the pairs of faces, m."""
+        return self._in_time((self.waves.relative @ self._in_waves(coordinates)[..., None])[..., 0])
+
+    def modal_force(self, force: Array) -> Array:
+        """Modal forces (q, m) of contact forces (q, r) on the right nodes."""
+        adjoint = self.waves.relative.conj().transpose(0, 2, 1)
+        return self._in_time((adjoint @ self._in_waves(force)[..., None])[..., 0])
+
+    def kernel(self, omega: float, steps: int) -> "SectorKernel":
+        """The kernel that marches the ring at `omega` (rad/s) with `steps` a period."""
+        ring, count = self.modes.ring, self._kept.shape[1]
+        frequency = np.where(self._kept, self.angular_frequency[:, :count], 0.0)[self._wave]
+        damping = np.where(self._kept, self.damping[:, :count], 0.0)[self._wave]
+        position, rate = propagation(frequency.ravel(), damping.ravel(), 2.0 * np.pi / omega / steps)
+        residual = self.modes.flexibility(self.angular_frequency)
+        at_end = residual.copy()
+        cosine = np.maximum(2 * np.arange(len(self.phases)) - 1, 0)  # of each wave, among the real waves
+        at_end[:, :count][self._kept] = position[3].reshape(-1, count)[cosine][self._kept]
+        relative, adjoint = self.waves.relative, self.waves.relative.conj().transpose(0, 2, 1)
+        near, far = self._near_and_far((relative * at_end[:, None]) @ adjoint)
+        coordinates, linear = ring.free_response(omega), ring.excited
+        angles = ring.phase * np.arange(self.n_blades)
+        nothing = np.zeros((1, 1))
+        system = RingSystem(
+            position=position,
+            rate=rate,
+            right=nothing,
+            left=nothing,
+            right_modes=nothing,
+            left_modes=nothing,
+            own=near[0],
+            previous=near[1],
+            following=near[2],
+            free_motion=cosine_rows(np.einsum("hrm,hm->hr", linear.relative, coordinates)),
+            free_output=cosine_rows(linear.output(ring.output, coordinates)),
+            output_modes=nothing[0],
+            output_forces=nothing,
+            waves=np.stack([np.cos(angles), np.sin(angles)], axis=1),
+            contact=node_law(ring.contact),
+        )
+        kept = relative[:, :, :count] * self._kept[:, None]
+        disk = DiskSystem(
+            turn=self._turn,
+            turn_back=np.ascontiguousarray(self._turn.T),
+            motion=wave_matrices(kept),
+            force=wave_matrices(kept.conj().transpose(0, 2, 1)),
+            far=wave_matrices(far),
+            output=wave_matrices((self.output[:, :count] * self._kept)[:, None]),
+            residual_output=wave_matrices((self.output * residual)[:, None] @ adjoint),
+            is_far=self.n_blades > 3,
+        )
+        return SectorKernel(system, disk)
+
+    def _near_and_far(self, flexibility: ComplexArray) -> tuple[list[Array], ComplexArray]:
+        """Flexibility (J, r, r) of the waves as that of a pair of faces and what is left.
+
+        The first part: its motion, and that of the pair after it and the pair before it, under a unit force, (r, r)
+        each, [force, motion]. Of two pairs the one before is the one after.
+        """
+        q = self.n_blades
+        blocks = np.fft.irfft(flexibility, n=q, axis=0)
+        places = (0, 1, q - 1)[: min(q, 3)]
+        near = [np.ascontiguousarray(blocks[place].T) for place in places]
+        near += [np.zeros_like(near[0])] * (3 - len(near))
+        turns = np.exp(-1j * np.multiply.outer(self.phases, places))
+        return near, flexibility - np.einsum("lp,pab->lab", turns, blocks[list(places)])
+
+    @cached_property
+    def _wave(self) -> NDArray[np.int64]:
+        """Waves l of the real waves, (q,): 0, then cosine and sine of 1, of 2, ..., and q / 2."""
+        return (np.arange(self.n_blades) + 1) // 2
+
+    @cached_property
+    def _turn(self) -> Array:
+        """Real discrete Fourier transform, orthogonal, (q, q): real waves from values of the sectors.
+
+        With z = (a - i b) / 2^(1/2) the waves l and q - l together move as (2 / q)^(1/2) (a cos + b sin).
+        """
+        angle = np.multiply.outer(self.phases[self._wave], np.arange(self.n_blades))
+        alone = (2 * self._wave % self.n_blades == 0)[:, None]
+        is_cosine = alone | (np.arange(self.n_blades) % 2 == 1)[:, None]
+        return np.where(is_cosine, np.cos(angle), np.sin(angle)) * np.sqrt(np.where(alone, 1.0, 2.0) / self.n_blades)
+
+    @cached_property
+    def _kept(self) -> NDArray[np.bool_]:
+        """Modes of the waves that are integrated, among as many as the wave with the most has, (J, k)."""
+        return self.retained[:, : int(self.retained.sum(axis=1).max())]
+
+    def _in_waves(self, values: Array) -> ComplexArray:
+        """z (..., J, m) of the waves from values (..., q, m) of the sectors."""
+        return np.fft.rfft(values, axis=-2, norm="ortho")
+
+    def _in_time(self, values: ComplexArray) -> Array:
+        """Values (..., q, m) of the sectors from those of the waves."""
+        return np.fft.irfft(values, n=self.n_blades, axis=-2, norm="ortho")
+
+
+@dataclass(frozen=True)
+class SectorKernel:
+    """Marches a ring of sectors; `system` and `disk` are the arrays."""
+
+    system: RingSystem
+    disk: DiskSystem
+
+    def __call__(self, work: RingWork, first: int, last: int, scale: float, output: Array) -> float:
+        """March steps of a period, see `march_sectors`."""
+        sectors, rows = work.force.shape
+        scratch = DiskWork(
+            coordinates=work.coordinates.reshape(sectors, -1),
+            modal_force=work.modal_force.reshape(sectors, -1),
+            motion=np.zeros((sectors, rows)),
+            force=np.zeros((sectors, rows)),
+            output=np.zeros((sectors, 1)),
+            change=np.zeros((sectors, rows)),
+        )
+        return float(march_sectors(self.system, self.disk, work, scratch, first, last, scale, output))
+
 
 RingStructure = ClampedBlades | JoinedSectors
 Kernel = BladeKernel | SectorKernel

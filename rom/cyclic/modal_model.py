@@ -1,15 +1,81 @@
-"""Modes of the reduced system: its displacements, forces and contact motions in modal coordinates."""
+"""Modes of the reduced system in one wave and in several at once, with their damping."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from rom.cyclic.cyclic_symmetry import inter_blade_phase, relative_contact_motion
-from rom.cyclic.reduced_model import Array
-from rom.cyclic.wave_modes import WaveModes
+from rom.cyclic.reduced_model import Array, ComplexArray
+from rom.errors import ReducedModelError
+
+
+@dataclass(frozen=True)
+class WaveModes:
+    """Natural frequencies, damping and relative contact motion of m modes in each of J waves.
+
+    Attributes
+    ----------
+    angular_frequency : (J, m) array
+        Natural frequencies, rad/s.
+    damping : (J, m) array
+        Modal damping coefficients 2 zeta_m w_m, 1/s.
+    relative : (J, 3 n_c, m) complex array
+        Relative contact motion of the modes, right - exp(i phase) left.
+
+    Examples
+    --------
+    >>> from rom import ReducedModel, modal_model
+    >>> n, one = np.array([[0.0], [0.0], [1.0]]), np.ones(1)
+    >>> model = ReducedModel(np.eye(1), 1e6 * np.eye(1), n, np.zeros((1, 3)), one, {"tip": one}, contact_left=n)
+    >>> waves = modal_model(model, damping_ratio=0.01).waves(np.array([0.0, np.pi]))
+    >>> waves.angular_frequency.shape, abs(waves.relative[:, 2, 0]).round(9).tolist()
+    ((2, 1), [0.0, 2.0])
+    """
+
+    angular_frequency: Array
+    damping: Array
+    relative: ComplexArray
+
+
+@dataclass(frozen=True)
+class ModalDamping:
+    """2 zeta_m w_m of modes: ratios zeta_m, or C = a M + b K."""
+
+    # zeta, one number for all modes or one for each of the first modes; the last one holds for the modes above
+    ratio: ArrayLike | None = None
+    rayleigh: tuple[float, float] | None = None  # (a, b), 2 zeta_m w_m = a + b w_m^2
+
+    def times(self, factor: float) -> "ModalDamping":
+        """The damping times a factor."""
+        if self.rayleigh is not None:
+            return ModalDamping(rayleigh=(factor * self.rayleigh[0], factor * self.rayleigh[1]))
+        return ModalDamping(factor * np.asarray(self.ratio, dtype=float))
+
+    def coefficients(self, frequency: Array) -> Array:
+        """2 zeta_m w_m, (m,), 1/s.
+
+        Shapes: `frequency` (m,).
+        """
+        if (self.ratio is None) == (self.rayleigh is None):
+            raise ReducedModelError("damping: give either a damping ratio or Rayleigh coefficients, not both or none")
+        if self.rayleigh is not None:
+            damping = self.rayleigh[0] + self.rayleigh[1] * frequency**2
+        else:
+            ratios = np.atleast_1d(np.asarray(self.ratio, dtype=float))
+            if ratios.ndim != 1 or ratios.size == 0:
+                raise ReducedModelError("damping_ratio: allowed: a number or a list of numbers, one a mode")
+            if ratios.size > frequency.size:
+                allowed = f"allowed: at most one for each of the {frequency.size} modes"
+                raise ReducedModelError(f"damping_ratio: {ratios.size} values, {allowed}")
+            zeta = np.full(frequency.size, ratios[-1])
+            zeta[: ratios.size] = ratios
+            damping = 2.0 * zeta * frequency
+        if not np.all(np.isfinite(damping)) or np.any(damping < 0.0):
+            raise ReducedModelError("damping: negative or not finite in some mode, allowed: 0 or more in every mode")
+        return damping
 
 
 @dataclass(frozen=True)

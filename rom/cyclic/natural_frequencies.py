@@ -1,19 +1,137 @@
-"""Natural frequencies and mode shapes of the blade ring with free, sliding or stuck contacts."""
+"""Natural frequencies, mode shapes and forced response of the ring with free, sliding or stuck contacts."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rom.cyclic.contact_springs import contact_springs, spring_stiffness
+from rom.cyclic.contact_springs import SpringSupportedMotion, contact_springs, spring_stiffness, supported_frequencies
 from rom.cyclic.cyclic_symmetry import in_wave, relative_contact_motion
-from rom.cyclic.expansion import expand_to_mesh
-from rom.cyclic.reduced_model import ReducedModel
+from rom.cyclic.receptance import SMALLEST_FACE, RelativeReceptance
+from rom.cyclic.reduced_model import Array, ComplexArray, ReducedModel, expand_to_mesh
+from rom.cyclic.sector_modes import RingModes
 from rom.errors import ReducedModelError
 from rom.linear_algebra.threads import one_blas_thread
 from rom.units import angular_speed
+
+
+def coupled_frequencies(
+    modal: RingModes,
+    phase: float,
+    *,
+    normal: ArrayLike = 0.0,
+    tangential: ArrayLike = 0.0,
+    highest: float = np.inf,
+) -> Array:
+    """Undamped natural frequencies with linear contact springs, from the modes with free contacts.
+
+    Parameters
+    ----------
+    modal : ModalModel or SectorModes
+        The m modes with free contacts.
+    phase : float
+        Inter-blade phase angle, rad.
+    normal, tangential : float or (n_c,) array
+        Contact springs kn, kt of the nodes, N/m.
+    highest : float
+        Frequency (rad/s) above which none is needed; of large models they are left out.
+
+    Returns
+    -------
+    (m,) array
+        Natural frequencies in rad/s, ascending; with `highest` perhaps none above it.
+
+    Examples
+    --------
+    Springs of three times the stiffness of the blade, to the ground, double its frequency:
+
+    >>> from rom import ReducedModel, coupled_frequencies, modal_model
+    >>> n, one = np.array([[0.0], [0.0], [1.0]]), np.ones(1)
+    >>> model = ReducedModel(np.eye(1), 1e6 * np.eye(1), n, np.zeros((1, 3)), one, {"tip": one})
+    >>> print(coupled_frequencies(modal_model(model, damping_ratio=0.01), phase=0.0, normal=3e6).round(6))
+    [2000.]
+    """
+    springs = contact_springs(modal.n_contacts, normal, tangential)
+    modal = modal.at_phase(phase)
+    if not springs.any():
+        return modal.angular_frequency
+    relative = relative_contact_motion(modal.right, modal.left, phase)
+    few = (
+        modal.angular_frequency[0] > 0.0
+        and 8 * np.count_nonzero(modal.angular_frequency <= highest) < modal.angular_frequency.size
+    )
+    if few and 3 * modal.n_contacts >= SMALLEST_FACE:
+        found = supported_frequencies(modal.angular_frequency, relative, springs, highest)
+        if found is not None:
+            return found
+    return np.sqrt(np.linalg.eigvalsh(np.diag(modal.angular_frequency**2) + spring_stiffness(relative, springs)))
+
+
+def linear_response(
+    modal: RingModes,
+    frequency_hz: Sequence[float] | Array,
+    *,
+    phase: float,
+    force: float,
+    normal: ArrayLike = 0.0,
+    tangential: ArrayLike = 0.0,
+    output: str = "tip",
+    harmonic: int = 1,
+    harmonic_factors: tuple[tuple[int, complex], ...] = (),
+) -> ComplexArray:
+    """Response of one harmonic with linear contact springs: free (no springs), sliding or stuck contacts.
+
+    Parameters
+    ----------
+    modal : ModalModel or SectorModes
+        The modes, with damping.
+    frequency_hz : (F,) sequence of float
+        Excitation frequencies, Hz.
+    phase : float
+        Inter-blade phase angle, rad.
+    force : float
+        Amplitude of the excitation, N.
+    normal, tangential : float or (n_c,) array
+        Contact springs kn, kt of the nodes, N/m.
+    output : str
+        Name of the output.
+    harmonic : int
+        The harmonic h of the excitation, at h times the excitation frequency.
+    harmonic_factors : tuple of (int, complex)
+        Harmonics of the excitation, as in `RelativeReceptance`.
+
+    Returns
+    -------
+    (F,) complex array
+        Amplitude of the output, m.
+
+    Examples
+    --------
+    Static displacement F / k, and F / (c w) at resonance:
+
+    >>> from rom import ReducedModel, linear_response, modal_model
+    >>> n, one = np.array([[0.0], [0.0], [1.0]]), np.ones(1)
+    >>> model = ReducedModel(np.eye(1), 1e6 * np.eye(1), n, np.zeros((1, 3)), one, {"tip": one})
+    >>> modal = modal_model(model, damping_ratio=0.01)
+    >>> abs(linear_response(modal, [0.0, 500.0 / np.pi], phase=0.0, force=2.0)).round(9).tolist()
+    [2e-06, 0.0001]
+    """
+    springs = contact_springs(modal.n_contacts, normal, tangential).reshape(-1)
+    receptance = RelativeReceptance(modal, phase, (harmonic,), force, harmonic_factors)
+    response = np.empty(len(frequency_hz), dtype=complex)
+    for index, hertz in enumerate(frequency_hz):
+        omega = 2.0 * np.pi * hertz
+        contact_force = np.zeros(springs.size, dtype=complex)
+        if np.any(springs):
+            free, _ = receptance.response(omega, contact_force[None])
+            contact_force = -springs * SpringSupportedMotion(receptance.matrix(omega)[0] * springs).solve(free[0])
+        coordinates, _ = receptance.modal_response(omega, contact_force[None])
+        response[index] = receptance.output(output, coordinates)[0]
+    return response
+
 
 COUPLED_MODES = 300  # modes between which the Coriolis forces act, at most or as many as are asked for
 

@@ -1,7 +1,19 @@
 """Receptance of the relative contact displacement: all that the contact forces see of the structure.
 
 The modal sum avoids the inversion of the dynamic stiffness at each frequency (Gulisano et al. 2011, after eq. 6).
+
+On a large contact face few modes are summed one by one, all others are a power series. With x = h w a mode far above
+x contributes
+
+    1 / (w_m^2 + i c_m x - x^2) = a_0 + a_1 x + a_2 x^2 + ...,  w_m^2 a_k = a_(k-2) - i c_m a_(k-1),  a_0 = 1 / w_m^2,
+
+so that the sum over such modes is S_0 + S_1 x + S_2 x^2 + ... with matrices that do not depend on the frequency.
+
+Interface modes are the relative motions in which G = B D B^H is large: with weights W >= ``|D|`` over a band of
+frequencies, the eigenvectors of B W B^H with the largest eigenvalues. Outside them G is small in the whole band.
 """
+
+from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -10,12 +22,98 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rom.cyclic.interface_modes import band_weights, interface_modes
-from rom.cyclic.modal_model import ModalModel
-from rom.cyclic.receptance_series import SMALLEST_FACE, ReceptanceSeries
+from rom.cyclic.modal_model import ModalModel, WaveModes
 from rom.cyclic.reduced_model import Array, ComplexArray
-from rom.cyclic.ring_modes import RingModes
-from rom.cyclic.wave_modes import WaveModes
+from rom.cyclic.sector_modes import RingModes
+
+LARGEST_DENSE = 150  # relative displacements, above which a random subspace is iterated in place of all eigenvectors
+SUBSPACE = 64
+ITERATIONS = 3
+NO_DAMPING = 1e-5  # damping coefficient over natural frequency that limits the weights
+
+
+def band_weights(frequency: Array, damping: Array, order: float, band: tuple[float, float]) -> Array:
+    """Bounds of the modal receptances ``|1 / (w_m^2 + i c_m x - x^2)|`` for x = h w and w in a band.
+
+    Shapes: `frequency` (m,), `damping` (m,), returns (m,).
+    """
+    low, high = order * band[0], order * band[1]
+    nearest = np.clip(frequency, low, high)
+    damped = np.maximum(damping, NO_DAMPING * frequency) * nearest
+    return 1.0 / np.maximum(np.hypot(frequency**2 - nearest**2, damped), np.finfo(float).tiny)
+
+
+def interface_modes(relative: ComplexArray, weights: Array) -> tuple[ComplexArray, Array]:
+    """The leading eigenvectors of B W B^H and their eigenvalues, descending.
+
+    Shapes: `relative` (3 n_c, m), `weights` (m,), returns `basis` (3 n_c, r), `values` (r,).
+    """
+    size = relative.shape[0]
+    if size <= LARGEST_DENSE:
+        values, vectors = np.linalg.eigh((relative * weights) @ relative.conj().T)
+        return vectors[:, ::-1], values[::-1]
+    adjoint = relative.conj().T
+    basis = np.random.default_rng(0).standard_normal((size, SUBSPACE)).astype(relative.dtype)
+    for _ in range(ITERATIONS):
+        basis = relative @ (weights[:, None] * (adjoint @ np.linalg.qr(basis)[0]))
+    basis = np.linalg.qr(basis)[0]
+    projected = adjoint @ basis
+    values, vectors = np.linalg.eigh((projected.conj().T * weights) @ projected)
+    return basis @ vectors[:, ::-1], values[::-1]
+
+
+SMALLEST_FACE = 150  # relative displacements, below which the modal sum costs less
+TERMS = 5
+NEGLIGIBLE = 1e-16  # of the largest contribution of a mode: what all modes in the series together may leave out
+
+
+@dataclass(frozen=True)
+class ReceptanceSeries:
+    """The receptance G of one harmonic at the frequencies x up to a limit."""
+
+    relative: ComplexArray  # (3 n_c, k), relative motions of the modes that are summed one by one
+    adjoint: ComplexArray  # (k, 3 n_c), their conjugate transpose
+    frequency: Array  # (k,), their natural frequencies, rad/s, and damping coefficients, 1/s
+    damping: Array  # (k,), their natural frequencies, rad/s, and damping coefficients, 1/s
+    terms: ComplexArray  # (TERMS, 3 n_c, 3 n_c), S_0, S_1,
+
+    @classmethod
+    def of(cls, relative: ComplexArray, frequency: Array, damping: Array, limit: float) -> ReceptanceSeries:
+        """Choose the modes and sum up the others.
+
+        Shapes: `relative` (3 n_c, m), `frequency` (m,), `damping` (m,).
+        """
+        square = np.maximum(frequency**2, np.finfo(float).tiny)
+        coefficients = np.zeros((TERMS, square.size), complex)
+        coefficients[0] = 1.0 / square
+        coefficients[1] = -1j * damping / square**2
+        for k in range(2, TERMS):
+            coefficients[k] = (coefficients[k - 2] - 1j * damping * coefficients[k - 1]) / square
+        size = (relative.real**2 + relative.imag**2).sum(axis=0)
+        exact = 1.0 / (square + 1j * damping * limit - limit**2)
+        left_out = np.abs(exact - coefficients.T @ limit ** np.arange(TERMS)) * size
+        left_out[frequency < 2.0 * limit] = np.inf
+        order = np.argsort(left_out, kind="stable")
+        small = np.cumsum(left_out[order]) <= NEGLIGIBLE * float((size / square).max())
+        summed, single = np.sort(order[small]), np.sort(order[~small])
+        largest = float((size / square).max())
+        terms = np.empty((TERMS, relative.shape[0], relative.shape[0]), complex)
+        for k in range(TERMS):
+            matters = np.abs(coefficients[k, summed]) * size[summed] * limit**k > 1e-3 * NEGLIGIBLE * largest
+            others = relative[:, summed[matters]]
+            terms[k] = (others * coefficients[k, summed[matters]]) @ others.conj().T
+        kept = np.ascontiguousarray(relative[:, single])
+        return cls(kept, np.ascontiguousarray(kept.conj().T), frequency[single], damping[single], terms)
+
+    def matrix(self, x: float) -> ComplexArray:
+        """G at x = h w, rad/s: (3 n_c, 3 n_c), m/N."""
+        value = self.frequency**2 + 1j * self.damping * x - x**2
+        size = self.terms.shape[1]
+        powers = (x ** np.arange(TERMS)).astype(complex)
+        result: ComplexArray = (powers @ self.terms.reshape(TERMS, size * size)).reshape(size, size)
+        result += (self.relative / value) @ self.adjoint
+        return result
+
 
 BANDS = 4.0  # frequency bands of the interface modes in an octave
 

@@ -1,17 +1,81 @@
-"""The modes of a sector of a bladed disk: other ones in each wave, as its cut faces follow the neighbours."""
+"""The modes of a ring: of a blade alone, the same in every wave, or of a sector of a bladed disk.
+
+A sector has other modes in each wave, as its cut faces follow the neighbours. Either way K phi = w^2 M phi.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-from rom.cyclic.cyclic_symmetry import inter_blade_phase, relative_contact_motion
-from rom.cyclic.modal_damping import ModalDamping
-from rom.cyclic.modal_model import ModalModel
-from rom.cyclic.projected_modes import projected_modes
+from rom.cyclic.cyclic_symmetry import in_wave, inter_blade_phase, relative_contact_motion, sparse_wave
+from rom.cyclic.modal_model import ModalDamping, ModalModel, WaveModes
 from rom.cyclic.reduced_model import Array, ReducedModel
-from rom.cyclic.wave_modes import WaveModes
 from rom.errors import ReducedModelError
+from rom.units import angular_speed
+
+HIGHEST_SQUARED = 1e60  # (rad/s)^2: its square must not overflow
+RIGID = 1e-14  # of the largest w^2: a smaller one is that of a rigid motion
+RIGID_IN_WAVE = 1e-11  # the same in a wave: coordinates of cut faces leave more round-off
+
+
+def projected_modes(
+    model: ReducedModel, damping: ModalDamping, static: Array, wave: NDArray[Any] | None = None
+) -> ModalModel:
+    """All modes of a reduced model.
+
+    Shapes: `static` (n,), `wave` (n, k).
+    """
+    squared, shapes = _modes(model, wave)
+    frequency = np.sqrt(squared)
+    adjoint = shapes.conj().T
+    return ModalModel(
+        angular_frequency=frequency,
+        damping=damping.coefficients(frequency),
+        right=model.contact_right @ shapes,
+        left=None if model.contact_left is None else model.contact_left @ shapes,
+        force=adjoint @ model.force_excitation,
+        static_force=adjoint @ static,
+        outputs={name: vector @ shapes for name, vector in model.outputs.items()},
+        shapes=shapes,
+        position=model.contact_position,
+        area=model.contact_area,
+        n_blades=model.n_blades,
+        harmonic_forces={h: adjoint @ vector for h, vector in model.force_harmonics.items()},
+    )
+
+
+def _modes(model: ReducedModel, wave: NDArray[Any] | None) -> tuple[Array, NDArray[Any]]:
+    """Eigenvalues w^2 (k,) and mass-normalised modes (n, k)."""
+    from scipy.linalg import LinAlgError, eigh
+
+    # Symmetrised: matrices from elsewhere are symmetric only to their own round-off.
+    mass: NDArray[Any] = (model.mass + model.mass.T) / 2
+    stiffness: NDArray[Any] = (model.stiffness + model.stiffness.T) / 2
+    if wave is not None:
+        mass, stiffness = in_wave(mass, wave), in_wave(stiffness, wave)
+    try:
+        squared, shapes = eigh(stiffness, mass)
+    except LinAlgError:
+        raise ReducedModelError("mass: not positive definite, allowed: positive definite") from None
+    floor = -RIGID_IN_WAVE if wave is not None else RIGID
+    if squared[0] <= floor * squared[-1]:
+        raise ReducedModelError(
+            f"stiffness: smallest w^2 is {squared[0]:.3g} (largest {squared[-1]:.3g}), allowed: positive definite; "
+            "a structure that floats freely has no static response"
+        )
+    if squared[-1] > HIGHEST_SQUARED:
+        raise ReducedModelError(
+            f"mass: too small for its stiffness: the largest w^2 is {squared[-1]:.3g} (rad/s)^2, "
+            f"allowed: {HIGHEST_SQUARED:g} at most"
+        )
+    if wave is None:
+        return squared, shapes
+    rigid = squared <= RIGID_IN_WAVE * squared[-1]
+    return np.where(rigid, 0.0, squared), sparse_wave(wave) @ shapes
+
 
 NO_STATIC_FORCE = 1e-6  # of the static force: part of it on rigid motions that is round-off
 ABOVE = 10.0  # frequency of modes that fill a row, as a multiple of the highest one
@@ -210,3 +274,73 @@ class SectorModes:
             outputs={name: row.conj() for name, row in modes.outputs.items()},
             harmonic_forces={h: adjoint @ vector for h, vector in model.force_harmonics.items()},
         )
+
+
+RingModes = ModalModel | SectorModes
+
+
+def modal_model(
+    model: ReducedModel,
+    *,
+    damping_ratio: ArrayLike | None = None,
+    rayleigh: tuple[float, float] | None = None,
+    speed_rpm: float | None = None,
+) -> RingModes:
+    """Solve K phi = w^2 M phi of the reduced system for all its modes.
+
+    Those of a sector with cut faces are solved wave by wave, when they are asked for.
+
+    Parameters
+    ----------
+    model : ReducedModel
+        The reduced model.
+    damping_ratio : float or sequence of float, optional
+        zeta, one number for all modes or one for each of the first modes; the last one holds for the modes above.
+    rayleigh : (float, float), optional
+        (a, b) of C = a M + b K, 2 zeta_m w_m = a + b w_m^2. Give this or `damping_ratio`.
+    speed_rpm : float, optional
+        Rotational speed of the centrifugal force, rev/min. By default the speed that the model was stiffened for,
+        0 where the model does not say.
+
+    Returns
+    -------
+    ModalModel or SectorModes
+        The modes of a blade alone, or those of a sector with cut faces.
+
+    Raises
+    ------
+    ReducedModelError
+        The mass or the stiffness is not positive definite (a rigid-body mode of a blade has no static response);
+        damping is given twice, not at all, or negative; the model was stiffened for another speed than `speed_rpm`,
+        or has no centrifugal force; the number of sectors is missing, or a static force pushes a disk that floats.
+
+    Examples
+    --------
+    >>> from rom import ReducedModel, modal_model
+    >>> along_n, one = np.array([[0.0], [0.0], [1.0]]), np.ones(1)
+    >>> model = ReducedModel(np.eye(1), 1e6 * np.eye(1), along_n, np.zeros((1, 3)), one, {"tip": one})
+    >>> print(modal_model(model, damping_ratio=0.01).damping.round(6))  # 2 zeta w, w = 1000 rad/s
+    [20.]
+    """
+    damping, static = ModalDamping(damping_ratio, rayleigh), _static_force(model, speed_rpm)
+    if model.has_disk:
+        return SectorModes(model, damping, static)
+    return projected_modes(model, damping, static)
+
+
+def _static_force(model: ReducedModel, speed_rpm: float | None) -> Array:
+    """Static force (n,) of harmonic 0: centrifugal force at the speed, and any other."""
+    stiffened = model.speed_rpm
+    speed = (stiffened or 0.0) if speed_rpm is None else speed_rpm
+    if stiffened is not None and speed != stiffened:
+        raise ReducedModelError(
+            f"load.speed_rpm = {speed:g}: the model was stiffened for {stiffened:g} rev/min, allowed: that speed"
+        )
+    static = np.zeros(model.size)
+    if model.force_static is not None:
+        static = static + model.force_static
+    if speed != 0.0:
+        if model.force_centrifugal is None:
+            raise ReducedModelError("force/centrifugal: missing, but load.speed_rpm is not 0")
+        static = static + model.force_centrifugal * angular_speed(speed) ** 2
+    return static

@@ -16,7 +16,7 @@ from rom.cyclic.contact_springs import SpringSupportedMotion, contact_springs
 from rom.cyclic.natural_frequencies import natural_frequencies
 from rom.cyclic.receptance import RelativeReceptance
 from rom.cyclic.reduced_model import ReducedModel
-from rom.cyclic.ring_modes import RingModes, modal_model
+from rom.cyclic.sector_modes import RingModes, modal_model
 from rom.linear_algebra.threads import one_blas_thread
 
 COMPARED_OUTPUTS = ("tip", "tip_x", "tip_y", "tip_z")  # displacements; others may have another unit

@@ -26,11 +26,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rom.cyclic.expansion import expand_to_mesh
 from rom.cyclic.modal_model import ModalModel
 from rom.cyclic.receptance import RelativeReceptance
-from rom.cyclic.reduced_model import ReducedModel
-from rom.cyclic.ring_modes import RingModes
+from rom.cyclic.reduced_model import ReducedModel, expand_to_mesh
+from rom.cyclic.sector_modes import RingModes
 from rom.cyclic_sector.cyclic_faces import CyclicFaces
 from rom.finite_elements.full_model import FullModel
 from rom.linear_algebra.threads import one_blas_thread

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rom.cyclic.reduced_model import ReducedModel
-from rom.cyclic.ring_modes import RingModes
+from rom.cyclic.sector_modes import RingModes
 from rom.cyclic_sector.cyclic_faces import CyclicFaces
 from rom.finite_elements.discretisation import discretise
 from rom.finite_elements.full_model import FullModel

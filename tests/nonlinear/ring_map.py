@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from nonlinear import ContactParameters, Excitation, HarmonicBalance, Ring, RingIntegrator, RingState
-from nonlinear.time_integration.residual_flexibility import RetainedModes
+from nonlinear.time_integration.ring import RetainedModes
 
 
 @dataclass(frozen=True)

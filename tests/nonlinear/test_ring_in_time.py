@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from lumped import lumped_blade, oscillator
+from ring_energy import energy_balance
 from scipy.linalg import expm
 
 from nonlinear import (
@@ -16,9 +17,7 @@ from nonlinear import (
     RingState,
     StepError,
 )
-from nonlinear.time_integration.energy import energy_balance
-from nonlinear.time_integration.growth import growth_rate
-from nonlinear.time_integration.recurrence import repeats_after, same_mean, same_statistics
+from nonlinear.time_integration.ring_motion import growth_rate, repeats_after, same_mean, same_statistics
 from rom import modal_model
 
 OPEN = ContactParameters.shared(2, normal_stiffness=0.0, tangential_stiffness=0.0, friction=0.0)

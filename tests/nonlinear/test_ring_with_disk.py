@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from lumped import lumped_blade
 from lumped_disk import sector_places, sector_with_disk, whole_ring
+from ring_energy import energy_balance
 from scipy.linalg import expm
 
 from nonlinear import (
@@ -24,8 +25,7 @@ from nonlinear import (
 from nonlinear.contact.fourier import to_complex, to_real
 from nonlinear.harmonic_balance.initial_solution import periodic_start
 from nonlinear.stability.floquet import FloquetAnalysis, floquet_exponents
-from nonlinear.time_integration.energy import energy_balance
-from nonlinear.time_integration.residual_flexibility import RetainedModes
+from nonlinear.time_integration.ring import RetainedModes
 from rom import ModalModel, contact_springs, modal_model
 
 RAYLEIGH = (0.02, 0.02)

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from lumped import lumped_blade, oscillator
+from ring_energy import energy_balance
 
 from nonlinear import (
     ContactParameters,
@@ -19,7 +20,6 @@ from nonlinear import (
 )
 from nonlinear.contact.fourier import smallest_values
 from nonlinear.harmonic_balance.initial_solution import periodic_start
-from nonlinear.time_integration.energy import energy_balance
 from rom import linear_response, modal_model
 
 SECOND, THIRD = ExcitationHarmonic(2, 0.6, 40.0), ExcitationHarmonic(3, 0.3, -70.0)

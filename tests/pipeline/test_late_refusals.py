@@ -19,7 +19,7 @@ import rom.reduction.fixed_interface_modes
 from nonlinear.harmonic_selection.adaptive_harmonics import HARMONIC_NUMBERS, feasible_harmonic_numbers
 from pipeline.scene.size_limits import AUTO_HARMONICS
 from rom import ReducedModelError
-from rom.cyclic.expansion import expand_to_mesh
+from rom.cyclic.reduced_model import expand_to_mesh
 from rom.errors import RomParameterError
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rom import ModalModel, RelativeReceptance, coupled_frequencies
-from rom.cyclic.receptance_series import SMALLEST_FACE
+from rom.cyclic.receptance import SMALLEST_FACE
 
 N_CONTACTS, N_MODES = 55, 240
 
