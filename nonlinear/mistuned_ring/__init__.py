@@ -6,8 +6,8 @@ own blade, q_j(t) = Re sum_h q_j^(h) exp(i h (omega t + j psi)): in the tuned tr
 j.
 
 Where to look: `mistuning` (the deviations), `ring_receptance` and `sector_ring` (the structure), `ring_balance`
-(the equations), `cyclic_blocks` and `sector_factors` (their Jacobian, factorised), `ring_response` (the curve of all blades
-and its maximum), `linear_ring` and `linear_sectors` (linear contacts).
+(the equations), `cyclic_blocks` and `sector_factors` (their Jacobian, factorised), `ring_response` (the curve of
+all blades and its maximum), `linear_ring` and `linear_sectors` (linear contacts).
 
 References
 ----------

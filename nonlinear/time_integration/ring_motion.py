@@ -1,8 +1,8 @@
 """What becomes of a periodic motion in a ring of blades: it stays, or where it goes and how high.
 
 The states at the ends of the periods tell whether a motion repeats itself, whether it has settled, and the growth
-rate of a small departure: successive differences obey the linearised map over a period, delta_(p+1) = M delta_p, whose
-leading multipliers are found from the few directions that the differences span (dynamic mode decomposition).
+rate of a small departure: successive differences obey the linearised map over a period, delta_(p+1) = M delta_p,
+whose leading multipliers are found from the few directions that the differences span (dynamic mode decomposition).
 
 References
 ----------
