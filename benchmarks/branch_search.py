@@ -26,7 +26,7 @@ from tables import markdown_table, options_of, write_results
 
 if TYPE_CHECKING:
     from nonlinear import ResponseCurve
-    from nonlinear.branches.known_branches import KnownBranch
+    from nonlinear.branches.branch_collection import KnownBranch
     from nonlinear.contact.parameters import Array
     from nonlinear.continuation.arclength_continuation import Continuation
     from nonlinear.continuation.solution_point import SolutionPoint
@@ -133,7 +133,7 @@ def _compared(
     found: Comparison, continuation: Continuation, curve: ResponseCurve, solutions: list[SolutionPoint]
 ) -> Comparison:
     """The comparison with the solutions of random starts counted."""
-    from nonlinear.branches.known_branches import lies_on
+    from nonlinear.branches.branch_collection import lies_on
     from nonlinear.continuation.response_quantities import output_amplitude
 
     main, *detached = [known_branch(continuation, branch) for branch in (curve, *curve.detached)]
@@ -166,7 +166,7 @@ def _compared(
 
 def known_branch(continuation: Continuation, branch: ResponseCurve) -> KnownBranch:
     """The solutions of a branch of a response curve."""
-    from nonlinear.branches.known_branches import KnownBranch
+    from nonlinear.branches.branch_collection import KnownBranch
     from nonlinear.contact.fourier import to_real
 
     rows = np.stack([continuation.balance.unknown(to_real(row)) for row in branch.relative_displacement])

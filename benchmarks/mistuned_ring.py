@@ -131,7 +131,7 @@ def with_a_disk(balance: Any, unknown: Any, omega: float, vectors: Any) -> dict[
     """Processor seconds of the factors and of a solution by GMRES at one state, and of a dense solution."""
     import numpy as np
 
-    from nonlinear.harmonic_balance.dense_factors import DenseFactors
+    from nonlinear.harmonic_balance.condensed_factors import DenseFactors
     from nonlinear.mistuned_ring.sector_factors import SectorFactors
 
     column, row, right = vectors

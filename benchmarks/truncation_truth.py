@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from nonlinear.contact.parameters import Array
     from nonlinear.continuation.arclength_continuation import Continuation
     from nonlinear.continuation.solution_point import SolutionPoint
-    from nonlinear.harmonic_balance.truncated_balances import TruncatedBalances
+    from nonlinear.harmonic_balance.initial_solution import TruncatedBalances
     from nonlinear.harmonic_selection.truncation_error import TruncationEstimate
 
 STEPS_UP = (3, 5, 7, 9, 11, 15, 21, 31)
@@ -80,8 +80,7 @@ def problem_of(case: StressCase, model: Path) -> Problem:
     from nonlinear import build_harmonic_balance
     from nonlinear.continuation.arclength_continuation import Continuation
     from nonlinear.continuation.step_control import find_resonances
-    from nonlinear.harmonic_balance.initial_solution import static_displacement
-    from nonlinear.harmonic_balance.truncated_balances import TruncatedBalances
+    from nonlinear.harmonic_balance.initial_solution import TruncatedBalances, static_displacement
 
     modal, contact, excitation, options = posed(case, model, frequency_range(case, model))
     balance = build_harmonic_balance(modal, contact, excitation, options)
@@ -213,7 +212,7 @@ def _peak_near(
 
     The first that is about as high as before, else the first of all.
     """
-    from nonlinear.branches.peaks import locate_peak
+    from nonlinear.branches.special_points import locate_peak
 
     here = problem.at(n_harmonics)
     others = []

@@ -19,11 +19,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from nonlinear.branches.bifurcations import Bifurcation, BifurcationKind
-    from nonlinear.branches.branch_starts import BranchStart, branch_starts
-    from nonlinear.branches.peaks import Peak, at_range_end
-    from nonlinear.branches.termination import TerminationReason
-    from nonlinear.branches.worst_motion import WorstMotion
+    from nonlinear.branches.branch import TerminationReason
+    from nonlinear.branches.branch_collection import BranchStart, branch_starts
+    from nonlinear.branches.special_points import Bifurcation, BifurcationKind, Peak, at_range_end
     from nonlinear.contact.contact_cycle import ContactCycle, contact_cycle
     from nonlinear.contact.element_choice import contact_element
     from nonlinear.contact.parameters import (
@@ -64,15 +62,13 @@ if TYPE_CHECKING:
     from nonlinear.peak_curves.peak_sensitivity import PeakSensitivity, peak_sensitivity
     from nonlinear.peak_curves.performance_curve import PerformanceCurve, performance_curve
     from nonlinear.residual_tractions.residual_bounds import ResidualBounds, ResidualExtreme
-    from nonlinear.response_curve import ResponseCurve
+    from nonlinear.response_curve import ResponseCurve, WorstMotion
     from nonlinear.response_extension import Extension, carry_branches, extend_response
     from nonlinear.response_solver import build_harmonic_balance, forced_response
     from nonlinear.time_integration.ring import Ring, RingState, StepError
     from nonlinear.time_integration.ring_integrator import ContactIterationError, RingIntegrator, RingRecord
     from nonlinear.time_integration.ring_motion import RingLimits, RingMotion, integrate_ring
-    from nonlinear.worst_motion.ring_integration import RingIntegration
-    from nonlinear.worst_motion.ring_patterns import RingPatterns
-    from nonlinear.worst_motion.solutions_at import FoundSolution, SolutionSearch
+    from nonlinear.worst_motion.ring_integration import FoundSolution, RingIntegration, RingPatterns, SolutionSearch
     from nonlinear.worst_motion.worst_motion import find_worst_motion
 
 __all__ = [
@@ -170,11 +166,11 @@ _PLACES = {
     "TRUNCATION_TOLERATED": "nonlinear.options",
     "SLIP": "nonlinear.contact.parameters",
     "STICK": "nonlinear.contact.parameters",
-    "Bifurcation": "nonlinear.branches.bifurcations",
-    "BifurcationKind": "nonlinear.branches.bifurcations",
-    "BranchStart": "nonlinear.branches.branch_starts",
-    "at_range_end": "nonlinear.branches.peaks",
-    "branch_starts": "nonlinear.branches.branch_starts",
+    "Bifurcation": "nonlinear.branches.special_points",
+    "BifurcationKind": "nonlinear.branches.special_points",
+    "BranchStart": "nonlinear.branches.branch_collection",
+    "at_range_end": "nonlinear.branches.special_points",
+    "branch_starts": "nonlinear.branches.branch_collection",
     "Extension": "nonlinear.response_extension",
     "carry_branches": "nonlinear.response_extension",
     "extend_response": "nonlinear.response_extension",
@@ -205,7 +201,7 @@ _PLACES = {
     "PeakSensitivity": "nonlinear.peak_curves.peak_sensitivity",
     "peak_sensitivity": "nonlinear.peak_curves.peak_sensitivity",
     "OptionsError": "nonlinear.options",
-    "Peak": "nonlinear.branches.peaks",
+    "Peak": "nonlinear.branches.special_points",
     "PeakAgreement": "nonlinear.mode_agreement",
     "PeakMotion": "nonlinear.mode_agreement",
     "compare_with_peaks": "nonlinear.mode_agreement",
@@ -215,8 +211,8 @@ _PLACES = {
     "ResponseCurve": "nonlinear.response_curve",
     "SolverOptions": "nonlinear.options",
     "StaticContact": "nonlinear.harmonic_balance.initial_solution",
-    "TerminationReason": "nonlinear.branches.termination",
-    "WorstMotion": "nonlinear.branches.worst_motion",
+    "TerminationReason": "nonlinear.branches.branch",
+    "WorstMotion": "nonlinear.response_curve",
     "contact_cycle": "nonlinear.contact.contact_cycle",
     "contact_element": "nonlinear.contact.element_choice",
     "forced_response": "nonlinear.response_solver",
@@ -226,10 +222,10 @@ _PLACES = {
     "output_components": "nonlinear.continuation.response_quantities",
     "punch_stiffness": "nonlinear.contact.parameters",
     "solved_response": "nonlinear.peak_curves.peak_search",
-    "FoundSolution": "nonlinear.worst_motion.solutions_at",
+    "FoundSolution": "nonlinear.worst_motion.ring_integration",
     "RingIntegration": "nonlinear.worst_motion.ring_integration",
-    "RingPatterns": "nonlinear.worst_motion.ring_patterns",
-    "SolutionSearch": "nonlinear.worst_motion.solutions_at",
+    "RingPatterns": "nonlinear.worst_motion.ring_integration",
+    "SolutionSearch": "nonlinear.worst_motion.ring_integration",
     "find_worst_motion": "nonlinear.worst_motion.worst_motion",
     "ContactIterationError": "nonlinear.time_integration.ring_integrator",
     "Ring": "nonlinear.time_integration.ring",

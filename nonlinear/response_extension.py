@@ -6,17 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nonlinear.branches.branch_collection import BranchCollection
-from nonlinear.branches.branch_lifting import Lifting
-from nonlinear.branches.branch_starts import BranchStart
+from nonlinear.branches.branch_collection import BranchCollection, BranchStart, KnownBranch, Lifting
 from nonlinear.branches.detached_branches import few_harmonics
-from nonlinear.branches.known_branches import KnownBranch
 from nonlinear.branches.parameter_continuation import Carried, Homotopy, carry_solution
 from nonlinear.contact.fourier import to_real
 from nonlinear.contact.parameters import ContactParameters
 from nonlinear.continuation.arclength_continuation import Progress
+from nonlinear.harmonic_balance.initial_solution import pad_or_truncate
 from nonlinear.harmonic_balance.residual import HarmonicBalance
-from nonlinear.harmonic_balance.truncated_balances import pad_or_truncate
 from nonlinear.harmonic_selection.truncation_error import TruncationErrorEstimator
 from nonlinear.options import Excitation, SolverOptions
 from nonlinear.peak_errors import with_peak_errors

@@ -1,16 +1,97 @@
-"""The branches of one problem: known ones, and those that solutions on none of them lead to."""
+"""The branches of one problem: known ones, and those that solutions on none of them lead to.
 
+A solution lies on a known branch, or a new branch is continued from it. Solutions come from branches with fewer
+harmonics (`lift_branch`) and from branches of another problem (`branch_starts`).
+"""
+
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import pairwise
+from typing import Protocol
 
 import numpy as np
 
-from nonlinear.branches.branch import Branch, join, with_special_points, with_stability
-from nonlinear.branches.known_branches import KnownBranch, lies_on
-from nonlinear.branches.peaks import at_range_end
-from nonlinear.branches.termination import TerminationReason
+from nonlinear.branches.branch import Branch, TerminationReason, join, with_special_points, with_stability
+from nonlinear.branches.special_points import at_range_end
+from nonlinear.contact.fourier import ComplexArray, to_real
+from nonlinear.contact.parameters import Array, ContactParameters
 from nonlinear.continuation.arclength_continuation import Continuation, Progress
+from nonlinear.continuation.corrector import NormalPlane, correct
 from nonlinear.continuation.response_quantities import output_amplitude
 from nonlinear.continuation.solution_point import SolutionPoint
+from nonlinear.harmonic_balance.initial_solution import TruncatedBalances, pad_or_truncate, solve_at
+from nonlinear.harmonic_balance.residual import HarmonicBalance
+from nonlinear.options import Excitation
+
+MAX_CHORDS = 2.0  # distance from the chord of two points, in its lengths, that a solution between them may have
+MIN_DISTANCE = 0.1  # added to that, relative to the vibration
+BEYOND_CHORD = 0.05  # part of a chord by which the plane through a solution may miss it
+SAME_SOLUTION = 1e-6  # relative distance of two solutions that count as one
+MOST_CROSSINGS = 3  # chords, the nearest first, from which a known solution is sought
+
+
+@dataclass(frozen=True)
+class KnownBranch:
+    """The P solutions of a branch, in their order."""
+
+    omega: Array  # (P,), frequency, rad/s
+    unknown: Array  # (P, n), x, m; zero in harmonics that a point does not have
+
+    @classmethod
+    def of(cls, points: list[SolutionPoint]) -> "KnownBranch":
+        """The solutions of solved points."""
+        unknown = np.zeros((len(points), max(point.unknown.size for point in points)))
+        for row, point in zip(unknown, points, strict=True):
+            row[: point.unknown.size] = point.unknown
+        return cls(np.array([point.omega for point in points]), unknown)
+
+    @cached_property
+    def _resized(self) -> dict[int, Array]:
+        return {}
+
+    def unknowns(self, size: int) -> Array:
+        """The solutions with n = `size` unknowns: zeros added, or the highest harmonics cut off, (P, n)."""
+        if size not in self._resized:
+            missing = max(size - self.unknown.shape[1], 0)
+            self._resized[size] = np.pad(self.unknown[:, :size], ((0, 0), (0, missing)))
+        return self._resized[size]
+
+
+def lies_on(continuation: Continuation, branch: KnownBranch, point: SolutionPoint, tolerance: float = 0.0) -> bool:
+    """Whether a solution lies on a known branch, which may have other numbers of harmonics.
+
+    Where the branch crosses the plane through the solution, normal to its tangent, the branch is solved for in that
+    plane. So folds make no difference.
+    """
+    metric = continuation.solver.metric(point.unknown)
+    normal = metric.unit(point.tangent)
+    unknown = branch.unknowns(point.unknown.size)
+    height = (unknown - point.unknown) @ (normal[0] / metric.length**2)
+    height += (branch.omega - point.omega) * (normal[1] / metric.omega**2)
+    rise = np.diff(height)
+    with np.errstate(all="ignore"):
+        fraction = -height[:-1] / rise
+    crossings = np.flatnonzero((fraction >= -BEYOND_CHORD) & (fraction <= 1.0 + BEYOND_CHORD))
+    candidates = []
+    for index in crossings:
+        dx, domega = unknown[index + 1] - unknown[index], branch.omega[index + 1] - branch.omega[index]
+        offset = (
+            unknown[index] + fraction[index] * dx - point.unknown,
+            float(branch.omega[index] + fraction[index] * domega - point.omega),
+        )
+        distance = metric.norm(*offset)
+        if distance <= max(tolerance, SAME_SOLUTION):
+            return True
+        if distance <= MAX_CHORDS * metric.norm(dx, domega) + MIN_DISTANCE:
+            candidates.append((distance, offset))
+    for distance, offset in sorted(candidates, key=lambda item: item[0])[:MOST_CROSSINGS]:
+        plane = NormalPlane(point.unknown, point.omega, normal, metric, 2.0 * distance)
+        solved = correct(continuation.balance, continuation.options, plane, offset)
+        if solved is not None and plane.distance(solved.unknown, solved.omega) <= SAME_SOLUTION:
+            return True
+    return False
+
 
 MOST_BRANCHES = 12  # detached branches of a curve; what is found beyond them is said, not traced
 MOST_POINTS = 250  # of a detached branch in each direction, or as many as the known branches have
@@ -133,3 +214,200 @@ def _termination(continuation: Continuation, points: list[SolutionPoint], closed
     return TerminationReason(
         "complete" if complete else "step too small", ends[-1], f"detached branch, {shape}: {span}"
     )
+
+
+EVENLY = 8  # points of a branch evenly along it, beside its top, ends and folds
+EVENLY_FROM_ONE = 16  # the same where there is one harmonic only, far from more: few of its points lead anywhere
+CLOSE = 0.01  # distance from a known branch, relative to the vibration, within which a point is not lifted
+MAX_ITERATIONS = 15
+
+
+@dataclass(frozen=True)
+class Lifting:
+    """How solutions with few harmonics get more."""
+
+    balances: TruncatedBalances  # the balances by number of harmonics
+    # numbers of harmonics, ascending, up to the first one that changes the amplitude by no more than `tolerance`
+    numbers: tuple[int, ...]
+    tolerance: float = 0.0  # relative change of the amplitude; 0: always up to the last number
+
+    def lift(self, continuation: Continuation, point: SolutionPoint) -> SolutionPoint | None:
+        """The solution with as many harmonics as it needs; None where Newton's method finds none."""
+        output = continuation.options.output
+        amplitude = output_amplitude(point, output)
+        lifted: SolutionPoint | None = None
+        few = point.balance.n_harmonics
+        more = [n for n in self.numbers if n > few] if self.tolerance > 0.0 else []
+        for number in more or self.numbers[-1:]:
+            balance = self.balances.balance(number)
+            found = point if number == few else with_balance(continuation, point, balance)
+            if found is None:
+                continue
+            before, amplitude, lifted, point = amplitude, output_amplitude(found, output), found, found
+            if abs(amplitude - before) <= self.tolerance * amplitude:
+                break
+        return lifted
+
+
+def with_balance(continuation: Continuation, point: SolutionPoint, balance: HarmonicBalance) -> SolutionPoint | None:
+    """The solution of a balance nearest to a point: in the plane normal to its tangent, else at its frequency."""
+    solver = continuation.with_balance(balance).solver
+    found = solver.refit(point)
+    if found is not None:
+        return found
+    guess, omega = pad_or_truncate(point.unknown, balance), point.omega
+    solved = solve_at(balance, omega, guess, continuation.options, MAX_ITERATIONS)
+    if not solved.converged:
+        return None
+    tangent = pad_or_truncate(point.tangent[0], balance), point.tangent[1]
+    return solver.point(solved.solution, omega, tangent, solved.iterations, 0.0, continuation.options.step)
+
+
+def lift_branch(collection: BranchCollection, lifting: Lifting, points: list[SolutionPoint], origin: str) -> None:
+    """Add to a collection what the points of a branch with few harmonics lead to."""
+    for point in representative_points(points, collection.continuation.options.output):
+        if collection.is_known(point, CLOSE):
+            continue
+        lifted = lifting.lift(collection.continuation, point)
+        if lifted is not None:
+            collection.offer(lifted, origin)
+
+
+def representative_points(points: list[SolutionPoint], output: str) -> Iterator[SolutionPoint]:
+    """Points that stand for a branch: its top first, its ends, its folds, and some evenly along it."""
+    evenly = EVENLY if points[0].balance.n_harmonics > 1 else EVENLY_FROM_ONE
+    amplitude = np.array([output_amplitude(point, output) for point in points])
+    omega, arc = np.array([point.omega for point in points]), np.array([point.arc for point in points])
+    return (points[place] for place in representative_indices(amplitude, omega, arc, evenly))
+
+
+def representative_indices(
+    amplitude: Sequence[float] | Array,
+    omega: Sequence[float] | Array,
+    arc: Sequence[float] | Array,
+    evenly: int = EVENLY,
+) -> list[int]:
+    """Indices of points that stand for a branch, see `representative_points`.
+
+    Shapes: `amplitude` (P,), `omega` (P,), `arc` (P,).
+    """
+    heights, arcs = np.asarray(amplitude), np.asarray(arc)
+    last = len(heights) - 1
+    if last < 0:
+        return []
+    steps = np.diff(np.asarray(omega))
+    folds = [index + 1 for index, (one, other) in enumerate(pairwise(steps)) if one * other < 0.0]
+    spread = np.searchsorted(arcs, np.linspace(arcs[0], arcs[-1], evenly + 2)[1:-1])
+    places = [int(np.argmax(heights)), 0, last, *folds, *(min(int(place), last) for place in spread)]
+    return list(dict.fromkeys(places))
+
+
+@dataclass(frozen=True)
+class BranchStart:
+    """A solution of a problem, as a start for another problem.
+
+    Attributes
+    ----------
+    frequency_hz : float
+        Frequency, Hz.
+    displacement : (2H+1, n_c, 3) float
+        Real Fourier coefficients of the relative displacement, m.
+    contact : ContactParameters
+        Contact of the problem that it solves.
+    force : float
+        Excitation amplitude of that problem, N.
+    label : str
+        Name of that problem, such as "contact.interference = -60 um".
+    branch : int
+        Number of the branch that it is taken from.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> from nonlinear import branch_starts
+    >>> top = branch_starts(curve, contact, excitation, "contact.preload = 2 N")[0]
+    >>> top.label, top.branch, top.displacement.shape  # harmonic 0, Re and Im of harmonic 1
+    ('contact.preload = 2 N', 0, (3, 1, 3))
+    """
+
+    frequency_hz: float
+    displacement: Array
+    contact: ContactParameters
+    force: float
+    label: str
+    branch: int = 0
+
+
+class SolvedBranch(Protocol):
+    """What is needed of a branch: a `ResponseCurve`, or arrays read from a file."""
+
+    @property
+    def frequency_hz(self) -> Array:
+        """Frequency, Hz, (P,)."""
+        ...
+
+    @property
+    def amplitude_m(self) -> Array:
+        """Amplitude of the output, m, (P,)."""
+        ...
+
+    @property
+    def arc(self) -> Array:
+        """Arc length, (P,)."""
+        ...
+
+    @property
+    def relative_displacement(self) -> ComplexArray:
+        """Fourier coefficients d^(h), m, (P, H+1, n_c, 3)."""
+        ...
+
+
+class SolvedCurve(SolvedBranch, Protocol):
+    """A branch with its detached branches."""
+
+    @property
+    def detached(self) -> Sequence[SolvedBranch]:
+        """The detached branches."""
+        ...
+
+
+def branch_starts(
+    curve: SolvedCurve, contact: ContactParameters, excitation: Excitation, label: str
+) -> list[BranchStart]:
+    """Starts from every branch of a curve: its top, its ends, its folds, and some points evenly along it.
+
+    Parameters
+    ----------
+    curve : ResponseCurve
+        The curve, or an object with the same arrays read from a file.
+    contact : ContactParameters
+        Its contact.
+    excitation : Excitation
+        Its excitation.
+    label : str
+        Name of the problem, such as "contact.interference = -60 um".
+
+    Returns
+    -------
+    list of BranchStart
+        The starts, branch by branch, the top of a branch first.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> from nonlinear import branch_starts
+    >>> starts = branch_starts(curve, contact, excitation, "contact.preload = 2 N")
+    >>> starts[0].frequency_hz == curve.peak.frequency_hz
+    True
+    """
+    starts = []
+    for number, branch in enumerate((*curve.detached, curve)):
+        frequency = np.asarray(branch.frequency_hz)
+        for index in representative_indices(branch.amplitude_m, frequency, branch.arc):
+            displacement = to_real(branch.relative_displacement[index])
+            starts.append(
+                BranchStart(float(frequency[index]), displacement, contact, excitation.force, label, number)
+            )
+    return starts

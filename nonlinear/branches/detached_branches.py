@@ -10,17 +10,14 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from nonlinear.branches.branch import Branch
-from nonlinear.branches.branch_collection import BranchCollection, FoundBranch
-from nonlinear.branches.branch_lifting import Lifting, lift_branch
+from nonlinear.branches.branch_collection import BranchCollection, FoundBranch, KnownBranch, Lifting, lift_branch
 from nonlinear.branches.interference_curves import solutions_over_interference
-from nonlinear.branches.known_branches import KnownBranch
 from nonlinear.branches.range_continuation import continue_over_range
 from nonlinear.contact.parameters import Array
 from nonlinear.continuation.arclength_continuation import Continuation, Progress
 from nonlinear.continuation.corrector import nearest_solution
 from nonlinear.continuation.solution_point import SolutionPoint
-from nonlinear.harmonic_balance.initial_solution import solve_at
-from nonlinear.harmonic_balance.truncated_balances import TruncatedBalances
+from nonlinear.harmonic_balance.initial_solution import TruncatedBalances, solve_at
 from nonlinear.nonlinear_modes.resonance_motions import resonance_motions
 
 MAX_ITERATIONS = 15

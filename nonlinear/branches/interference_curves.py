@@ -21,8 +21,12 @@ from nonlinear.continuation.linear_segments import LinearSegments
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.continuation.step_control import ContinuationParameters
 from nonlinear.harmonic_balance.initial_solution import solve_at
-from nonlinear.harmonic_balance.interference_path import InterferenceChange, InterferencePath
-from nonlinear.harmonic_balance.residual import HarmonicBalance, LinearisedResidual
+from nonlinear.harmonic_balance.residual import (
+    HarmonicBalance,
+    InterferenceChange,
+    InterferencePath,
+    LinearisedResidual,
+)
 
 SPREAD = 3  # frequencies evenly over the range at which there is a curve
 AMONG_FOLDS = 4  # the same between the lowest and the highest fold of the branches with fewer harmonics

@@ -16,8 +16,12 @@ from nonlinear.continuation.response_quantities import amplitude_derivative
 from nonlinear.continuation.solution_point import SolutionPoint, Tangent
 from nonlinear.continuation.step_control import ContinuationParameters
 from nonlinear.harmonic_balance.initial_solution import solve_at
-from nonlinear.harmonic_balance.interference_path import InterferenceChange, InterferencePath
-from nonlinear.harmonic_balance.residual import HarmonicBalance, LinearisedResidual
+from nonlinear.harmonic_balance.residual import (
+    HarmonicBalance,
+    InterferenceChange,
+    InterferencePath,
+    LinearisedResidual,
+)
 from nonlinear.options import SolverOptions
 
 DIFFERENCE = 1e-6  # of s, for dR/ds

@@ -5,6 +5,6 @@ The law on each node, with u tangential and d_n normal relative displacement (Gu
     N = max(N0 + kn (v0 + d_n), 0)          normal law (`parameters`)
     T = kt (u - w),  |T| <= mu N            elastic Coulomb slider at w: a Jenkins element or, in the plane, a cone
 
-Where to look: `event_driven` (two Jenkins elements, exact), `cone_event_driven` (friction cone, exact), `aft` and
-`aft_cone` (both, sampled), `return_map` (the sampled slider), `quasistatic` (statics).
+Where to look: `event_driven` (two Jenkins elements, exact), `cone_event_driven` (friction cone, exact), `aft` (both,
+sampled), `return_map` (the sampled slider), `element_choice` (which one, and statics).
 """

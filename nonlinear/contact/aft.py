@@ -1,5 +1,9 @@
 """Contact element by alternating frequency/time (AFT): the force is sampled at n equidistant instants of the period.
 
+Two Jenkins elements a node (`evaluate_two_sliders`) or one slider under the friction cone (`evaluate_cone`). Samples
+in one state enter by their trigonometric moments C_m = sum cos(m theta), S_m = sum sin(m theta), m = 0 .. 2H: all
+that is linear in the displacement follows from them.
+
 References
 ----------
 T. M. Cameron, J. H. Griffin, An alternating frequency/time domain method for calculating the steady-state response of
@@ -11,21 +15,129 @@ from functools import cached_property
 
 import numpy as np
 
-from nonlinear.contact.aft_cone import evaluate_cone
 from nonlinear.contact.fourier import basis_table
-from nonlinear.contact.fourier_moments import (
-    add_gram,
-    add_scaled,
-    finish_node,
-    mean_basis,
-    prefix_moments,
-    write_moments,
-)
 from nonlinear.contact.numba_cache import compiled, inner
 from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK, Array, ContactForces, ContactParameters
-from nonlinear.contact.return_map import NEVER, Integers, jenkins_return_map
+from nonlinear.contact.return_map import (
+    MAX_PERIODS,
+    NEVER,
+    REPEAT_TOLERANCE,
+    ROUND_OFF,
+    Integers,
+    cone_return_map,
+    jenkins_return_map,
+)
 
-Law = tuple[Array, Array, Array, Array, Array]  # kn, kt, mu, N0 + kn v0 and N0 of all nodes, (n_c,) each
+Law = tuple[Array, Array, Array, Array, Array]
+Tangent = tuple[float, float, float, float, float]
+
+
+@compiled
+def evaluate_cone(motion: Array, law: Law, table: Array, force: Array, jacobian: Array, worst: Integers) -> None:
+    """Add the coefficients of -T1, -T2 and their Jacobian, and the worst states.
+
+    `motion` (n_c, 3, samples): u1, u2 and the unclipped load; `law`: kn, kt, mu and two more, (n_c,) each; `table`
+    (samples, 2H+1): basis functions. The return map starts from w = 0 and goes on to the steady cycle; its derivative
+    goes the same way, so that the Jacobian is that of the computed force, memory of the start included.
+    """
+    normal_stiffness, tangential_stiffness, friction, _, _ = law
+    n_samples, size = table.shape
+    limit = np.empty(n_samples)
+    plane = np.empty((n_samples, 2))
+    state = np.empty(n_samples, dtype=np.int64)
+    traction = np.empty((n_samples, 2))
+    for node in range(force.shape[1]):
+        largest = 0.0
+        for k in range(n_samples):
+            load = motion[node, 2, k]
+            limit[k] = friction[node] * max(load, 0.0)
+            plane[k, 0], plane[k, 1] = motion[node, 0, k], motion[node, 1, k]
+            largest = max(largest, abs(plane[k, 0]), abs(plane[k, 1]))
+            worst[node] = max(worst[node], LIFT_OFF if load <= 0.0 else STICK)
+        kt = tangential_stiffness[node]
+        if kt == 0.0:
+            continue
+        periods = cone_return_map(plane, limit, kt, MAX_PERIODS, REPEAT_TOLERANCE * largest, state, traction)
+        for k in range(n_samples):
+            if state[k] == SLIP:
+                worst[node] = max(worst[node], SLIP)
+            for i in range(size):
+                weight = (1.0 if i == 0 else 2.0) / n_samples
+                force[i, node, 0] -= weight * table[k, i] * traction[k, 0]
+                force[i, node, 1] -= weight * table[k, i] * traction[k, 1]
+        mu_kn = friction[node] * normal_stiffness[node]
+        _differentiate(plane, limit, kt, mu_kn, periods, table, jacobian[node])
+
+
+@compiled
+def _differentiate(
+    motion: Array, limit: Array, kt: float, mu_kn: float, periods: int, table: Array, jacobian: Array
+) -> None:
+    """Repeat the return map with its derivative by the coefficients of (u1, u2, d_n); sum over the last period.
+
+    `jacobian` (3, 3, 2H+1, 2H+1) of one node.
+    """
+    n_samples, size = table.shape
+    x, y = 0.0, 0.0
+    position = np.zeros((2, 3, size))  # d w / d (u1, u2, d_n)
+    traction = np.zeros((2, 3, size))  # d T / d (u1, u2, d_n)
+    for period in range(periods):
+        for k in range(n_samples):
+            tx, ty = kt * (motion[k, 0] - x), kt * (motion[k, 1] - y)
+            magnitude = np.sqrt(tx * tx + ty * ty)
+            sticks = limit[k] > 0.0 and magnitude <= limit[k] * (1.0 + ROUND_OFF)
+            tangent = (1.0, 0.0, 1.0, 0.0, 0.0)
+            if limit[k] <= 0.0:
+                tangent = (0.0, 0.0, 0.0, 0.0, 0.0)
+                x, y = motion[k, 0], motion[k, 1]
+            elif not sticks:
+                ex, ey, ratio = tx / magnitude, ty / magnitude, limit[k] / magnitude
+                tangent = (ratio * ey * ey, -ratio * ex * ey, ratio * ex * ex, ex, ey)
+                x, y = motion[k, 0] - limit[k] * ex / kt, motion[k, 1] - limit[k] * ey / kt
+            if not sticks or period == periods - 1:
+                _write_traction(tangent, kt, mu_kn, table[k], position, traction)
+            if not sticks:
+                _move(kt, table[k], traction, position)
+            if period == periods - 1:
+                _add_coefficients(table[k], n_samples, traction, jacobian)
+
+
+@inner
+def _write_traction(
+    tangent: Tangent, kt: float, mu_kn: float, basis: Array, position: Array, traction: Array
+) -> None:
+    """Write dT = kt A (du - dw) + mu kn e dd_n for unit coefficients, (2, 3, 2H+1).
+
+    `tangent`: A11, A12, A22 and e; A = 1 in stick, ratio (1 - e e^T) in slip along e, 0 in lift-off.
+    """
+    axx, axy, ayy, ex, ey = tangent
+    for b in range(3):
+        for j in range(basis.shape[0]):
+            du = basis[j]
+            rx = (du if b == 0 else 0.0) - position[0, b, j]
+            ry = (du if b == 1 else 0.0) - position[1, b, j]
+            traction[0, b, j] = kt * (axx * rx + axy * ry) + (mu_kn * ex * du if b == 2 else 0.0)
+            traction[1, b, j] = kt * (axy * rx + ayy * ry) + (mu_kn * ey * du if b == 2 else 0.0)
+
+
+@inner
+def _move(kt: float, basis: Array, traction: Array, position: Array) -> None:
+    """Write dw = du - dT / kt."""
+    for b in range(3):
+        for j in range(basis.shape[0]):
+            position[0, b, j] = (basis[j] if b == 0 else 0.0) - traction[0, b, j] / kt
+            position[1, b, j] = (basis[j] if b == 1 else 0.0) - traction[1, b, j] / kt
+
+
+@inner
+def _add_coefficients(basis: Array, n_samples: int, traction: Array, jacobian: Array) -> None:
+    """Add what one sample contributes to the Fourier coefficients of -dT."""
+    for a in range(2):
+        for b in range(3):
+            for i in range(basis.shape[0]):
+                weight = -(1.0 if i == 0 else 2.0) / n_samples * basis[i]
+                for j in range(basis.shape[0]):
+                    jacobian[a, b, i, j] += weight * traction[a, b, j]
 
 
 @dataclass(frozen=True)
@@ -184,3 +296,79 @@ def _add_interval(
                 own[i, j] -= kt * mean[i] * table[source, j]
                 normal[i, j] += signed_mu * kn * mean[i] * table[source, j]
         add_scaled(constant, signed_mu * initial_load, mean)
+
+
+@inner
+def add_gram(gram: Array, cosine: Array, sine: Array, factor: float) -> None:
+    """Add factor * sum phi_i phi_j to `gram` (2H+1, 2H+1) for phi = 1, cos, -sin, cos 2, -sin 2, ..."""
+    n_harmonics = (gram.shape[0] - 1) // 2
+    gram[0, 0] += factor * cosine[0]
+    for h in range(1, n_harmonics + 1):
+        gram[0, 2 * h - 1] += factor * cosine[h]
+        gram[2 * h - 1, 0] += factor * cosine[h]
+        gram[0, 2 * h] -= factor * sine[h]
+        gram[2 * h, 0] -= factor * sine[h]
+        for g in range(1, n_harmonics + 1):
+            plus = h + g
+            minus = abs(h - g)
+            sine_minus = sine[minus] if h >= g else -sine[minus]  # sum of sin((h - g) theta)
+            gram[2 * h - 1, 2 * g - 1] += 0.5 * factor * (cosine[minus] + cosine[plus])
+            gram[2 * h, 2 * g] += 0.5 * factor * (cosine[minus] - cosine[plus])
+            gram[2 * h - 1, 2 * g] -= 0.5 * factor * (sine[plus] - sine_minus)
+            gram[2 * h, 2 * g - 1] -= 0.5 * factor * (sine[plus] + sine_minus)
+
+
+@inner
+def mean_basis(vector: Array, cosine: Array, sine: Array) -> None:
+    """Write sum phi_i into `vector` (2H+1,)."""
+    vector[0] = cosine[0]
+    for h in range(1, (vector.shape[0] - 1) // 2 + 1):
+        vector[2 * h - 1] = cosine[h]
+        vector[2 * h] = -sine[h]
+
+
+@inner
+def add_scaled(total: Array, factor: float, vector: Array) -> None:
+    """Add factor * vector to `total`; a loop, since array expressions take long to compile."""
+    for i in range(total.shape[0]):
+        total[i] += factor * vector[i]
+
+
+@inner
+def finish_node(
+    node: int, direction: int, law: tuple[Array, Array, Array], displacement: Array, force: Array, jacobian: Array
+) -> None:
+    """Turn the accumulated linear law of one force component into its coefficients and Jacobian.
+
+    `law` = (own, normal, constant): sums over the period of phi_i times the component of the reaction as a linear
+    function of the displacement along `direction` and along n, (2H+1, 2H+1) each, and of its constant part, (2H+1,),
+    already divided by the length of the period. The reaction acts on the right node with a minus sign.
+    """
+    own, normal, constant = law
+    size = own.shape[0]
+    for i in range(size):
+        weight = -1.0 if i == 0 else -2.0
+        value = constant[i]
+        for j in range(size):
+            value += own[i, j] * displacement[j, node, direction]
+            jacobian[node, direction, direction, i, j] = weight * own[i, j]
+            if direction != 2:
+                value += normal[i, j] * displacement[j, node, 2]
+                jacobian[node, direction, 2, i, j] = weight * normal[i, j]
+        force[i, node, direction] = weight * value
+
+
+def prefix_moments(n_harmonics: int, n_samples: int) -> Array:
+    """Running means over samples of cos(m theta_k) and sin(m theta_k), m = 0 .. 2H: (n+1, 2, 2H+1)."""
+    angles = np.outer(2.0 * np.pi * np.arange(n_samples) / n_samples, np.arange(2 * n_harmonics + 1))
+    prefix = np.zeros((n_samples + 1, 2, 2 * n_harmonics + 1))
+    prefix[1:] = np.cumsum(np.stack([np.cos(angles), np.sin(angles)], axis=1), axis=0) / n_samples
+    return prefix
+
+
+@inner
+def write_moments(prefix: Array, start: int, stop: int, moments: Array) -> None:
+    """Write the moments of the samples start .. stop - 1 over their number in the cycle, (2, 2H+1), from `prefix`."""
+    for part in range(2):
+        for m in range(moments.shape[1]):
+            moments[part, m] = prefix[stop, part, m] - prefix[start, part, m]

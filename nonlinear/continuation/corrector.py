@@ -10,7 +10,7 @@ import numpy as np
 
 from nonlinear.contact.parameters import Array, ContactForces
 from nonlinear.continuation.solution_point import Metric, Tangent
-from nonlinear.harmonic_balance.newton import ConvergenceMonitor
+from nonlinear.harmonic_balance.initial_solution import ConvergenceMonitor
 from nonlinear.harmonic_balance.residual import BorderedFactors, HarmonicBalance, LinearisedResidual
 from nonlinear.options import SolverOptions
 

@@ -13,8 +13,8 @@ from nonlinear.contact.parameters import ContactParameters
 from nonlinear.continuation.linear_segments import LinearSegments
 from nonlinear.continuation.response_quantities import amplitude_derivative
 from nonlinear.continuation.solution_point import LinearState, SolutionPoint
+from nonlinear.harmonic_balance.initial_solution import TruncatedBalances
 from nonlinear.harmonic_balance.residual import HarmonicBalance
-from nonlinear.harmonic_balance.truncated_balances import TruncatedBalances
 from nonlinear.stability.floquet import FloquetAnalysis
 from nonlinear.stability.linear_poles import least_damped_of_ring, least_damped_pole
 from nonlinear.stability.ring_stability import (

@@ -14,8 +14,7 @@ from nonlinear.continuation.corrector import MAX_CORRECTIONS, BorderedSystem, Co
 from nonlinear.continuation.solution_point import Metric, SolutionPoint, Tangent
 from nonlinear.continuation.step_control import ContinuationParameters, next_step
 from nonlinear.harmonic_balance.initial_solution import solve_at
-from nonlinear.harmonic_balance.interference_path import InterferenceChange
-from nonlinear.harmonic_balance.residual import HarmonicBalance
+from nonlinear.harmonic_balance.residual import HarmonicBalance, InterferenceChange
 from nonlinear.options import SolverOptions
 from rom import RelativeReceptance
 

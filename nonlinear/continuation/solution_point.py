@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactForces
+from nonlinear.harmonic_balance.initial_solution import pad_or_truncate
 from nonlinear.harmonic_balance.residual import HarmonicBalance
-from nonlinear.harmonic_balance.truncated_balances import pad_or_truncate
 from nonlinear.stability.floquet import grows
 from nonlinear.stability.ring_stability import PatternExponent
 

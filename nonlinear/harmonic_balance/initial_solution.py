@@ -1,16 +1,141 @@
-"""Where a curve begins: the static equilibrium, and from it the periodic solution at one frequency."""
+"""Where a curve begins: the static equilibrium, and from it the periodic solution at one frequency.
+
+Both by damped Newton's method (backtracking on the norm of the residual); where that fails, by fewer harmonics first.
+"""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import Protocol
 
 import numpy as np
 
 from nonlinear.contact.element_choice import contact_element
 from nonlinear.contact.parameters import Array, ContactParameters
-from nonlinear.harmonic_balance.newton import MAX_ITERATIONS, NewtonResult, newton
 from nonlinear.harmonic_balance.residual import HarmonicBalance, LinearisedResidual
 from nonlinear.options import SolverOptions
 from rom import RelativeReceptance
+
+MAX_ITERATIONS = 40
+SMALLEST_DAMPING = 1.0 / 256.0
+
+
+class Linearised(Protocol):
+    """R(x) and, when asked for, a solution with dR/dx."""
+
+    @property
+    def residual(self) -> Array:
+        """R, (n,)."""
+        ...
+
+    def solve(self, right: Array) -> Array:
+        """(dR/dx)^-1 b for a right-hand side b, (n,); NaN or infinity if dR/dx is singular."""
+        ...
+
+
+@dataclass(frozen=True)
+class NewtonResult:
+    """Result of an iteration."""
+
+    solution: Array  # (n,), last iterate
+    converged: bool  # whether it solves the equations
+    iterations: int  # iterations done
+    residual: float  # relative residual of the last iterate
+
+
+@dataclass
+class ConvergenceMonitor:
+    """Decides from the relative errors of an iteration whether it has converged.
+
+    The smallest error within reach depends on the stiffness of the contacts relative to that of the structure.
+    Therefore an iteration has also converged if it stagnates: once at an error below `round_off`, or three times in
+    a row at an error below 1000 `round_off`.
+    """
+
+    tolerance: float
+    round_off: float
+    previous: float = np.inf
+    stagnations: int = 0
+
+    def converged(self, error: float) -> bool:
+        """Take the relative error of the next iterate."""
+        self.stagnations = self.stagnations + 1 if error >= 0.3 * self.previous else 0
+        self.previous = error
+        stagnates = (error <= self.round_off and self.stagnations >= 1) or (
+            error <= 1e3 * self.round_off and self.stagnations >= 3
+        )
+        return error <= self.tolerance or stagnates
+
+
+def newton(
+    linearise: Callable[[Array], Linearised],
+    guess: Array,
+    *,
+    error: Callable[[Array, Array], float],
+    tolerance: float,
+    round_off: float,
+    max_iterations: int = MAX_ITERATIONS,
+) -> NewtonResult:
+    """Solve R(x) = 0 by damped Newton steps.
+
+    A step that does not reduce the norm of R is halved, down to 1/256. The shortest step is taken in any case: so
+    the iteration can leave a kink of a piecewise smooth residual.
+    Shapes: `guess` (n,).
+    """
+    monitor = ConvergenceMonitor(tolerance, round_off)
+    x = guess
+    linearised = linearise(x)
+    relative = error(linearised.residual, x)
+    for iteration in range(max_iterations):
+        converged = monitor.converged(relative)
+        if converged or not np.isfinite(relative):
+            return NewtonResult(x, converged, iteration, relative)
+        step = linearised.solve(-linearised.residual)
+        if not np.isfinite(step).all():
+            return NewtonResult(x, False, iteration, relative)
+        norm = np.linalg.norm(linearised.residual)
+        damping = 1.0
+        while True:
+            trial = x + damping * step
+            linearised = linearise(trial)
+            if np.linalg.norm(linearised.residual) < (1.0 - 0.25 * damping) * norm or damping <= SMALLEST_DAMPING:
+                break
+            damping /= 2.0
+        x = trial
+        relative = error(linearised.residual, x)
+    return NewtonResult(x, monitor.converged(relative), max_iterations, relative)
+
+
+@dataclass(frozen=True)
+class TruncatedBalances:
+    """The balances of one problem by number of harmonics, each built when it is first asked for."""
+
+    base: HarmonicBalance  # the problem with one number of harmonics
+    contact: ContactParameters  # parameters of its contact nodes
+    options: SolverOptions  # how the contact force is integrated
+    _built: dict[int, HarmonicBalance] = field(default_factory=dict, init=False, repr=False, compare=False)
+
+    @property
+    def highest_excited(self) -> int:
+        """The highest harmonic of the excitation: no truncation may have fewer harmonics."""
+        return self.base.receptance.excited_harmonics[-1]
+
+    def balance(self, n_harmonics: int) -> HarmonicBalance:
+        """The balance of harmonics 0 .. `n_harmonics`."""
+        if n_harmonics == self.base.n_harmonics:
+            return self.base
+        if n_harmonics not in self._built:
+            self._built[n_harmonics] = replace(
+                self.base,
+                receptance=replace(self.base.receptance, harmonics=tuple(range(n_harmonics + 1))),
+                element=contact_element(self.contact, n_harmonics, self.options),
+            )
+        return self._built[n_harmonics]
+
+
+def pad_or_truncate(unknown: Array, balance: HarmonicBalance) -> Array:
+    """An unknown of any number of harmonics in the size of `balance`: zeros added, or the highest harmonics cut."""
+    return np.concatenate([unknown[: balance.size], np.zeros(max(balance.size - unknown.size, 0))])
+
 
 FIRST_INCREMENT = 0.1  # of the homotopy parameter, which goes from 0 to 1
 SMALLEST_INCREMENT = 1e-5

@@ -22,10 +22,29 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray, to_complex, to_real
 from nonlinear.contact.parameters import Array, ContactElement, ContactForces, ContactParameters
-from nonlinear.harmonic_balance.condensed_factors import SMALLEST_PROBLEM, CondensedFactors
-from nonlinear.harmonic_balance.dense_factors import DenseFactors
-from nonlinear.harmonic_balance.interference_path import InterferencePath
+from nonlinear.harmonic_balance.condensed_factors import SMALLEST_PROBLEM, CondensedFactors, DenseFactors
 from rom import RelativeReceptance
+
+
+@dataclass(frozen=True)
+class InterferenceChange:
+    """How a balance changes with a parameter on which only the interference depends, linearly."""
+
+    # (n_c,), change of the interference per unit of the parameter, m. A contact force depends on d_n + v0 only, so
+    # that the balance changes with the parameter as with harmonic 0 of the normal displacement that the contacts see
+    shift: Array
+    defect_rate: Array  # (n,), change of the residual that counts as zero per unit of the parameter, m
+
+
+@dataclass(frozen=True)
+class InterferencePath:
+    """The parameter in the place of the frequency, at one frequency."""
+
+    change: InterferenceChange  # what changes with the parameter
+    frequency: float  # excitation frequency, rad/s
+    # the parameter at which the interference is that of the contact element, and no residual but zero counts as zero
+    origin: float
+
 
 SMALLEST_VIBRATION = 1e-6  # relative to the whole displacement; a smaller one is lost in round-off of the forces
 STATIC_RESOLUTION = 1e-3  # a tolerance of 1e-13 of it is the round-off of the motion of one side

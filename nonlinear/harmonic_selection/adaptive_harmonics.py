@@ -13,8 +13,8 @@ from nonlinear.continuation.response_quantities import (
     output_under_forces,
 )
 from nonlinear.continuation.solution_point import SolutionPoint
+from nonlinear.harmonic_balance.initial_solution import TruncatedBalances
 from nonlinear.harmonic_balance.residual import HarmonicBalance
-from nonlinear.harmonic_balance.truncated_balances import TruncatedBalances
 from nonlinear.harmonic_selection.peak_following import reference_harmonics
 from nonlinear.options import MOST_UNKNOWNS
 

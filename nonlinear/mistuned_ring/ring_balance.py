@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from nonlinear.contact.element_choice import contact_element
 from nonlinear.contact.fourier import ComplexArray, to_complex, to_real
 from nonlinear.contact.parameters import STICK, Array, ContactElement, ContactForces, ContactParameters
-from nonlinear.harmonic_balance.dense_factors import DenseFactors
+from nonlinear.harmonic_balance.condensed_factors import DenseFactors
 from nonlinear.harmonic_balance.residual import (
     BorderedFactors,
     HarmonicBalance,

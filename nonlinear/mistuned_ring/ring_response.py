@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from nonlinear.branches.special_point_location import locate_zero
+from nonlinear.branches.special_points import locate_zero
 from nonlinear.contact.fourier import ComplexArray, to_real
 from nonlinear.contact.parameters import Array, ContactParameters
 from nonlinear.continuation.arclength_continuation import Continuation
@@ -18,8 +18,7 @@ from nonlinear.continuation.point_stability import PointRecorder
 from nonlinear.continuation.response_quantities import largest_amplitude
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.continuation.step_control import ContinuationParameters, Resonances
-from nonlinear.harmonic_balance.initial_solution import continue_homotopy, periodic_start, solve_at
-from nonlinear.harmonic_balance.newton import NewtonResult
+from nonlinear.harmonic_balance.initial_solution import NewtonResult, continue_homotopy, periodic_start, solve_at
 from nonlinear.mistuned_ring.mistuning import Mistuning, MistuningError, check_blades
 from nonlinear.mistuned_ring.ring_balance import RingBalance
 from nonlinear.mistuned_ring.ring_receptance import RingReceptance

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.parameters import Array
 from nonlinear.continuation.point_stability import PointStability
-from nonlinear.harmonic_balance.truncated_balances import TruncatedBalances
+from nonlinear.harmonic_balance.initial_solution import TruncatedBalances
 from nonlinear.peak_curves.peak_curve import PeakContinuation, PeakPoint
 from nonlinear.worst_motion.candidates import LONG
 

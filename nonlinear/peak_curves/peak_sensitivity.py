@@ -34,7 +34,7 @@ from nonlinear.peak_curves.parameter_family import (
 )
 from nonlinear.peak_curves.peak_curve import PeakContinuation
 from nonlinear.peak_curves.peak_search import stored_point
-from nonlinear.residual_tractions.amplitude_sensitivity import amplitude_adjoint
+from nonlinear.residual_tractions.extreme_amplitude import amplitude_adjoint
 from nonlinear.response_curve import ResponseCurve
 from nonlinear.response_solver import build_harmonic_balance
 

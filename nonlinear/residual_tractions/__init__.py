@@ -1,7 +1,7 @@
 """Residual tractions of nodes that stick all the time: they are not unique, and so is not the response.
 
-`traction_levels` (contact forces for given residual tractions), `amplitude_sensitivity` (exact gradient by the
-adjoint equation), `extreme_amplitude` (lowest and highest amplitude), `residual_bounds` (bounds of a peak).
+`extreme_amplitude` (contact forces for given residual tractions, the exact gradient of the amplitude, the lowest and
+the highest one), `residual_bounds` (bounds of a peak).
 
 References
 ----------

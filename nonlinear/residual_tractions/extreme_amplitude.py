@@ -4,21 +4,288 @@ Each step solves the balance (at a peak: and the peak condition) for given tract
 the amplitude from the adjoint equation. The tractions are variables in a box. First the corner to which the gradient
 points is tried: most extremes are there. Then a quasi-Newton method (L-BFGS-B) takes over, since where nodes begin
 to slip the amplitude has a kink, and the extreme may lie on it.
+
+With the amplitude A(x, omega, f) of the output, the balance R(x, omega, p) = 0 and forces f(x, p) that depend on
+parameters p, the adjoint solution lambda of dR/dx^T lambda = dA/dx gives for every p at once
+
+    dA/dp = dA/df . df/dp - lambda . dR/dp = (dA/df + G^H lambda) . df/dp,
+
+since dR/dp = -G df/dp. On a curve this is the change at constant frequency. At a peak, where A is stationary along
+the curve, it is that of the peak amplitude as well (envelope theorem).
 """
 
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
-from nonlinear.contact.parameters import Array
-from nonlinear.continuation.arclength_continuation import Continuation
-from nonlinear.continuation.response_quantities import output_amplitude
+from nonlinear.branches.special_points import locate_zero
+from nonlinear.contact.fourier import to_complex, to_real
+from nonlinear.contact.parameters import Array, ContactElement, ContactForces, ContactParameters
+from nonlinear.continuation.arclength_continuation import Continuation, ContinuationState
+from nonlinear.continuation.response_quantities import (
+    amplitude_derivative,
+    complex_force,
+    largest_amplitude,
+    output_amplitude,
+    with_mean,
+)
 from nonlinear.continuation.solution_point import SolutionPoint
-from nonlinear.residual_tractions.amplitude_sensitivity import amplitude_sensitivity
-from nonlinear.residual_tractions.peak_search import nearest_peak, solution_at_frequency
-from nonlinear.residual_tractions.traction_levels import TractionElement
+from nonlinear.harmonic_balance.initial_solution import solve_at
+from nonlinear.harmonic_balance.residual import LinearisedResidual
+from nonlinear.options import Measure
+
+
+def amplitude_sensitivity(
+    linearised: LinearisedResidual, output: str, mean: Measure, peak: SolutionPoint | None = None
+) -> Array:
+    """Derivative of the amplitude of an output by a change of the contact forces, (2H+1, n_c, 3), m/N.
+
+    Shapes: returns (2H+1, n_c, 3).
+    """
+    direct, adjoint = amplitude_adjoint(linearised, output, mean, peak)
+    balance, shape = linearised.balance, linearised.contact.force.shape
+    rows = np.zeros((shape[0], shape[1] * 3))
+    rows[balance.first_row :] = adjoint.reshape(-1, rows.shape[1])
+    back = balance.receptance.matrix(linearised.omega).conj().transpose(0, 2, 1) @ to_complex(rows)[..., None]
+    return direct + to_real(back[..., 0]).reshape(shape)
+
+
+def amplitude_adjoint(
+    linearised: LinearisedResidual, output: str, mean: Measure, peak: SolutionPoint | None = None
+) -> tuple[Array, Array]:
+    """dA/df (2H+1, n_c, 3) at constant displacement, m/N, and the adjoint solution lambda (n,).
+
+    Parameters as in `amplitude_sensitivity`.
+    """
+    balance, omega, contact = linearised.balance, linearised.omega, linearised.contact
+    receptance, shape = balance.receptance, contact.force.shape
+    coordinates, dcoordinates = receptance.modal_response(omega, complex_force(contact))
+    amplitude = largest_amplitude(with_mean(receptance.output(output, coordinates), mean))
+    turn = amplitude.sign * np.exp(1j * np.arange(coordinates.shape[0]) * amplitude.angle)
+    if mean is not None:
+        turn = with_mean(turn, mean if mean == "harmonic_1" else 0.0)
+    # Re(sum_h row_h f_h) = conj(row) . f in real coefficients
+    direct = to_real((receptance.output_rows(output, omega) * turn[:, None]).conj()).reshape(shape)
+    dA_dx = np.einsum("ika,kabij->jkb", direct, contact.jacobian)[balance.first_row :].reshape(-1)
+    if peak is None:
+        return direct, np.linalg.solve(linearised.jacobian.T, dA_dx)
+    dA_domega = float((turn * receptance.output(output, dcoordinates)).sum().real)
+    return direct, _bordered_adjoint(linearised, peak, dA_dx, dA_domega)
+
+
+def _bordered_adjoint(linearised: LinearisedResidual, peak: SolutionPoint, dA_dx: Array, dA_domega: float) -> Array:
+    """The adjoint solution of the system bordered by the tangent of the curve, scaled by its metric."""
+    metric, size = peak.metric, dA_dx.size
+    matrix = np.empty((size + 1, size + 1))
+    matrix[:size, :size] = linearised.jacobian
+    matrix[:size, size] = linearised.dR_domega * (metric.omega / metric.length)
+    matrix[size, :size], matrix[size, size] = peak.tangent[0] / metric.length, peak.tangent[1] / metric.omega
+    right = np.append(dA_dx, dA_domega * metric.omega / metric.length)
+    return np.asarray(np.linalg.solve(matrix.T, right)[:size], dtype=np.float64)
+
+
+FIRST_STEP = 0.02  # arc length of the first step
+MAX_STEPS = 80
+MAX_ITERATIONS = 20
+
+
+def nearest_peak(continuation: Continuation, point: SolutionPoint, mean: float | None) -> SolutionPoint | None:
+    """The peak reached from near `point` by following the curve of `continuation` uphill; None if there is none.
+
+    `point` may be a solution of other equations of the same size: the curve is entered in the plane normal to its
+    tangent or, where that fails, at its frequency. The peak is located to the peak tolerance. `mean`: displacement in
+    place of harmonic 0 of the output, m (see `output_amplitude`).
+    """
+
+    def growth(point: SolutionPoint) -> float:
+        contact = point.balance.element.evaluate(point.displacement)
+        return amplitude_derivative(replace(point, contact=contact), continuation.options.output, mean)
+
+    start = continuation.solver.refit(point) or solution_at_frequency(continuation, point)
+    if start is None:
+        return None
+    start = replace(start, step=FIRST_STEP)
+    state = ContinuationState(start if growth(start) >= 0.0 else start.reversed())
+    for _ in range(MAX_STEPS):
+        step = continuation.next_point(state)
+        if step is None:
+            return None
+        before, after = state.point, step.point
+        if growth(after) <= 0.0:
+            return locate_zero(continuation, before, after, growth) or before
+        low, high = continuation.options.omega_range
+        if not low <= after.omega <= high:
+            return None
+        state = ContinuationState(after, before)
+    return None
+
+
+def solution_at_frequency(continuation: Continuation, point: SolutionPoint) -> SolutionPoint | None:
+    """The solution of the equations of `continuation` at the frequency of `point`, a solution of similar ones."""
+    solved = solve_at(continuation.balance, point.omega, point.unknown, continuation.options, MAX_ITERATIONS)
+    if not solved.converged:
+        return None
+    return continuation.solver.point(solved.solution, point.omega, point.tangent, solved.iterations, 0.0, FIRST_STEP)
+
+
+FREE = 1e-9  # a traction is free if its limits differ by more than this part of the largest mean traction
+BEYOND = 2.0  # start of a slider, in bounds of its motion and of its elastic limit: beyond every admissible position
+
+
+class TractionElement(ContactElement, Protocol):
+    """A contact element with variables, (n_c, 2) from -1 to 1, on which the residual tractions depend."""
+
+    def at(self, variables: Array) -> "TractionElement":
+        """The same element at other variables (n_c, 2)."""
+        ...
+
+    def origin(self, displacement: Array, forces: ContactForces) -> Array:
+        """Start of the sliders that leads to the `forces` of a displacement, (n_c, 2), m."""
+        ...
+
+    def derivative(self, displacement: Array, forces: ContactForces) -> Array:
+        """Derivative of the force coefficients by the variables, (2H+1, n_c, 3, 2), N.
+
+        [i, k, a, c]: of component a at node k by variable c of this node. `forces` are those of the `displacement`.
+        """
+        ...
+
+
+def farthest_position(contact: ContactParameters, displacement: Array) -> Array:
+    """Bound of the positions (n_c, 2) from which a slider is not moved, m: of abs(u) + mu N / kt over the period.
+
+    `displacement`: (2H+1, n_c, 3) real coefficients, m.
+    """
+
+    def bound(rows: Array) -> Array:
+        return np.asarray(np.abs(rows[0]) + np.hypot(rows[1::2], rows[2::2]).sum(axis=0), dtype=np.float64)
+
+    limit, kt = contact.friction * bound(contact.load_coefficients(displacement)), contact.tangential_stiffness
+    elastic = np.divide(limit, kt, out=np.zeros_like(limit), where=kt > 0.0)
+    return bound(displacement[:, :, :2]) + elastic[:, None]
+
+
+def free_tractions(contact: ContactParameters, element: ContactElement, displacement: Array) -> NDArray[np.bool_]:
+    """Which tractions T1, T2 depend on where the slider started, (n_c, 2): the residual ones, free within limits.
+
+    Forces from four starts beyond all admissible positions are compared. `element` has the parameters `contact`.
+    """
+    beyond = BEYOND * farthest_position(contact, contact.from_slider_origin(displacement))
+    tractions = []
+    for first, second in ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)):
+        shifted = displacement.copy()
+        shifted[0, :, :2] += beyond * [first, second]
+        tractions.append(element.evaluate(shifted).force[0, :, :2])
+    spread = np.ptp(tractions, axis=0)
+    return np.asarray(spread > FREE * np.abs(tractions).max(), dtype=np.bool_)
+
+
+@dataclass(frozen=True)
+class TractionLevels:
+    """Two sliders per node, whose residual tractions stand at a level between their limits (see `ContactElement`).
+
+    A slider that sticks all the time may stand anywhere in [max_t(u - mu N / kt), min_t(u + mu N / kt)] (Gulisano et
+    al. 2011, eqs. 10-16). Started far below this interval it ends at its lower end, started far above at its upper
+    end. The force is linear in the position: at the level m it is
+
+        f(m) = (1 - m) / 2 f_low + (1 + m) / 2 f_high,    -1 <= m <= 1,
+
+    exactly, with its Jacobian. A slider that slips or opens has the same cycle from every start: f_low = f_high. So
+    the force is as smooth in m as in the displacement, and the limits of Coulomb's law need no further constraint.
+    """
+
+    contact: ContactParameters  # parameters of the nodes, `law` "two_sliders"; `slider_origin` has no influence
+    element: ContactElement  # the element of these parameters
+    level: Array  # (n_c, 2), m along t1 and t2; -1: the slider at the lower end, the traction at its upper limit
+
+    def at(self, variables: Array) -> "TractionLevels":
+        """The same element at other levels (n_c, 2)."""
+        return TractionLevels(self.contact, self.element, variables)
+
+    def limits(self, displacement: Array) -> tuple[ContactForces, ContactForces]:
+        """Forces from sliders that start far below and far above."""
+        beyond = BEYOND * farthest_position(self.contact, self.contact.from_slider_origin(displacement))
+        shifted = np.stack([displacement, displacement])
+        shifted[0, 0, :, :2] += beyond
+        shifted[1, 0, :, :2] -= beyond
+        return self.element.evaluate(shifted[0]), self.element.evaluate(shifted[1])
+
+    def evaluate(self, displacement: Array) -> ContactForces:
+        """Forces and Jacobian for real coefficients `displacement` (2H+1, n_c, 3), metres."""
+        low, high = self.limits(displacement)
+        weight = np.ones((self.level.shape[0], 3))  # of f_high; the normal forces are the same
+        weight[:, :2] = 0.5 * (1.0 + self.level)
+        force = low.force + weight * (high.force - low.force)
+        jacobian = low.jacobian + weight[:, :, None, None, None] * (high.jacobian - low.jacobian)
+        return ContactForces(force, jacobian, np.maximum(low.state, high.state))
+
+    def level_of(self, force: Array, displacement: Array) -> Array:
+        """The level (n_c, 2) of a contact force (2H+1, n_c, 3) of the displacement; 0 where it is not free."""
+        low, high = (forces.force[0, :, :2] for forces in self.limits(displacement))
+        width = high - low
+        level = np.divide(2.0 * force[0, :, :2] - low - high, width, out=np.zeros_like(width), where=width != 0.0)
+        return np.asarray(np.clip(level, -1.0, 1.0), dtype=np.float64)
+
+    def origin(self, displacement: Array, forces: ContactForces) -> Array:
+        """w = u - T / kt; beyond every admissible position at the levels -1 and 1, which hold all along a curve."""
+        kt = np.where(self.contact.tangential_stiffness > 0.0, self.contact.tangential_stiffness, 1.0)
+        position = displacement[0, :, :2] + forces.force[0, :, :2] / kt[:, None]
+        beyond = BEYOND * farthest_position(self.contact, displacement)
+        return np.asarray(position + np.where(np.abs(self.level) == 1.0, self.level * beyond, 0.0), dtype=np.float64)
+
+    def derivative(self, displacement: Array, forces: ContactForces) -> Array:
+        """Derivative of the force by the levels, (f_high - f_low) / 2; see `TractionElement`."""
+        low, high = self.limits(displacement)
+        half = 0.5 * (high.force - low.force)
+        result = np.zeros((*half.shape, 2))
+        for c in range(2):
+            result[:, :, c, c] = half[:, :, c]
+        return result
+
+
+@dataclass(frozen=True)
+class TractionOrigins:
+    """An element whose sliders start at given places in a box (see `ContactElement`); for the friction cone.
+
+    There the admissible positions are no interval, but the common part of the discs abs(u - w) <= mu N / kt.
+    A slider that starts outside is drawn in by Coulomb's law, so that every place of the box is admissible.
+    """
+
+    element: ContactElement  # the element, its sliders starting at 0
+    centre: Array  # (n_c, 2), centre and half widths of the box, m
+    radius: Array  # (n_c, 2), centre and half widths of the box, m
+    place: Array  # (n_c, 2), place in the box, -1 to 1
+
+    def at(self, variables: Array) -> "TractionOrigins":
+        """The same element at other places (n_c, 2)."""
+        return TractionOrigins(self.element, self.centre, self.radius, variables)
+
+    def evaluate(self, displacement: Array) -> ContactForces:
+        """Forces and Jacobian for real coefficients `displacement` (2H+1, n_c, 3), metres."""
+        shifted = displacement.copy()
+        shifted[0, :, :2] -= self.centre + self.radius * self.place
+        return self.element.evaluate(shifted)
+
+    def origin(self, displacement: Array, forces: ContactForces) -> Array:
+        """The place itself, (n_c, 2), m."""
+        return self.centre + self.radius * self.place
+
+    def derivative(self, displacement: Array, forces: ContactForces) -> Array:
+        """Derivative of the force by the places; see `TractionElement`."""
+        return force_by_origin(forces) * self.radius[:, None, :]
+
+
+def force_by_origin(forces: ContactForces) -> Array:
+    """Derivative of the force by where the sliders start, (2H+1, n_c, 3, 2), N/m: -df/du of harmonic 0.
+
+    [i, k, a, c]: coefficient i of component a at node k by w0 along t1 or t2 of this node.
+    """
+    return -forces.jacobian[:, :, :2, :, 0].transpose(3, 0, 1, 2)
+
 
 SMALLEST_MOVE = 1.0 / 64.0  # towards given tractions, part of the way
 MAX_CORNERS = 6

@@ -15,13 +15,15 @@ from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.response_quantities import output_amplitude, output_harmonics
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.harmonic_balance.residual import HarmonicBalance
-from nonlinear.residual_tractions.extreme_amplitude import TractionSearch, TractionState, lowest_of_peaks
-from nonlinear.residual_tractions.traction_levels import (
+from nonlinear.residual_tractions.extreme_amplitude import (
     TractionElement,
     TractionLevels,
     TractionOrigins,
+    TractionSearch,
+    TractionState,
     farthest_position,
     free_tractions,
+    lowest_of_peaks,
 )
 
 RANDOM_STARTS = 2

@@ -1,18 +1,129 @@
-"""Time integration of the ring from an unstable solution of a curve, with few blades where few suffice."""
+"""Time integration of the ring from an unstable solution of a curve, with few blades where few suffice.
 
+The ring starts in the pattern of the worst perturbation, or of the worst that few blades carry. `SolutionSearch`
+finds all periodic solutions at one frequency, on all branches of a curve.
+"""
+
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from functools import cached_property
+from typing import NamedTuple, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
-from nonlinear.contact.fourier import to_real
+from nonlinear.contact.element_choice import contact_element
+from nonlinear.contact.fourier import ComplexArray, to_real
 from nonlinear.contact.parameters import Array
+from nonlinear.continuation.response_quantities import largest_amplitude, output_under_forces
+from nonlinear.harmonic_balance.initial_solution import solve_at
+from nonlinear.harmonic_balance.residual import HarmonicBalance, has_odd_harmonics_only
 from nonlinear.options import SolverOptions
 from nonlinear.response_curve import ResponseCurve
+from nonlinear.stability.floquet import FloquetAnalysis
+from nonlinear.stability.ring_stability import (
+    LinearisedContact,
+    PatternExponent,
+    RingStability,
+    largest_nodal_diameter,
+)
 from nonlinear.time_integration.ring import Ring
 from nonlinear.time_integration.ring_integrator import RingIntegrator
 from nonlinear.time_integration.ring_motion import RingLimits, RingMotion, integrate_ring
-from nonlinear.worst_motion.ring_patterns import RingPatterns
+
+NEARLY = 0.9  # share of a growth rate that counts as nearly as fast
+
+
+@dataclass(frozen=True)
+class RingPatterns:
+    """Floquet exponents of a periodic solution by nodal diameter.
+
+    Attributes
+    ----------
+    ring : Ring
+        The ring.
+    options : SolverOptions
+        Contact integration.
+    omega : float
+        Excitation frequency, rad/s.
+    displacement : (2H+1, n_c, 3) float
+        Real Fourier coefficients of d, m.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`.
+
+    A stuck contact leaves the damping of the mass: c / 2 = zeta w = 0.01 1/s.
+
+    >>> from nonlinear import Ring, RingPatterns
+    >>> motion = np.zeros((3, 1, 3))
+    >>> motion[1, 0, 0] = 0.1
+    >>> patterns = RingPatterns(Ring(modal, contact, excitation), options, 1.9, motion)
+    >>> round(patterns.growth_rate(0), 6)
+    -0.01
+    """
+
+    ring: Ring
+    options: SolverOptions
+    omega: float
+    displacement: Array
+
+    def growth_rate(self, nodal_diameter: int) -> float:
+        """Largest growth rate of perturbations of one nodal diameter, 1/s.
+
+        Parameters
+        ----------
+        nodal_diameter : int
+            k of the perturbations.
+        """
+        found = self._analysis(self.ring.shift(nodal_diameter)).exponents(*self._contact)
+        return float(found[0].real) if found.size else -np.inf
+
+    def worst(self) -> PatternExponent:
+        """The least stable exponent of all nodal diameters, that of the wave included."""
+        found = [PatternExponent(complex(self.growth_rate(0)), 0)]
+        if largest_nodal_diameter(self.ring.modal):
+            leading = self._stability.leading(self._contact)
+            found += [] if leading is None else [leading]
+        return max(found, key=lambda pattern: pattern.exponent.real)
+
+    def worst_of_few_blades(self, most_blades: int) -> PatternExponent:
+        """The least stable exponent of the nodal diameters that rings of so many blades carry, the wave included.
+
+        Of patterns that grow nearly as fast, the one with the fewest blades.
+
+        Parameters
+        ----------
+        most_blades : int
+            Largest number of blades.
+        """
+        found = [PatternExponent(complex(self.growth_rate(0)), 0)]
+        if largest_nodal_diameter(self.ring.modal):
+            approximate = self._stability.approximate(self._contact)
+            small = [item for item in approximate if self.ring.blades(item[1]) <= most_blades]
+            near = [item for item in small if item[0].real >= NEARLY * small[0][0].real]
+            near = sorted(near, key=lambda item: self.ring.blades(item[1]))
+            for sigma, k in near[:1]:
+                start = PatternExponent(self.omega * sigma, k)
+                refined = self._stability.followed(self._contact, start, climb=False)
+                found += [] if refined is None else [refined]
+        return max(found, key=lambda pattern: pattern.exponent.real)
+
+    @cached_property
+    def _contact(self) -> LinearisedContact:
+        element = contact_element(self.ring.contact, len(self.displacement) // 2, self.options)
+        return LinearisedContact(self.displacement, element.evaluate(self.displacement).jacobian, self.omega)
+
+    @cached_property
+    def _stability(self) -> RingStability:
+        n_blades = self.ring.modal.n_blades
+        assert n_blades is not None
+        return RingStability(self._analysis(0.0), n_blades)
+
+    def _analysis(self, kappa: float) -> FloquetAnalysis:
+        receptance = self.ring.receptance(len(self.displacement) // 2)
+        return FloquetAnalysis.of(receptance, self.ring.contact, kappa=kappa)
+
 
 MOST_BLADES = 8  # of a ring that is preferred to a larger one
 ENOUGH = 0.5  # share of the largest growth rate that the pattern of a smaller ring needs to have
@@ -184,3 +295,132 @@ def _persists(amplitude: float, before: Array, after: Array) -> bool:
     keeps_height = after.max() >= FALLS * amplitude and max(before.max(), after.max()) <= CLIMBS * amplitude
     spread = [float(window.max() - window.min()) for window in (before, after)]
     return bool(keeps_height and spread[1] <= SPREADS * spread[0] + SCATTER * amplitude)
+
+
+SAME_SOLUTION = 1e-6  # relative difference of two solutions that count as one
+
+
+class BranchPoints(Protocol):
+    """The points of a branch: frequencies (P,), coefficients (P, H+1, n_c, 3), harmonics balanced (P,)."""
+
+    @property
+    def frequency_hz(self) -> Array: ...
+    @property
+    def relative_displacement(self) -> ComplexArray: ...
+    @property
+    def kept_harmonics(self) -> NDArray[np.int64]: ...
+
+
+@dataclass(frozen=True)
+class FoundSolution:
+    """A periodic solution at one frequency.
+
+    Attributes
+    ----------
+    branch : int
+        0, the main branch; k, detached branch k.
+    amplitude_m : float
+        Largest abs(x(t)) of the output, m.
+    solution : Solution
+        The solution and its worst perturbation.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> from nonlinear import Ring, SolutionSearch
+    >>> ring = Ring(modal, contact, excitation)
+    >>> found = SolutionSearch(ring, options, frequency_hz=0.198).solutions([curve])
+    >>> found[0].branch, bool(found[0].solution.growth_rate < 0.0)
+    (0, True)
+    """
+
+    branch: int
+    amplitude_m: float
+    solution: Solution
+
+
+@dataclass(frozen=True)
+class SolutionSearch:
+    """Solutions at one frequency, between neighbouring points of the branches.
+
+    Attributes
+    ----------
+    ring : Ring
+        The ring.
+    options : SolverOptions
+        Contact integration, tolerances and output.
+    frequency_hz : float
+        The frequency, Hz.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> from nonlinear import Ring, SolutionSearch
+    >>> ring = Ring(modal, contact, excitation)
+    >>> found = SolutionSearch(ring, options, frequency_hz=0.198).solutions([curve])
+    >>> [f"{each.amplitude_m:.2f} m" for each in found]
+    ['1.38 m']
+    """
+
+    ring: Ring
+    options: SolverOptions
+    frequency_hz: float
+
+    @property
+    def omega(self) -> float:
+        """The frequency, rad/s."""
+        return 2.0 * np.pi * self.frequency_hz
+
+    def solutions(self, branches: Sequence[BranchPoints]) -> list[FoundSolution]:
+        """The solutions on these branches, the highest first.
+
+        Parameters
+        ----------
+        branches : sequence of BranchPoints
+            The main branch, then the detached ones.
+        """
+        found = [each for number, branch in enumerate(branches) for each in self._on(number, branch)]
+        return sorted(found, key=lambda each: -each.amplitude_m)
+
+    def _on(self, number: int, branch: BranchPoints) -> Iterator[FoundSolution]:
+        """The solutions on one branch, each once."""
+        seen: list[Array] = []
+        for displacement in self._crossings(branch):
+            if not any(_same(displacement, other) for other in seen):
+                seen.append(displacement)
+                yield self._found(number, displacement)
+
+    def _crossings(self, branch: BranchPoints) -> Iterator[Array]:
+        """Real coefficients of the solutions between neighbouring points, (2H+1, n_c, 3)."""
+        frequency = branch.frequency_hz
+        crossed = (frequency[:-1] - self.frequency_hz) * (frequency[1:] - self.frequency_hz) <= 0.0
+        for before in np.flatnonzero(crossed).tolist():
+            width = frequency[before + 1] - frequency[before]
+            share = (self.frequency_hz - frequency[before]) / width if width else 0.5
+            kept = int(branch.kept_harmonics[before : before + 2].max()) + 1
+            first, last = branch.relative_displacement[before : before + 2, :kept]
+            balance = self._balance(kept - 1)
+            guess = balance.unknown(to_real((1.0 - share) * first + share * last))
+            solved = solve_at(balance, self.omega, guess, self.options)
+            if solved.converged:
+                yield balance.displacement(solved.solution)
+
+    def _balance(self, n_harmonics: int) -> HarmonicBalance:
+        element = contact_element(self.ring.contact, n_harmonics, self.options)
+        receptance = self.ring.receptance(n_harmonics)
+        return HarmonicBalance(receptance, element, odd=has_odd_harmonics_only(receptance, self.ring.contact))
+
+    def _found(self, number: int, displacement: Array) -> FoundSolution:
+        balance = self._balance(len(displacement) // 2)
+        forces = balance.element.evaluate(displacement)
+        output = output_under_forces(balance.receptance, self.omega, forces, self.options.output)
+        worst = RingPatterns(self.ring, self.options, self.omega, displacement).worst()
+        solution = Solution(self.omega, displacement, float(worst.exponent.real), worst.nodal_diameter)
+        return FoundSolution(number, largest_amplitude(output).value, solution)
+
+
+def _same(one: Array, other: Array) -> bool:
+    """Whether two solutions are one."""
+    return one.shape == other.shape and bool(np.abs(one - other).max() <= SAME_SOLUTION * np.abs(one).max())

@@ -6,31 +6,329 @@ started from the unstable solution with a disturbance in its worst pattern, tell
 """
 
 import math
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from nonlinear.branches.peaks import at_range_end
-from nonlinear.branches.worst_motion import WorstMotion
+from nonlinear.branches.special_points import at_range_end
 from nonlinear.contact.parameters import ContactParameters
-from nonlinear.options import TRUNCATION_TOLERATED, Excitation, SolverOptions
-from nonlinear.response_curve import ResponseCurve
+from nonlinear.options import BLADE_PERIODS, TRUNCATION_TOLERATED, Excitation, SolverOptions
+from nonlinear.response_curve import ResponseCurve, WorstMotion
 from nonlinear.time_integration.ring import Ring
 from nonlinear.time_integration.ring_motion import RingMotion
 from nonlinear.worst_motion.candidates import (
+    CLEARLY_HIGHER,
     Place,
     UnstableStretch,
     branches_of,
     highest_persistent,
+    persists,
+    stable_amplitudes,
     unstable_stretches,
     without_doubtful,
 )
-from nonlinear.worst_motion.ring_integration import Integrated, RingIntegration, Solution
-from nonlinear.worst_motion.search_statement import searched, unresolved
-from nonlinear.worst_motion.time_integrated import SAME_AMPLITUDE, Departure, DepartureSearch, Integrate
+from nonlinear.worst_motion.ring_integration import FLOOR, Integrated, RingIntegration, Solution
 from rom import RingModes
+
+ONE_START = 0.4  # share of the periods times blades of a curve for one start: large rings are left out
+SPARED = 0.5  # the same that is not spent where a motion persists that is as high as all unstable solutions
+MOST_FURTHER = 4  # starts after those from the highest points of the unstable stretches
+MOST_EXPLORED = 8  # the same with those that would take too long
+FASTER = 1.5  # ratio of two growths in a period from which the faster one is a start of its own
+TOLD = 3.0  # growth (of the logarithm) of a disturbance that has to be missing where a ring stays all the same
+FALLING = 0.05  # relative fall of a motion that is still falling
+SAME_AMPLITUDE = 0.05  # relative difference from a stable solution up to which a periodic motion counts as it
+
+SPENT = "was left out after so many others"  # failure of a start for which too few periods are left
+
+Integrate = Callable[[Place, int, float], Integrated]
+
+
+@dataclass(frozen=True)
+class Departure:
+    """What the ring does from an unstable solution."""
+
+    place: Place  # branch and index of the solution
+    frequency_hz: float  # its frequency, Hz
+    motion: RingMotion | None  # the motion that the ring reaches; None where there is none
+    known: bool = False  # whether that is a stable solution of the branches
+    # whether the ring fell below what was worth following, or was still falling at the end, and not higher then than
+    # the highest motion known
+    falls: bool = False
+    failure: str = ""  # why there is no motion, or none of the pattern that grows fastest
+
+    @property
+    def new_height(self) -> float:
+        """Amplitude of a motion that is no stable solution of the branches, m; 0 otherwise.
+
+        A motion that has not settled may be a transient, which says nothing of what persists: 0 too. Where the ring
+        stays on the solution, it is the height of that, without what is left of the disturbance.
+        """
+        if self.motion is None or self.known or self.falls or not self.motion.settled:
+            return 0.0
+        return self.motion.started_m if self.motion.stays else self.motion.amplitude_m
+
+
+@dataclass
+class DepartureSearch:
+    """Time integration from the unstable stretches of a curve."""
+
+    branches: Sequence[ResponseCurve]  # main branch and detached ones
+    # integrates the ring from a solution (branch, index), disturbed in its worst pattern, for so many blades times
+    # periods at most, where the highest motion known has an amplitude, m
+    integrate: Integrate
+    height_m: float  # amplitude of the highest stable solution, m
+    # relative difference of amplitudes up to which a periodic motion counts as a stable solution
+    tolerance: float = SAME_AMPLITUDE
+    blade_periods: int = BLADE_PERIODS  # blades times periods that are left
+    _highest: float = field(default=0.0, init=False)  # of the motions found
+
+    def __post_init__(self) -> None:
+        """Shares of what may be integrated."""
+        self._one_start, self._spared = (round(share * self.blade_periods) for share in (ONE_START, SPARED))
+
+    def departures(self, stretches: Sequence[UnstableStretch]) -> Iterator[Departure]:
+        """From a few exposed points of each stretch, then from other points of one of them.
+
+        The highest motion of a stretch need not be where the unstable solution is highest. The stretch is the one
+        that led to the highest motion; the highest one, if that motion is lower than its unstable solutions.
+        """
+        best, chosen, centre = 0.0, 0, -1
+        tried: list[list[int]] = []
+        for number, stretch in enumerate(stretches):
+            tried.append(self._first(stretch))
+            for position in tried[-1]:
+                found = self._departure(stretch, position)
+                yield found
+                if found.new_height > best:
+                    best, chosen, centre = found.new_height, number, position
+        if stretches and max(best, self.height_m) >= stretches[0].height_m:
+            self.blade_periods = max(self.blade_periods - self._spared, 0)
+        if stretches and best >= stretches[0].height_m:
+            yield from self._refined(stretches[chosen], tried[chosen], best, centre)
+        elif stretches:
+            yield from self._explored(stretches[0], tried[0])
+        if best <= self.height_m:
+            for stretch, before in zip(stretches, tried, strict=True):
+                for position in self._beside_the_highest(stretch):
+                    if position not in before:
+                        yield self._departure(stretch, position)
+
+    def _refined(
+        self, stretch: UnstableStretch, tried: Sequence[int], best: float, centre: int
+    ) -> Iterator[Departure]:
+        """From points that halve the gaps in index beside the highest motion; low solutions are left alone."""
+        for _ in range(MOST_FURTHER):
+            position = self._halfway(stretch, tried, centre)
+            if position is None:
+                return
+            tried = [*tried, position]
+            found = self._departure(stretch, position)
+            if found.motion is None:
+                return  # the motion of the stretch is known
+            yield found
+            if found.new_height > best:
+                best, centre = found.new_height, position
+
+    def _explored(self, stretch: UnstableStretch, tried: Sequence[int]) -> Iterator[Departure]:
+        """From points that halve the largest gaps in index; low solutions are left alone."""
+        integrated = 0
+        for _ in range(MOST_EXPLORED):
+            position = self._halfway(stretch, tried, None)
+            if position is None or integrated == MOST_FURTHER:
+                return
+            tried = [*tried, position]
+            found = self._departure(stretch, position)
+            if found.failure == SPENT:
+                return
+            integrated += found.motion is not None
+            yield found
+
+    def _halfway(self, stretch: UnstableStretch, tried: Sequence[int], centre: int | None) -> int | None:
+        """The position in the middle of the larger gap beside `centre`, or of the largest one; None where none is.
+
+        Gaps are between the positions tried and the ends of the parts that are not low.
+        """
+        heights = self.branches[stretch.branch].amplitude_m[stretch.exposed]
+        high = np.flatnonzero(heights >= FLOOR * self.height_m)
+        if not high.size:
+            return None
+        return _next(sorted({int(high[0]) - 1, *tried, int(high[-1]) + 1}), centre)
+
+    def _first(self, stretch: UnstableStretch) -> list[int]:
+        """Positions of the first starts: the highest point, after that of the fastest growth if it is clearly faster.
+
+        Low points are left alone.
+        """
+        heights = self.branches[stretch.branch].amplitude_m[stretch.exposed]
+        top = int(np.argmax(heights))
+        growth = np.nan_to_num([self._growth((stretch.branch, int(index))) for index in stretch.exposed])
+        high = heights >= FLOOR * max(heights[top], self.height_m)
+        fastest = int(np.argmax(np.where(high, growth, -np.inf)))
+        return [fastest, top] if high.any() and growth[fastest] > FASTER * growth[top] else [top]
+
+    def _beside_the_highest(self, stretch: UnstableStretch) -> list[int]:
+        """Positions of the ends where the highest stable motion loses its stability: what begins there is higher."""
+        branch, exposed = self.branches[stretch.branch], stretch.exposed
+        beside = {0: int(exposed[0]) - 1, len(exposed) - 1: int(exposed[-1]) + 1}
+        stable = np.where(persists(branch), branch.amplitude_m, 0.0)
+        high = (1.0 - CLEARLY_HIGHER) * self.height_m
+        return [n for n, index in beside.items() if 0 <= index < branch.points and stable[index] >= high > 0.0]
+
+    def _departure(self, stretch: UnstableStretch, position: int) -> Departure:
+        place = stretch.branch, int(stretch.exposed[position])
+        frequency_hz = float(self.branches[place[0]].frequency_hz[place[1]])
+        height = max(self.height_m, self._highest)
+        try:
+            motion, failure = self.integrate(place, min(self.blade_periods, self._one_start), height)
+        except ArithmeticError as error:
+            return Departure(place, frequency_hz, None, failure=f"failed: {error}")
+        if motion is None:
+            spent = self.blade_periods < self._one_start
+            return Departure(place, frequency_hz, None, failure=SPENT if spent else failure)
+        self.blade_periods -= motion.periods * motion.n_blades
+        is_high = motion.started_m >= (1.0 - CLEARLY_HIGHER) * height
+        if motion.stays and is_high and self._growth(place) * motion.periods < TOLD:
+            motion = replace(motion, stays=False, settled=False)
+        stable = stable_amplitudes(self.branches, frequency_hz)
+        near = np.abs(stable - motion.amplitude_m) <= self.tolerance * stable
+        known = motion.periodic and motion.settled and bool(np.any(near))
+        falls = motion.amplitude_m < FLOOR * height or (_falls(motion) and _end(motion) <= height)
+        found = Departure(place, frequency_hz, motion, known, falls, failure)
+        self._highest = max(self._highest, found.new_height)
+        return found
+
+    def _growth(self, place: Place) -> float:
+        """Logarithm of the growth of perturbations of a solution in a period."""
+        branch, index = self.branches[place[0]], place[1]
+        return float(branch.growth_rate[index] / branch.frequency_hz[index])
+
+
+def _end(motion: RingMotion) -> float:
+    """Largest displacement in the last third of the time, m."""
+    return _thirds(motion)[2]
+
+
+def _falls(motion: RingMotion) -> bool:
+    """Whether a motion that has not settled was lower in the last third of the time than in the third before."""
+    if motion.settled:
+        return False
+    _, before, last = _thirds(motion)
+    return last < (1.0 - FALLING) * before
+
+
+def _thirds(motion: RingMotion) -> list[float]:
+    """Largest displacements in each third of the time, m."""
+    return [float(third.max()) for third in np.array_split(motion.envelope_m.max(axis=1), 3)]
+
+
+def _next(tried: Sequence[int], centre: int | None) -> int | None:
+    """A position in the larger gap beside `centre`, or in the largest of all; None where there is none.
+
+    `tried` is sorted and holds the positions before the first and after the last one.
+    """
+    if centre is not None:
+        place = list(tried).index(centre)
+        tried = tried[place - 1 : place + 2]
+    gaps = [(after - before, (before + after) // 2) for before, after in pairwise(tried) if after - before > 1]
+    return max(gaps)[1] if gaps else None
+
+
+STABILITY = {
+    "wave": "stability against perturbations with the symmetry of the wave only",
+    "folds": "stability from folds only",
+}
+MOST_NAMED = 4  # frequencies in one sentence
+NEVER = "mistuned blades, other residual tractions, motions that other initial conditions reach"
+
+
+def searched(
+    curve: ResponseCurve,
+    options: SolverOptions,
+    n_blades: int | None,
+    departures: Sequence[Departure],
+    lacking: bool = False,
+) -> str:
+    """What was searched (branches, stability, harmonics, time integration), and what was not, by semicolons."""
+    parts = [_branches(curve, options), _stability(options, n_blades), f"harmonics 0 to {curve.harmonics}"]
+    motions = [each.motion for each in departures if each.motion is not None]
+    if motions:
+        parts.append(_integrated(motions))
+    else:
+        parts.append("no time integration" if lacking or departures else "time integration not needed")
+    omitted = [NEVER]
+    if not options.detached:
+        omitted.insert(0, "detached branches")
+    if options.stability != "ring" and n_blades is not None:
+        omitted.insert(0, "other nodal diameters")
+    return f"searched: {'; '.join(parts)}; not searched: {', '.join(omitted)}"
+
+
+def _branches(curve: ResponseCurve, options: SolverOptions) -> str:
+    count = len(curve.detached)
+    if count:
+        text = f"main branch and {count} detached branch{'es' if count > 1 else ''}"
+        left_out = curve.branches_left_out
+        return f"{text} ({left_out} solutions on further branches not followed)" if left_out else text
+    return "main branch, no detached branch found" if options.detached else "main branch"
+
+
+def _stability(options: SolverOptions, n_blades: int | None) -> str:
+    if options.stability != "ring":
+        return STABILITY[options.stability]
+    if n_blades is None or n_blades < 2:
+        return "stability"
+    return f"stability against nodal diameters 0 to {n_blades // 2}"
+
+
+def _integrated(motions: Sequence[RingMotion]) -> str:
+    """Where time integration started, and with how many blades."""
+    count, rings = len(motions), sorted({motion.n_blades for motion in motions})
+    text = f"time integration from {count} unstable solution{'s' if count != 1 else ''}"
+    if rings:
+        text += f" (ring{'s' if len(rings) > 1 else ''} of {', '.join(map(str, rings))} blades)"
+    stayed = sum(motion.stays for motion in motions)
+    return f"{text}, {stayed} of which the ring did not leave" if stayed else text
+
+
+def unresolved(curve: ResponseCurve, departures: Sequence[Departure], left_out: Sequence[float], reason: str) -> str:
+    """What was left open; "" where nothing."""
+    found = []
+    if not curve.termination.complete:
+        found.append("the main branch is incomplete")
+    broken = sum(not branch.termination.complete for branch in curve.detached)
+    if broken:
+        found.append(f"{broken} detached branch{'es are' if broken > 1 else ' is'} incomplete")
+    if left_out:
+        count = len(left_out)
+        found.append(
+            f"{count} unstable part{'s' if count > 1 else ''} of the branches, up to {max(left_out):.3g} m, without "
+            f"time integration ({reason})"
+        )
+    failed: dict[str, list[float]] = {}
+    for each in departures:
+        if each.failure:
+            failed.setdefault(each.failure, []).append(each.frequency_hz)
+    found += [f"time integration at {_list(places)} {failure}" for failure, places in failed.items()]
+    unsettled = [each for each in departures if each.motion and not (each.motion.settled or each.falls)]
+    restless = {each.frequency_hz: each.motion for each in unsettled if each.motion}
+    if restless:
+        periods = max(motion.periods for motion in restless.values())
+        highest = max(motion.amplitude_m for motion in restless.values())
+        found.append(f"not settled within {periods} periods at {_list(restless)}, up to {highest:.3g} m until then")
+    return "; ".join(found)
+
+
+def _list(frequencies_hz: Iterable[float]) -> str:
+    """Frequencies by name, of many the first ones."""
+    names = [f"{frequency:.5g} Hz" for frequency in frequencies_hz]
+    if len(names) > MOST_NAMED:
+        names = [*names[: MOST_NAMED - 1], f"{len(names) - MOST_NAMED + 1} others"]
+    return ", ".join(names)
+
 
 Problem = tuple[RingModes, ContactParameters, Excitation, SolverOptions]
 COULD_MATTER = (

@@ -7,13 +7,11 @@ import pytest
 from lumped import lumped_blade
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response
-from nonlinear.branches.branch_collection import BranchCollection
-from nonlinear.branches.branch_lifting import representative_indices
+from nonlinear.branches.branch_collection import BranchCollection, KnownBranch, lies_on, representative_indices
 from nonlinear.branches.interference_curves import HIGH, LOW, MIDDLE, InterferenceBalance, _linear_end
-from nonlinear.branches.known_branches import KnownBranch, lies_on
 from nonlinear.contact.fourier import to_real
 from nonlinear.continuation.arclength_continuation import Continuation
-from nonlinear.harmonic_balance.truncated_balances import pad_or_truncate
+from nonlinear.harmonic_balance.initial_solution import pad_or_truncate
 from nonlinear.response_solver import build_continuation
 from rom import modal_model
 

@@ -9,10 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from nonlinear.contact import kernel_folder as module
 from nonlinear.contact import numba_cache
-from nonlinear.contact.kernel_folder import kernel_folder, own_folder
-from nonlinear.contact.numba_cache import compiled, lean
+from nonlinear.contact.numba_cache import compiled, kernel_folder, lean, own_folder
 
 
 def mode(path: Path) -> int:
@@ -48,9 +46,9 @@ def test_a_group_that_the_user_shares_with_nobody_is_no_danger(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     tmp_path.chmod(0o770)
-    monkeypatch.setattr(module, "_is_private", lambda group_id: True)
+    monkeypatch.setattr(numba_cache, "_is_private", lambda group_id: True)
     assert own_folder(tmp_path, "kernels") is not None
-    monkeypatch.setattr(module, "_is_private", lambda group_id: False)
+    monkeypatch.setattr(numba_cache, "_is_private", lambda group_id: False)
     assert own_folder(tmp_path, "kernels") is None
 
 

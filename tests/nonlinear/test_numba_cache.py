@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from nonlinear.contact import numba_cache
-from nonlinear.contact.kernel_folder import source_digest
+from nonlinear.contact.numba_cache import source_digest
 
 KERNEL = "from nonlinear.contact.numba_cache import compiled\nfrom nonlinear.data.types import SIZE\n"
 FILES = {

@@ -26,9 +26,12 @@ from nonlinear.branches.range_continuation import continue_over_range
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.response_quantities import output_amplitude
 from nonlinear.harmonic_balance.initial_solution import solve_at
-from nonlinear.residual_tractions.extreme_amplitude import TractionSearch
-from nonlinear.residual_tractions.peak_search import nearest_peak
-from nonlinear.residual_tractions.traction_levels import TractionLevels, TractionOrigins
+from nonlinear.residual_tractions.extreme_amplitude import (
+    TractionLevels,
+    TractionOrigins,
+    TractionSearch,
+    nearest_peak,
+)
 from rom import ModalModel, ReducedModel, RelativeReceptance, modal_model
 
 HARMONICS = 5

@@ -8,7 +8,7 @@ from lumped import lumped_blade, oscillator
 from ring_map import RingMap
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance, forced_response
-from nonlinear.branches import ring_growth, wave_growth
+from nonlinear.branches import growth_along_branch
 from nonlinear.contact.fourier import to_real
 from nonlinear.continuation.point_stability import PointStability
 from nonlinear.stability.floquet import FloquetAnalysis
@@ -128,8 +128,8 @@ def test_what_is_not_looked_at_is_known_all_the_same(order, interference, harmon
     monkeypatch.setattr(PointStability, "exponents", counted)
     curve = forced_response(*case)
     sampled = len(computed)
-    monkeypatch.setattr(ring_growth, "STRIDE", 1)
-    monkeypatch.setattr(wave_growth, "STRIDE", 1)
+    monkeypatch.setattr(growth_along_branch, "STRIDE", 1)
+    monkeypatch.setattr(growth_along_branch, "WAVE_STRIDE", 1)
     full = forced_response(*case)
     assert sampled < 0.8 * (len(computed) - sampled)
     assert (curve.growth_nodal_diameter[~curve.stable] > 0).any()
@@ -150,7 +150,7 @@ def test_the_sign_of_the_growth_of_the_wave_between_points_looked_at(order, inte
     """Followed, interpolated or computed: at some points a node opens, or an exponent leaves the strip."""
     case = problem(24, order, interference, 3, friction=friction, stability="wave")
     curve = forced_response(*case)
-    monkeypatch.setattr(wave_growth, "STRIDE", 1)
+    monkeypatch.setattr(growth_along_branch, "WAVE_STRIDE", 1)
     full = forced_response(*case)
     same = [int(np.argmin(np.abs(full.arc - arc))) for arc in curve.arc]
     both = np.abs(full.arc[same] - curve.arc) < 1e-9

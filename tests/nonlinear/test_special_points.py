@@ -4,8 +4,7 @@ import pytest
 from test_truncation import bilinear, height, main_branch
 
 from nonlinear import Excitation
-from nonlinear.branches.peaks import locate_peak
-from nonlinear.branches.special_point_location import locate_change
+from nonlinear.branches.special_points import locate_change, locate_peak
 
 
 @pytest.fixture(scope="module")

@@ -13,12 +13,9 @@ from nonlinear.continuation.acceptance import distance, distance_along_tangent
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.response_quantities import output_amplitude
 from nonlinear.continuation.step_control import find_resonances
-from nonlinear.harmonic_balance.initial_solution import static_displacement
-from nonlinear.harmonic_balance.truncated_balances import TruncatedBalances
-from nonlinear.harmonic_selection.branch_retrace import way_to_peak
+from nonlinear.harmonic_balance.initial_solution import TruncatedBalances, static_displacement
 from nonlinear.harmonic_selection.peak_following import reference_harmonics
-from nonlinear.harmonic_selection.truncation_error import TruncationErrorEstimator
-from nonlinear.harmonic_selection.way_sampling import WaySampling
+from nonlinear.harmonic_selection.truncation_error import TruncationErrorEstimator, WaySampling, way_to_peak
 from rom import ReducedModel, modal_model
 
 DAMPING = 0.02

@@ -11,8 +11,7 @@ from nonlinear import OptionsError, Peak, ResponseCurve, SolverOptions, Terminat
 from nonlinear.time_integration.ring_motion import RingMotion
 from nonlinear.worst_motion.candidates import branches_of, stable_amplitudes, unstable_stretches
 from nonlinear.worst_motion.ring_integration import Integrated
-from nonlinear.worst_motion.time_integrated import MOST_FURTHER
-from nonlinear.worst_motion.worst_motion import MOST_STRETCHES, worst_of
+from nonlinear.worst_motion.worst_motion import MOST_FURTHER, MOST_STRETCHES, worst_of
 
 OPTIONS = SolverOptions((1.0, 9.0), harmonics=3)
 

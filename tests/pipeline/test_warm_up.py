@@ -11,7 +11,7 @@ import pytest
 from pipeline_support import ground_model
 
 from nonlinear import ContactParameters, Excitation, Ring, RingLimits, SolverOptions, forced_response, integrate_ring
-from nonlinear.contact.compile_lock import CompileLock
+from nonlinear.contact.numba_cache import CompileLock
 from pipeline.stages.warm_up import INTEGRATIONS, LAWS, small_disk, warm_up
 from rom import modal_model
 
