@@ -19,9 +19,15 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from nonlinear.branches.branch import TerminationReason
     from nonlinear.branches.branch_collection import BranchStart, branch_starts
-    from nonlinear.branches.special_points import Bifurcation, BifurcationKind, Peak, at_range_end
+    from nonlinear.branches.records import (
+        Bifurcation,
+        BifurcationKind,
+        Peak,
+        TerminationReason,
+        WorstMotion,
+        at_range_end,
+    )
     from nonlinear.contact.contact_cycle import ContactCycle, contact_cycle
     from nonlinear.contact.element_choice import contact_element
     from nonlinear.contact.parameters import (
@@ -62,7 +68,7 @@ if TYPE_CHECKING:
     from nonlinear.peak_curves.peak_sensitivity import PeakSensitivity, peak_sensitivity
     from nonlinear.peak_curves.performance_curve import PerformanceCurve, performance_curve
     from nonlinear.residual_tractions.residual_bounds import ResidualBounds, ResidualExtreme
-    from nonlinear.response_curve import ResponseCurve, WorstMotion
+    from nonlinear.response_curve import ResponseCurve
     from nonlinear.response_extension import Extension, carry_branches, extend_response
     from nonlinear.response_solver import build_harmonic_balance, forced_response
     from nonlinear.time_integration.ring import Ring, RingState, StepError
@@ -166,10 +172,10 @@ _PLACES = {
     "TRUNCATION_TOLERATED": "nonlinear.options",
     "SLIP": "nonlinear.contact.parameters",
     "STICK": "nonlinear.contact.parameters",
-    "Bifurcation": "nonlinear.branches.special_points",
-    "BifurcationKind": "nonlinear.branches.special_points",
+    "Bifurcation": "nonlinear.branches.records",
+    "BifurcationKind": "nonlinear.branches.records",
     "BranchStart": "nonlinear.branches.branch_collection",
-    "at_range_end": "nonlinear.branches.special_points",
+    "at_range_end": "nonlinear.branches.records",
     "branch_starts": "nonlinear.branches.branch_collection",
     "Extension": "nonlinear.response_extension",
     "carry_branches": "nonlinear.response_extension",
@@ -201,7 +207,7 @@ _PLACES = {
     "PeakSensitivity": "nonlinear.peak_curves.peak_sensitivity",
     "peak_sensitivity": "nonlinear.peak_curves.peak_sensitivity",
     "OptionsError": "nonlinear.options",
-    "Peak": "nonlinear.branches.special_points",
+    "Peak": "nonlinear.branches.records",
     "PeakAgreement": "nonlinear.mode_agreement",
     "PeakMotion": "nonlinear.mode_agreement",
     "compare_with_peaks": "nonlinear.mode_agreement",
@@ -211,8 +217,8 @@ _PLACES = {
     "ResponseCurve": "nonlinear.response_curve",
     "SolverOptions": "nonlinear.options",
     "StaticContact": "nonlinear.harmonic_balance.initial_solution",
-    "TerminationReason": "nonlinear.branches.branch",
-    "WorstMotion": "nonlinear.response_curve",
+    "TerminationReason": "nonlinear.branches.records",
+    "WorstMotion": "nonlinear.branches.records",
     "contact_cycle": "nonlinear.contact.contact_cycle",
     "contact_element": "nonlinear.contact.element_choice",
     "forced_response": "nonlinear.response_solver",

@@ -11,7 +11,8 @@ from dataclasses import dataclass, replace
 from itertools import islice, pairwise
 
 from nonlinear.branches.branch import Branch
-from nonlinear.branches.special_points import Peak, locate_peak
+from nonlinear.branches.records import Peak
+from nonlinear.branches.special_points import locate_peak
 from nonlinear.contact.element_choice import contact_element
 from nonlinear.contact.parameters import ContactParameters
 from nonlinear.continuation.arclength_continuation import Continuation

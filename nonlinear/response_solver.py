@@ -3,10 +3,11 @@
 import time
 from dataclasses import replace
 
-from nonlinear.branches.branch import Branch, TerminationReason, with_stability
+from nonlinear.branches.branch import Branch, with_stability
 from nonlinear.branches.branch_collection import Lifting
 from nonlinear.branches.detached_branches import detached_branches
 from nonlinear.branches.range_continuation import continue_over_range
+from nonlinear.branches.records import TerminationReason
 from nonlinear.contact.element_choice import contact_element
 from nonlinear.contact.parameters import Array, ContactElement, ContactError, ContactParameters
 from nonlinear.continuation.arclength_continuation import Continuation, Progress

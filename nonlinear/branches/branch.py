@@ -1,48 +1,14 @@
 """A branch of a response curve: its points, peaks and bifurcations, and why it ended."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 from nonlinear.branches.growth_along_branch import locate_pattern_change, with_patterns, with_wave_exponents
-from nonlinear.branches.special_points import BifurcationKind, locate_bifurcations, locate_peak
+from nonlinear.branches.records import BifurcationKind, TerminationReason
+from nonlinear.branches.special_points import locate_bifurcations, locate_peak
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.solution_point import SolutionPoint
-
-Kind = Literal["complete", "start failed", "step too small", "too many points", "turned back"]
-
-
-@dataclass(frozen=True)
-class TerminationReason:
-    """Why a continuation ended, and where.
-
-    Attributes
-    ----------
-    kind : str
-        "complete": the frequency range is covered, or the branch is closed. "start failed": no solution at its start.
-        "step too small": no next point was found with the smallest step. "too many points": `max_points` of the
-        options was reached. "turned back": the branch left the range at the end where it began.
-    frequency_hz : float
-        Frequency of the last point, Hz.
-    message : str
-        The reason in a sentence.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`:
-
-    >>> curve.termination.kind, curve.termination.complete, curve.termination.frequency_hz
-    ('complete', True, 0.4)
-    """
-
-    kind: Kind
-    frequency_hz: float
-    message: str
-
-    @property
-    def complete(self) -> bool:
-        """Whether the frequency range was covered, or the branch is closed."""
-        return self.kind == "complete"
 
 
 class BranchBifurcation(NamedTuple):

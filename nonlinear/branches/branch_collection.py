@@ -12,8 +12,8 @@ from typing import Protocol
 
 import numpy as np
 
-from nonlinear.branches.branch import Branch, TerminationReason, join, with_special_points, with_stability
-from nonlinear.branches.special_points import at_range_end
+from nonlinear.branches.branch import Branch, join, with_special_points, with_stability
+from nonlinear.branches.records import TerminationReason, at_range_end
 from nonlinear.contact.fourier import ComplexArray, to_real
 from nonlinear.contact.parameters import Array, ContactParameters
 from nonlinear.continuation.arclength_continuation import Continuation, Progress

@@ -17,7 +17,8 @@ from itertools import groupby, pairwise
 
 import numpy as np
 
-from nonlinear.branches.special_points import KINDS, BifurcationKind, locate_change
+from nonlinear.branches.records import BifurcationKind
+from nonlinear.branches.special_points import KINDS, locate_change
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.point_stability import PointRecorder, PointStability

@@ -5,7 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nonlinear.branches.branch import Branch, TerminationReason, with_special_points
+from nonlinear.branches.branch import Branch, with_special_points
+from nonlinear.branches.records import TerminationReason
 from nonlinear.contact.parameters import Array
 from nonlinear.continuation.arclength_continuation import Continuation, Progress
 from nonlinear.continuation.solution_point import SolutionPoint

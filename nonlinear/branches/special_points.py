@@ -4,12 +4,11 @@ Each is the zero of a test function, dA/ds at a peak and d omega/ds at a fold, o
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from enum import Enum
 from functools import partial
 
 import numpy as np
 
+from nonlinear.branches.records import BifurcationKind
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.response_quantities import output_amplitude
 from nonlinear.continuation.solution_point import SolutionPoint
@@ -125,62 +124,6 @@ def _with_equal_harmonics(
     return None if refitted is None else record(refitted)
 
 
-END_TOLERANCE = 1e-9  # relative distance of a frequency from a limit of the range that counts as reached
-
-
-@dataclass(frozen=True)
-class Peak:
-    """A local maximum of the amplitude along a response curve.
-
-    Attributes
-    ----------
-    frequency_hz : float
-        Frequency, Hz.
-    amplitude_m : float
-        Amplitude of the output, m.
-    index : int
-        Index among the points of the curve.
-    located : bool
-        Whether the maximum was solved for, to the peak tolerance. False where the largest amplitude lies at an end of
-        the curve.
-    at_end : bool
-        Whether it is the amplitude at an end of the frequency range, from where the response rises further: no peak.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`:
-
-    >>> peak = curve.peak
-    >>> bool(peak.located), bool(peak.amplitude_m == curve.amplitude_m[peak.index])
-    (True, True)
-    """
-
-    frequency_hz: float
-    amplitude_m: float
-    index: int
-    located: bool = True
-    at_end: bool = False
-
-
-def at_range_end(frequency_hz: float, limits_hz: tuple[float, float]) -> bool:
-    """Whether a frequency is a limit of the frequency range: the largest amplitude of a curve there is no peak.
-
-    Parameters
-    ----------
-    frequency_hz : float
-        Frequency, Hz.
-    limits_hz : (float, float)
-        The frequency range, Hz.
-
-    Examples
-    --------
-    >>> from nonlinear import at_range_end
-    >>> at_range_end(600.0, (150.0, 600.0)), at_range_end(599.9, (150.0, 600.0))
-    (True, False)
-    """
-    return any(abs(frequency_hz - limit) <= END_TOLERANCE * limit for limit in limits_hz)
-
-
 def locate_peak(continuation: Continuation, before: SolutionPoint, after: SolutionPoint) -> SolutionPoint | None:
     """The maximum of the amplitude between two neighbouring points; None if there is none."""
     if not before.dA_ds > 0.0 > after.dA_ds:
@@ -194,66 +137,11 @@ def locate_peak(continuation: Continuation, before: SolutionPoint, after: Soluti
 SAME_EXPONENT = 0.02  # distance of two values of one exponent, in units of omega
 
 
-class BifurcationKind(Enum):
-    """Kind of a bifurcation. The value is its name in text and files.
-
-    Examples
-    --------
-    >>> from nonlinear import BifurcationKind
-    >>> BifurcationKind("fold") is BifurcationKind.FOLD
-    True
-    """
-
-    FOLD = "fold"
-    BRANCH_POINT = "branch point"
-    NEIMARK_SACKER = "Neimark-Sacker"
-    PERIOD_DOUBLING = "period doubling"
-
-
 KINDS = {
     Instability.REAL: BifurcationKind.BRANCH_POINT,
     Instability.COMPLEX: BifurcationKind.NEIMARK_SACKER,
     Instability.PERIOD_DOUBLING: BifurcationKind.PERIOD_DOUBLING,
 }
-
-
-@dataclass(frozen=True)
-class Bifurcation:
-    """A bifurcation of a response curve.
-
-    At a fold the curve turns back in frequency. At a branch point another branch crosses it. Beyond a Neimark-Sacker
-    bifurcation the motion is quasi-periodic, beyond a period doubling it repeats after two periods.
-
-    Attributes
-    ----------
-    kind : BifurcationKind
-        Kind of the bifurcation.
-    frequency_hz : float
-        Frequency, Hz.
-    amplitude_m : float
-        Amplitude of the output, m.
-    index : int
-        Index among the points of the curve.
-    nodal_diameter : int
-        k of the perturbation that begins or ceases to grow: beside that of the wave, its phase shift from blade to
-        blade is 2 pi k / N_b. 0: it has the symmetry of the wave. k > 0: the blades stop moving alike, in another
-        periodic motion beyond a branch point, in a quasi-periodic one beyond a Neimark-Sacker bifurcation.
-
-    Examples
-    --------
-    Of a `ResponseCurve` they are `curve.bifurcations`.
-
-    >>> from nonlinear import Bifurcation, BifurcationKind
-    >>> fold = Bifurcation(BifurcationKind.FOLD, frequency_hz=201.5, amplitude_m=3e-4, index=17, nodal_diameter=0)
-    >>> print(f"{fold.kind.value} at {fold.frequency_hz} Hz")
-    fold at 201.5 Hz
-    """
-
-    kind: BifurcationKind
-    frequency_hz: float
-    amplitude_m: float
-    index: int
-    nodal_diameter: int = 0
 
 
 def locate_bifurcations(

@@ -15,6 +15,7 @@ from itertools import product
 
 import numpy as np
 
+from nonlinear.branches.records import Motion, WorstMotion
 from nonlinear.contact.parameters import Array
 from nonlinear.options import NO_PEAK, Objective, OptionsError
 from nonlinear.peak_curves.joint_peaks import Box, CarriedPeak, lowest_of_peaks, multipliers
@@ -33,7 +34,7 @@ from nonlinear.peak_curves.peak_search import (
     stored_point,
 )
 from nonlinear.peak_curves.peak_sensitivity import peak_derivatives
-from nonlinear.response_curve import Motion, ResponseCurve, WorstMotion
+from nonlinear.response_curve import ResponseCurve
 from rom import one_blas_thread
 
 MOST_RESPONSES = 60

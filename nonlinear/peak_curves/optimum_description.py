@@ -6,6 +6,7 @@ from collections import Counter
 
 import numpy as np
 
+from nonlinear.branches.records import Motion
 from nonlinear.contact.parameters import Array
 from nonlinear.options import SolverOptions
 from nonlinear.peak_curves.optimum_result import KINDS, Optimum, PeakCurve, SolvedResponse, WorstEnvelope
@@ -15,7 +16,6 @@ from nonlinear.peak_curves.peak_search import SAME_SHARE, ResponseAt, ends_said
 from nonlinear.peak_curves.peak_sensitivity import peak_derivatives
 from nonlinear.peak_curves.response_placement import ACCURATE, Placement, is_open
 from nonlinear.peak_curves.worst_envelope import AGREES, NARROW, UNKNOWN, EnvelopeOfPeaks, Minimum
-from nonlinear.response_curve import Motion
 
 WITHIN = 1.1  # factor on the lowest amplitude that bounds the range told of
 PLOTTED = 401  # values of the envelope, besides its nodes

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nonlinear.branches.special_points import Peak, at_range_end
+from nonlinear.branches.records import Peak, at_range_end
 from nonlinear.contact.fourier import to_real
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.solution_point import SolutionPoint

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from nonlinear.branches.special_points import BifurcationKind
+from nonlinear.branches.records import BifurcationKind
 from nonlinear.contact.parameters import Array
 from nonlinear.response_curve import ResponseCurve
 

@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from nonlinear.branches.special_points import at_range_end
+from nonlinear.branches.records import WorstMotion, at_range_end
 from nonlinear.contact.parameters import ContactParameters
 from nonlinear.options import BLADE_PERIODS, TRUNCATION_TOLERATED, Excitation, SolverOptions
-from nonlinear.response_curve import ResponseCurve, WorstMotion
+from nonlinear.response_curve import ResponseCurve
 from nonlinear.time_integration.ring import Ring
 from nonlinear.time_integration.ring_motion import RingMotion
 from nonlinear.worst_motion.candidates import (
