@@ -9,20 +9,240 @@ is higher than expected joins the envelope, and the search goes on.
 from __future__ import annotations
 
 import time
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
+from nonlinear.branches.records import Motion
+from nonlinear.contact.parameters import Array
 from nonlinear.options import NO_PEAK, OptionsError, SolverOptions
-from nonlinear.peak_curves.optimum_description import described
-from nonlinear.peak_curves.optimum_result import Optimum
-from nonlinear.peak_curves.parameter_family import ParameterFamily, Problem, check_range
-from nonlinear.peak_curves.peak_search import PeakSearch, Solve, solve_in_turn, solved_response
-from nonlinear.peak_curves.response_placement import FIRST_SHARES, Placement
-from nonlinear.peak_curves.worst_envelope import AGREES, MARGIN, EnvelopeOfPeaks, Minimum, lowest_of
+from nonlinear.peak_curves.optimum_result import KINDS, Optimum, PeakCurve, SolvedResponse, WorstEnvelope
+from nonlinear.peak_curves.parameter_family import ParameterFamily, Problem, check_range, parameter_value
+from nonlinear.peak_curves.peak_branch import PeakPiece
+from nonlinear.peak_curves.peak_search import (
+    ACCURATE,
+    FIRST_SHARES,
+    SAME_SHARE,
+    PeakSearch,
+    Placement,
+    Solve,
+    ends_said,
+    is_open,
+    solve_in_turn,
+    solved_response,
+)
+from nonlinear.peak_curves.peak_sensitivity import peak_derivatives
+from nonlinear.peak_curves.worst_envelope import (
+    AGREES,
+    MARGIN,
+    NARROW,
+    UNKNOWN,
+    EnvelopeOfPeaks,
+    Minimum,
+    ResponseAt,
+    lowest_of,
+)
 from nonlinear.response_curve import ResponseCurve
 from rom import one_blas_thread
+
+WITHIN = 1.1  # factor on the lowest amplitude that bounds the range told of
+PLOTTED = 401  # values of the envelope, besides its nodes
+
+
+def described(placement: Placement, lowest: Minimum) -> Optimum:
+    """The optimum with its surroundings, as plain data."""
+    search, family = placement.search, placement.search.family
+    envelope = placement.envelope()
+    here = _response_at(search.responses, lowest.share)
+    amplitude, frequency, motion = _height(lowest, here, search.responses)
+    span, value = family.high - family.low, family.value(lowest.share)
+    derivatives = {} if lowest.peak is None else peak_derivatives(family.at(lowest.share), lowest.peak.point)
+    solved = tuple(response.solved for response in search.responses)
+    problem = family.at(lowest.share)
+    near = _range(envelope, lowest.share, WITHIN * amplitude)
+    return Optimum(
+        name=family.name,
+        low=family.low,
+        high=family.high,
+        value=value,
+        frequency_hz=frequency,
+        amplitude_m=amplitude,
+        motion=motion,
+        kind=lowest.kind,
+        curvature=lowest.second / span**2,
+        slopes=(lowest.rates[0] / span, lowest.rates[1] / span),
+        within=(family.value(near[0]), family.value(near[1])),
+        derivatives=derivatives,
+        elasticities=elasticities(problem, derivatives, amplitude),
+        worst=None if here is None else here.curve.worst,
+        envelope=_sampled(envelope, family, placement),
+        curves=tuple(_curve(piece, family) for piece in search.pieces),
+        responses=solved,
+        harmonics=problem[3].fixed_harmonics,
+        truncation_error=float("nan") if here is None else here.solved.truncation_error,
+        seconds=0.0,
+        message=_message(family, lowest, value, amplitude, frequency),
+        remarks=tuple(_remarks(placement, envelope, lowest, here)),
+        objective=problem[3].objective,
+    )
+
+
+def elasticities(problem: Problem, derivatives: dict[str, float], amplitude: float) -> dict[str, float]:
+    """Relative derivatives p / A dA/dp."""
+    return {name: parameter_value(problem, name) / amplitude * value for name, value in derivatives.items()}
+
+
+def _response_at(responses: list[ResponseAt], share: float) -> ResponseAt | None:
+    """The response at a share; the nearest one, where the optimum was refined after it."""
+    nearest = min(responses, key=lambda each: abs(each.share - share), default=None)
+    return nearest if nearest is not None and abs(nearest.share - share) < NARROW else None
+
+
+def _height(lowest: Minimum, here: ResponseAt | None, responses: list[ResponseAt]) -> tuple[float, float, Motion]:
+    """Amplitude, frequency and motion at the optimum: of the peak, or of the response there if that is higher."""
+    same = here is not None and abs(here.share - lowest.share) < SAME_SHARE
+    solved = here.solved if same and here is not None else None
+    if lowest.peak is not None and (solved is None or not solved.bound_m > lowest.height * (1.0 + AGREES)):
+        higher = max(lowest.height, solved.bound_m if solved is not None else 0.0)
+        return higher, lowest.peak.frequency_hz, "periodic"
+    if solved is None:
+        solved = min(responses, key=lambda each: abs(each.share - lowest.share)).solved
+    return max(lowest.height, solved.bound_m), solved.frequency_hz, solved.motion
+
+
+def _range(envelope: EnvelopeOfPeaks, share: float, limit: float) -> tuple[float, float]:
+    """Shares around the optimum up to which the envelope stays below a limit, by bisection between the samples."""
+    shares = envelope.shares
+    above = ~(envelope.at(shares) <= limit)
+    ends = []
+    for side in (-1.0, 1.0):
+        beyond = shares[above & ((shares - share) * side > 0.0)]
+        if not beyond.size:
+            ends.append(0.0 if side < 0.0 else 1.0)
+            continue
+        outside = float(beyond[np.argmin(np.abs(beyond - share))])
+        between = shares[(shares - share) * side >= 0.0]
+        between = between[np.abs(between - share) < abs(outside - share)]
+        inside = float(between[np.argmax(np.abs(between - share))]) if between.size else share
+        while abs(outside - inside) > SAME_SHARE:
+            middle = 0.5 * (inside + outside)
+            below = bool(envelope.at(np.array([middle]))[0] <= limit)
+            inside, outside = (middle, outside) if below else (inside, middle)
+        ends.append(inside)
+    return ends[0], ends[1]
+
+
+def _curve(piece: PeakPiece, family: ParameterFamily) -> PeakCurve:
+    span = family.high - family.low
+    return PeakCurve(
+        value=family.low + piece.share * span,
+        amplitude_m=piece.amplitude,
+        frequency_hz=piece.frequency_hz,
+        stable=piece.persists,
+        growth_rate=np.array([point.growth_rate for point in piece.points]),
+        slope=piece.rate / span,
+        origin=piece.origin,
+    )
+
+
+def _sampled(envelope: EnvelopeOfPeaks, family: ParameterFamily, placement: Placement) -> WorstEnvelope:
+    """The envelope at values for a figure."""
+    nodes = [node.share for node in envelope.nodes]
+    jumps = np.array(envelope.jumps)
+    marks = [*nodes, *(jumps - 2e-6), *(jumps + 2e-6)]
+    shares = np.unique(np.concatenate([np.linspace(0.0, 1.0, PLOTTED), np.clip(marks, 0.0, 1.0)]))
+    heights = envelope.at(shares)
+    persistent = np.array([piece.persistent_at(shares) for piece in envelope.pieces]).reshape(-1, shares.size)
+    persistent = np.where(np.isnan(persistent), -np.inf, persistent)
+    rows = [
+        _row(envelope, share, height, peaks)
+        for share, height, peaks in zip(shares, heights, persistent.T, strict=True)
+    ]
+    errors = [gap.error for gap in envelope.gaps if gap.width > NARROW]
+    return WorstEnvelope(
+        value=family.low + shares * (family.high - family.low),
+        amplitude_m=np.where(np.isfinite(heights), heights, np.nan),
+        frequency_hz=np.array([row[0] for row in rows]),
+        source=np.array([row[1] for row in rows]),
+        motion=np.array([row[2] for row in rows]),
+        origin=np.array([row[3] for row in rows]),
+        error=max(errors, default=0.0),
+    )
+
+
+def _row(envelope: EnvelopeOfPeaks, share: float, height: float, peaks: Array) -> tuple[float, str, str, str]:
+    """Frequency, source, motion and branch of the envelope at a share; `peaks`: the persistent ones of all pieces."""
+    if not np.isfinite(height):
+        return float("nan"), "unknown", "periodic", ""
+    if peaks.max(initial=-np.inf) >= height * (1.0 - 1e-9):
+        piece = envelope.pieces[int(np.argmax(peaks))]
+        return float(np.interp(share, piece.share, piece.frequency_hz)), "followed", "periodic", piece.origin
+    nearest = min(envelope.responses, key=lambda each: abs(each.share - share)).solved
+    return (
+        nearest.frequency_hz,
+        "open" if nearest.bound_m > nearest.amplitude_m else "responses",
+        nearest.motion,
+        nearest.origin,
+    )
+
+
+def _message(family: ParameterFamily, lowest: Minimum, value: float, amplitude: float, frequency: float) -> str:
+    said = KINDS[lowest.kind].format(f"{value:.6g}")
+    return f"{family.name}: {said}, {said_of(family.problem[3])}{amplitude:.4g} m at {frequency:.6g} Hz"
+
+
+def said_of(options: SolverOptions) -> str:
+    """What is said before an amplitude that is not the largest displacement."""
+    return "harmonic 1 of " if options.objective == "harmonic_1" else ""
+
+
+def _remarks(placement: Placement, envelope: EnvelopeOfPeaks, lowest: Minimum, here: ResponseAt | None) -> list[str]:
+    """What was searched and what was left open."""
+    family = placement.search.family
+    solved: list[SolvedResponse] = [response.solved for response in placement.search.responses]
+    reasons = Counter(item.reason for item in solved)
+    counted = ", ".join(f"{count} {reason}" for reason, count in reasons.items())
+    said = [f"{len(solved)} values of {family.name} searched ({counted}); a branch between them may be missed"]
+    gaps = envelope.gaps
+    if gaps:
+        parts = ", ".join(
+            f"{family.value(low):.4g} to {family.value(high):.4g}"
+            for low, high in _joined([(g[0].share, g[1].share) for g in gaps])
+        )
+        said.append(f"no followed peak is the worst motion at {parts}: interpolated between single responses")
+    floor = float(envelope.at(envelope.shares).min())
+    rough = [gap.error for gap in gaps if gap.width > NARROW and gap.error > ACCURATE]
+    if rough:
+        error = f"up to {100 * max(rough):.2g} %" if max(rough) < UNKNOWN else "unknown"
+        spent = any(is_open(gap, floor) for gap in gaps)
+        reason = f"the limit of {placement.most} responses was reached" if spent else "far above the optimum"
+        said.append(f"error of the interpolation in {len(rough)} parts of it {error}: {reason}")
+    if lowest.kind == "plateau":
+        first, last = (family.value(share) for share in lowest.plateau)
+        said.append(f"the lowest amplitude holds from {first:.6g} to {last:.6g}")
+    if lowest.kind == "jump":
+        jumps = ", ".join(
+            f"{family.value(share):.6g}" for share in envelope.jumps if abs(share - lowest.share) < 2 * NARROW
+        )
+        said.append(f"the worst motion jumps at {jumps}: keep a distance")
+    said += ends_said(solved)
+    if here is not None and here.solved.unresolved:
+        said.append(f"at the optimum: {here.solved.unresolved}")
+    return said
+
+
+def _joined(parts: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Ranges joined where one begins at the end of the other."""
+    found: list[tuple[float, float]] = []
+    for low, high in sorted(parts):
+        if found and low <= found[-1][1] + SAME_SHARE:
+            found[-1] = found[-1][0], max(high, found[-1][1])
+        else:
+            found.append((low, high))
+    return found
+
 
 MOST_RESPONSES = 40
 FEWEST_RESPONSES = 12
@@ -119,7 +339,7 @@ def _with_chosen_harmonics(
         lower = [
             curve
             for curve in known.values()
-            if _height(curve, family.problem[3]) < (1.0 - AGREES) * found.amplitude_m
+            if _known_height(curve, family.problem[3]) < (1.0 - AGREES) * found.amplitude_m
         ]
         asked = max(map(_harmonics, (*there, *lower)))
         if asked <= number:
@@ -128,7 +348,7 @@ def _with_chosen_harmonics(
         number = asked
 
 
-def _height(curve: ResponseCurve, options: SolverOptions) -> float:
+def _known_height(curve: ResponseCurve, options: SolverOptions) -> float:
     """Amplitude of the worst motion of a response, m; infinite where it is not known."""
     return solved_response(0.0, curve, "", options).height
 
@@ -137,7 +357,7 @@ def _harmonics_said(family: ParameterFamily, number: int, known: dict[float, Res
     """How many harmonics the optimum has, and what their number changes where the envelope is least accurate."""
     said = f"{number} harmonics, as many as the tolerance asks for at the optimum and where it is 10 % higher"
     values = np.array([family.value(share) for share in known])
-    heights = np.array([_height(curve, family.problem[3]) for curve in known.values()])
+    heights = np.array([_known_height(curve, family.problem[3]) for curve in known.values()])
     with np.errstate(all="ignore"):
         change = np.abs(found.envelope.at(values) / heights - 1.0)
     change = np.where(np.isfinite(change), change, 0.0)

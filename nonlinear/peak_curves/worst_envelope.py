@@ -17,10 +17,10 @@ from typing import NamedTuple
 import numpy as np
 
 from nonlinear.contact.parameters import Array
-from nonlinear.peak_curves.optimum_result import Kind
+from nonlinear.peak_curves.optimum_result import Kind, SolvedResponse
 from nonlinear.peak_curves.peak_branch import PeakPiece
 from nonlinear.peak_curves.peak_curve import PeakContinuation, PeakPoint
-from nonlinear.peak_curves.peak_search import ResponseAt
+from nonlinear.response_curve import ResponseCurve
 
 AGREES = 2e-3  # relative difference of the worst motion of a response and the highest persistent peak
 SAMPLES = 2001  # of the range, at which the two highest peaks are compared
@@ -28,6 +28,14 @@ JUMP = 5e-3  # relative change at the end of a stable part of a peak that counts
 BESIDE = 2e-6  # of the share, on either side of such an end
 NARROW = 1e-3  # of the share: what is not known between two responses so near each other is a jump
 UNKNOWN = 1.0  # relative error of a part in which no response was solved
+
+
+class ResponseAt(NamedTuple):
+    """A response solved at a share of the range."""
+
+    share: float  # share of the range
+    curve: ResponseCurve  # the response, with detached branches and worst motion
+    solved: SolvedResponse  # its summary
 
 
 class Node(NamedTuple):

@@ -1,28 +1,186 @@
-"""`shroud optimise`: the optimum of a scene over keys of the command line; only its file and figure are written."""
+"""`shroud optimise`: the optimum of a scene over keys of the command line; only its file and figure are written.
+
+A key of the command line without a range, `--over KEY`, gets one from the scene. Interference and preload get static
+ranges, from contacts that never touch to contacts that always stick, by linear responses over the frequency range.
+With a wide gap the faces of neighbours approach each other by at most max abs(d_n): a larger gap changes nothing.
+With a deep interference all nodes stick as long as mu (kn v0 - abs(N1)) >= abs(T1), with the amplitudes T1 and N1 of
+the contact forces: a deeper one changes nothing.
+"""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, cast, get_args
+from typing import TYPE_CHECKING, Any, cast, get_args
 
-from pipeline.errors import input_error
+import numpy as np
+
+from pipeline.errors import InputError, input_error, shown
 from pipeline.figures.figure_stage import study_figures
-from pipeline.optimise.asked_ranges import STATIC, asked_ranges, check_ranges, default_range, with_ranges
-from pipeline.optimise.static_range import static_ranges
 from pipeline.process.progress import Reporter
 from pipeline.results.publishing import PicturesMissing
 from pipeline.run import solved_members
 from pipeline.scene.given_in_python import given_scene
-from pipeline.scene.key_values import key_value
-from pipeline.scene.optimum_section import Objective, Range
+from pipeline.scene.key_values import as_in_scene, key_value
+from pipeline.scene.optimum_checks import OPTIMISED_KEYS, PLACE, unfit_optimum_keys
+from pipeline.scene.optimum_section import MOST_KEYS, Objective, Optimum, Range
 from pipeline.scene.reading import SceneFile
+from pipeline.scene.suggestions import meant
+from pipeline.scene.swept_keys import SWEPT_KEYS
 from pipeline.stages.request import Request
+from pipeline.stages.scene_to_solver import contact_on_model
+from pipeline.stages.stored_curve import read_curve
 from pipeline.studies.registry import study_named
 from pipeline.studies.study import StudyContext, StudyError
 from pipeline.studies.study_stage import studied
+
+if TYPE_CHECKING:
+    from nonlinear import ResponseCurve
+    from pipeline.stages.respond import CurveResult
+
+
+COMMAND, OPTION = "shroud", "--over"
+WRITTEN = "KEY=LOW:HIGH with numbers, LOW below HIGH, or KEY"
+STATIC = ("contact.interference", "contact.preload")  # their ranges come from linear responses
+DECADE = (
+    "contact.normal_stiffness",
+    "contact.tangential_stiffness",
+    "excitation.force",
+    "response.damping_ratio",
+    "material.young_modulus",
+)
+FIXED = {"contact.friction": (0.05, 1.0)}
+MOST_DAMPING = 0.99
+SHARE = 0.2  # of the value, on each side, for all other keys
+
+
+def asked_ranges(options: Sequence[str]) -> dict[str, Range | None]:
+    """The keys of the options with their ranges; None where the range is left to the program."""
+    found: dict[str, Range | None] = {}
+    for text in options:
+        key, given, limits = text.partition("=")
+        key = key.strip()
+        if key not in OPTIMISED_KEYS:
+            raise _error(key, "not a design parameter" if key in SWEPT_KEYS else _unknown(key))
+        if key in found:
+            raise _error(key, "given twice", "each key once")
+        found[key] = _limits(text, limits) if given else None
+    if len(found) > MOST_KEYS:
+        raise input_error(COMMAND, OPTION, f"{len(found)} keys", f"{MOST_KEYS} at most")
+    return found
+
+
+def check_ranges(file: SceneFile, given_model: bool) -> None:
+    """Refuse ranges of the command line that do not fit the scene."""
+    for error in unfit_optimum_keys(file, given_model):
+        raise _of_command_line(error)
+
+
+def default_range(file: SceneFile, key: str, now: float | None, static: Range | None) -> Range:
+    """The range of a key that was given none."""
+    swept = [key_value(member.scene, key) for member in file.members] if key in file.swept else []
+    values = [value for value in swept if value is not None]
+    if len(set(values)) > 1:
+        return min(values), max(values)
+    if key in FIXED:
+        return FIXED[key]
+    if key in STATIC and static is not None:
+        return static
+    if not now:
+        raise _error(key, "no range, and the scene's value tells none", WRITTEN)
+    if key in DECADE:
+        high = 10.0 * now
+        return 0.1 * now, min(high, MOST_DAMPING) if key == "response.damping_ratio" else high
+    highest = 180.0 if key == "shroud.angle" else math.inf
+    low, high = sorted(((1.0 - SHARE) * now, (1.0 + SHARE) * now))
+    return low, min(high, highest)
+
+
+def with_ranges(file: SceneFile, ranges: dict[str, Range], objective: Objective = "displacement") -> SceneFile:
+    """The scene with the section [optimum] over these ranges."""
+    optimum = Optimum(over=dict(ranges), objective=objective)
+    changed = [replace(m, scene=m.scene.model_copy(update={"optimum": optimum})) for m in file.members]
+    return replace(file, members=tuple(changed))
+
+
+def _limits(text: str, limits: str) -> Range:
+    try:
+        low, high = (float(part) for part in limits.split(":"))
+    except ValueError:
+        raise input_error(COMMAND, OPTION, shown(text), WRITTEN) from None
+    if not (math.isfinite(low) and math.isfinite(high) and low < high):
+        raise input_error(COMMAND, OPTION, shown(text), WRITTEN)
+    return low, high
+
+
+def _unknown(key: str) -> str:
+    near = meant(key, OPTIMISED_KEYS, "")
+    return f"unknown key, did you mean {near}?" if near else "unknown key"
+
+
+def _error(key: str, found: str, allowed: str = "") -> InputError:
+    return input_error(COMMAND, f"{OPTION} {key}", found, allowed or ", ".join(OPTIMISED_KEYS))
+
+
+def _of_command_line(error: InputError) -> InputError:
+    """An error of [optimum] in the words of the command line."""
+    said = str(error).removeprefix(f"{error.source}: ").removeprefix(f"{error.key}: ")
+    key = error.key.removeprefix(f"{PLACE}.").strip('"')
+    changed = InputError(f"{COMMAND}: {OPTION} {key}: {said}")
+    changed.source, changed.key = COMMAND, f"{OPTION} {key}"
+    return changed
+
+
+APART = -1e3  # interference of contacts that never touch, m
+PRESSED = 1e7  # preload of contacts that always stick, by the force of the excitation
+LEAST_PRELOAD = 0.01  # of that at which all nodes stick
+OVER = "--over"  # how messages name it
+_QUICK: dict[str, Any] = {  # what the linear responses do without
+    "response.detached": False,
+    "response.truncation": False,
+    "response.time_integration": False,
+    "response.stability": "folds",
+    "response.residual_tractions": "projected",
+}
+
+
+def static_ranges(context: StudyContext) -> dict[str, Range]:
+    """The ranges of `contact.interference`, m, and `contact.preload`, N, in which the contacts are not linear.
+
+    The range of a key that does nothing, as of the interference without a normal stiffness, is left out.
+    """
+    from rom import read_reduced_model
+
+    scene = context.scene
+    contact = contact_on_model(scene, read_reduced_model(context.model.rom, with_basis=False))
+    apart = _linear(context, {"contact.preload": 0.0, "contact.interference": APART})
+    stuck = _linear(context, {"contact.preload": PRESSED * scene.excitation.force})
+    rates = np.abs(stuck.contact_force[:, 1:]).sum(axis=1)  # (P, n_c, 3), amplitudes of the forces
+    friction = np.maximum(contact.friction, np.finfo(float).tiny)
+    sliders = np.hypot(rates[..., 0], rates[..., 1]) / friction
+    needed = (np.where(contact.friction > 0.0, sliders, 0.0) + rates[..., 2]).max(axis=0)
+    found = {}
+    if np.all(contact.normal_stiffness > 0.0):
+        gap = float(np.abs(apart.relative_displacement[:, 1:, :, 2]).sum(axis=1).max())
+        found["contact.interference"] = (-gap, float((needed / contact.normal_stiffness).max()))
+    found["contact.preload"] = (LEAST_PRELOAD * float(needed.max()), float(needed.max()))
+    return {key: limits for key, limits in found.items() if limits[1] > limits[0]}
+
+
+def _linear(context: StudyContext, closure: Mapping[str, float]) -> ResponseCurve:
+    """The response with this interference and preload, and as few harmonics as the excitation has."""
+    given = {key: as_in_scene(context.scene, key, value) for key, value in closure.items()}
+    member = context.member(
+        {**_QUICK, "response.harmonics": context.scene.excitation.highest_harmonic, **given}, OVER
+    )
+    found: CurveResult = context.curves([replace(member, parameters=given)])[0]
+    if found.file is None:
+        raise StudyError(found.reason)
+    return read_curve(found.file)
+
 
 STUDY = "optimum"
 

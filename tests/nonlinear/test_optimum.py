@@ -19,7 +19,7 @@ from nonlinear import (
     forced_response,
     performance_curve,
 )
-from nonlinear.peak_curves.joint_peaks import Box, CarriedPeak, multipliers
+from nonlinear.peak_curves.joint_optimum import Box, CarriedPeak, multipliers
 from nonlinear.peak_curves.parameter_family import ParameterFamily
 from nonlinear.peak_curves.peak_branch import PeakPiece
 from nonlinear.peak_curves.peak_curve import PeakPoint

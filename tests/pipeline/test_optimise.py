@@ -12,7 +12,7 @@ from pipeline_support import shroud, small_scene, write_scene
 
 from pipeline import run_scene
 from pipeline.results.results import Results
-from pipeline.studies.optimum.derivative_free import TOLERANCE, Point, UnitSearch
+from pipeline.studies.optimum.optimum_study import TOLERANCE, Point, UnitSearch
 from rom import ReducedModel, write_reduced_model
 
 QUICK = {"detached": False, "truncation": False, "time_integration": False, "stability": "wave"}

@@ -1,27 +1,127 @@
-"""Trials of the optimum: scenes with other values of some keys, and the worst motion of their curves."""
+"""Scenes with other values of some keys: the worst motion of their curves, and the optimum of followed peaks."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from nonlinear import ContactError, JointOptimum, Optimum, find_joint_optimum, find_optimum
 from pipeline.errors import InputError
 from pipeline.results.worst import number_error
-from pipeline.scene.key_values import as_in_scene
-from pipeline.scene.optimum_checks import PLACE
-from pipeline.studies.optimum.followed_peaks import objective_of
+from pipeline.scene.key_values import WHOLE_FACE, as_in_scene
+from pipeline.scene.optimum_checks import PLACE, SOLVER_KEYS
+from pipeline.stages.scene_to_solver import nonlinear_problem
+from pipeline.stages.stored_curve import read_curve
 from pipeline.studies.optimum.optimum_result import Trial
+from pipeline.studies.study import StudyContext, StudyError
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from nonlinear import SolvedResponse
+    from nonlinear import ResponseCurve, SolvedResponse
     from pipeline.scene.reading import Member
+    from pipeline.scene.schema import Scene
     from pipeline.stages.curve_summary import CurveSummary
     from pipeline.stages.respond import CurveResult
     from pipeline.studies.study import StudyContext
+
+
+MOST_RESPONSES, FEWEST, FEWEST_JOINT = 40, 16, 20  # of one search
+_DIGITS = 13  # of a value: the mean of equal numbers differs from them by rounding
+
+
+@dataclass(frozen=True)
+class FollowedPeaks:
+    """Finds the optimum over one to three keys of the solver, with other values of some keys of the model."""
+
+    context: StudyContext  # the scene, and what solves its curves
+    limits: Mapping[str, tuple[float, float]]  # the keys with their ranges, in the units of the scene
+    others: Mapping[str, float]  # further keys with their values
+    rough: bool = False  # whether as few responses as possible are to be solved
+
+    def optimum(self) -> Optimum | JointOptimum:
+        """The optimum in the units of the solver (`per_unit`), found in the store where it is there."""
+        member = self.context.member({key: self._given(key, value) for key, value in self.others.items()}, PLACE)
+        model = self.context.model_of(member)
+        inputs = {"limits": dict(self.limits), "rough": self.rough, "curve": self.context.key_of(member, model)}
+        inputs["objective"] = objective_of(self.context)
+        kind: type[Any] = Optimum if len(self.limits) == 1 else JointOptimum
+        found: Optimum | JointOptimum = self.context.stored(
+            "optimum", inputs, kind, __name__, lambda: self._found(member.scene, model.rom)
+        )
+        return found
+
+    def _found(self, scene: Scene, rom: Path) -> Optimum | JointOptimum:
+        from rom import read_reduced_model
+
+        model = read_reduced_model(rom, with_basis=False)
+        modal, contact, wave, options = nonlinear_problem(scene, model)
+        problem = modal, contact, wave, replace(options, objective=objective_of(self.context))
+        factors = {key: per_unit(key, scene, model.n_contacts) for key in self.limits}
+        ranges = {
+            SOLVER_KEYS[key]: (low / factors[key], high / factors[key]) for key, (low, high) in self.limits.items()
+        }
+
+        def responses(problems: Sequence[Any]) -> list[ResponseCurve]:
+            return self._responses(problems, problem, factors)
+
+        said = self.context.progress
+        try:
+            if len(ranges) > 1:
+                most = FEWEST_JOINT if self.rough else MOST_RESPONSES
+                return find_joint_optimum(problem, ranges, said, responses, most_responses=most)
+            ((name, (low, high)),) = ranges.items()
+            most = FEWEST if self.rough else MOST_RESPONSES
+            return find_optimum(problem, name, low, high, said, responses, most_responses=most)
+        except (ArithmeticError, ContactError) as error:
+            raise StudyError(str(error)) from None
+
+    def _responses(self, problems: Sequence[Any], base: Any, factors: Mapping[str, float]) -> list[ResponseCurve]:
+        """The responses of some problems, as curves of the scene."""
+        members = []
+        for problem in problems:
+            own = {key: _solver_value(problem, base, SOLVER_KEYS[key]) * factors[key] for key in self.limits}
+            rounded = {key: float(f"{value:.{_DIGITS}g}") for key, value in own.items()}
+            values = {key: self._given(key, value) for key, value in {**self.others, **rounded}.items()}
+            if problem[3].harmonics != self.context.scene.response.harmonics:
+                values["response.harmonics"] = problem[3].harmonics
+            members.append(self.context.member(values, PLACE))
+        curves = self.context.curves(members)
+        for curve in curves:
+            if curve.file is None:
+                raise StudyError(curve.reason)
+        return [read_curve(curve.file) for curve in curves if curve.file is not None]
+
+    def _given(self, key: str, value: float) -> Any:
+        return as_in_scene(self.context.scene, key, value)
+
+
+def objective_of(context: StudyContext) -> Any:
+    """What the optimum of a scene makes low, as of `SolverOptions`."""
+    section = context.scene.optimum
+    return "displacement" if section is None else section.objective
+
+
+def per_unit(key: str, scene: Scene, n_contacts: int) -> float:
+    """Value of a key of the scene for each unit of the solver's parameter.
+
+    A stiffness of the scene is that of the whole face, of the solver the mean of the nodes. The damping of the solver
+    is a factor on that of the scene.
+    """
+    if key in WHOLE_FACE:
+        return float(n_contacts)
+    ratio = scene.response.damping_ratio
+    return ratio if key == "response.damping_ratio" and isinstance(ratio, float) else 1.0
+
+
+def _solver_value(problem: Any, base: Any, name: str) -> float:
+    """Value of a parameter of the solver in a problem; of the damping its ratio to that of another problem."""
+    modal, contact, excitation, _ = problem
+    if name == "damping":
+        return float(modal.damping.flat[0] / base[0].damping.flat[0])
+    return float(excitation.force if name == "force" else getattr(contact, name).mean())
 
 
 @dataclass

@@ -17,7 +17,7 @@ from pipeline.scene.marginal import marginal_of
 from pipeline.scene.optimum_checks import SOLVER_KEYS
 from pipeline.scene.schema import Scene
 from pipeline.stages.respond import CurveResult
-from pipeline.studies.optimum.followed_peaks import per_unit
+from pipeline.studies.optimum.trials import per_unit
 from pipeline.studies.study import StudyError
 from pipeline.studies.uncertainty.first_order import FirstOrder, first_order
 from pipeline.studies.uncertainty.polynomial_chaos import polynomial_chaos
