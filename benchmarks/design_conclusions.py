@@ -29,7 +29,7 @@ from worst_motions import SolvedCurve, in_time
 
 if TYPE_CHECKING:
     from nonlinear import Optimum
-    from nonlinear.peak_curves.parameter_family import Problem
+    from nonlinear.problem import Problem
 
 NAME = "design_conclusions"
 PAGE = ROOT / "docs" / f"{NAME}.md"

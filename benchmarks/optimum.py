@@ -109,7 +109,7 @@ def family_of(options: Any, changes: dict[str, Any]) -> ParameterFamily:
 
     scene = scene_with(options.scene, changes)
     model = read_reduced_model(cached_model(options.out.parent / "store", scene), with_basis=False)
-    return ParameterFamily(nonlinear_problem(scene, model), options.over, options.low, options.high)
+    return ParameterFamily.over(nonlinear_problem(scene, model), options.over, options.low, options.high)
 
 
 def optimum_of(family: ParameterFamily) -> Optimum:

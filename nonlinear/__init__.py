@@ -61,9 +61,16 @@ if TYPE_CHECKING:
         SolverOptions,
         least_samples,
     )
-    from nonlinear.peak_curves.joint_optimum import ActivePeak, JointOptimum, find_joint_optimum
+    from nonlinear.peak_curves.joint_optimum import find_joint_optimum
     from nonlinear.peak_curves.optimum import find_optimum
-    from nonlinear.peak_curves.optimum_result import Optimum, PeakCurve, SolvedResponse, WorstEnvelope
+    from nonlinear.peak_curves.optimum_result import (
+        ActivePeak,
+        JointOptimum,
+        Optimum,
+        PeakCurve,
+        SolvedResponse,
+        WorstEnvelope,
+    )
     from nonlinear.peak_curves.peak_search import solved_response
     from nonlinear.peak_curves.peak_sensitivity import PeakSensitivity, peak_sensitivity
     from nonlinear.peak_curves.performance_curve import PerformanceCurve, performance_curve
@@ -194,8 +201,8 @@ _PLACES = {
     "NonlinearMode": "nonlinear.nonlinear_modes.nonlinear_mode",
     "harmonic_shares": "nonlinear.nonlinear_modes.mode_curve",
     "nonlinear_mode": "nonlinear.nonlinear_modes.nonlinear_mode",
-    "ActivePeak": "nonlinear.peak_curves.joint_optimum",
-    "JointOptimum": "nonlinear.peak_curves.joint_optimum",
+    "ActivePeak": "nonlinear.peak_curves.optimum_result",
+    "JointOptimum": "nonlinear.peak_curves.optimum_result",
     "find_joint_optimum": "nonlinear.peak_curves.joint_optimum",
     "performance_curve": "nonlinear.peak_curves.performance_curve",
     "Optimum": "nonlinear.peak_curves.optimum_result",

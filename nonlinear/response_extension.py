@@ -10,20 +10,18 @@ from nonlinear.branches.branch_collection import BranchCollection, BranchStart, 
 from nonlinear.branches.detached_branches import few_harmonics
 from nonlinear.branches.parameter_continuation import Carried, Homotopy, carry_solution
 from nonlinear.contact.fourier import to_real
-from nonlinear.contact.parameters import ContactParameters
 from nonlinear.continuation.arclength_continuation import Progress
 from nonlinear.harmonic_balance.initial_solution import pad_or_truncate
 from nonlinear.harmonic_balance.residual import HarmonicBalance
 from nonlinear.harmonic_selection.truncation_error import TruncationErrorEstimator
-from nonlinear.options import Excitation, SolverOptions
 from nonlinear.peak_errors import with_peak_errors
+from nonlinear.problem import Problem, ProblemTuple
 from nonlinear.response_curve import ResponseCurve, assemble_curve, by_height
 from nonlinear.response_solver import build_continuation, lifting_to
 from nonlinear.worst_motion.worst_motion import find_worst_motion
-from rom import RingModes, one_blas_thread
+from rom import one_blas_thread
 
 SAME_AS_KNOWN = 0.01  # distance from a known branch, relative to the vibration, within which nothing is lifted
-Problem = tuple[RingModes, ContactParameters, Excitation, SolverOptions]
 
 
 class LostStart(NamedTuple):
@@ -60,7 +58,7 @@ class Extension:
 
 
 def extend_response(
-    problem: Problem, curve: ResponseCurve, starts: Sequence[BranchStart], progress: Progress | None = None
+    problem: ProblemTuple, curve: ResponseCurve, starts: Sequence[BranchStart], progress: Progress | None = None
 ) -> ResponseCurve:
     """The curve with the branches to which solutions of other problems lead.
 
@@ -95,7 +93,7 @@ def extend_response(
 
 
 def carry_branches(
-    problem: Problem, curve: ResponseCurve, starts: Sequence[BranchStart], progress: Progress | None = None
+    problem: ProblemTuple, curve: ResponseCurve, starts: Sequence[BranchStart], progress: Progress | None = None
 ) -> Extension:
     """As `extend_response`, and where the starts were lost that did not reach the problem.
 
@@ -134,7 +132,7 @@ def carry_branches(
         full = continuation.with_balance(balances.balance(lifting.numbers[-1]))
         known = [_known(full.balance, branch) for branch in (curve, *curve.detached) if branch.points]
         collection = BranchCollection(full, known, progress=progress)
-        lost = _offer(collection, lifting, starts, problem)
+        lost = _offer(collection, lifting, starts, Problem(*problem))
     estimator = TruncationErrorEstimator(continuation, balances)
     added = [
         with_peak_errors(
@@ -159,7 +157,7 @@ def _offer(
     lost: list[LostStart] = []
     ended: set[tuple[str, int]] = set()
     few = lifting.balances.balance(min(few_harmonics(lifting.balances)[-1], lifting.numbers[-1]))
-    low, high = problem[3].omega_range
+    low, high = problem.options.omega_range
     for start in starts:
         branch = start.label, start.branch
         carried = _carry(few, start, problem, branch not in ended)

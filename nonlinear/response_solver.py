@@ -2,6 +2,7 @@
 
 import time
 from dataclasses import replace
+from typing import NamedTuple
 
 from nonlinear.branches.branch import Branch, with_stability
 from nonlinear.branches.branch_collection import Lifting
@@ -185,42 +186,64 @@ def _with_adaptive_harmonics(
 ) -> tuple[list[Branch], TruncationEstimate]:
     """Branches with as many harmonics at each point as the tolerance asks for, and the truncation error of the peak.
 
-    The selection along the curve rests on a cheap estimate. Then the peaks and some points along the curve are solved
-    with more harmonics. If these tell of a larger error, or if the curve is incomplete, which may be due to the
-    truncation, the curve is solved again with a stricter selection, unless these points have the most harmonics
-    that there are.
+    The selection along the curve rests on a cheap estimate. Where `_checked` tells of a larger error, the curve is
+    solved again with a stricter selection and more harmonics at least.
     """
     tolerance = continuation.options.harmonic_tolerance
     stability, continuation = continuation.stability, replace(continuation, stability=None)
     selection = HarmonicSelection(estimator.balances, tolerance / STRICTER)
-    numbers = feasible_harmonic_numbers(estimator.balances.base.n_contacts, estimator.balances.highest_excited)
-    for n_harmonics in numbers:
-        selection.min_harmonics, last = n_harmonics, n_harmonics == numbers[-1]
-        start = continuation.with_balance(estimator.balances.balance(n_harmonics))
+    numbers = [*feasible_harmonic_numbers(estimator.balances.base.n_contacts, estimator.balances.highest_excited)]
+    most, solved = numbers[-1], None
+    while solved is None:
+        selection.min_harmonics, *numbers = numbers
+        start = continuation.with_balance(estimator.balances.balance(selection.min_harmonics))
         branches = continue_over_range(replace(start, adapt=selection), static, progress)
-        main = branches[0]
-        if main.termination.complete or last:
-            changes = estimator.along_curve(main.points, main.peak_indices)
-            too_large = [place for place, change in changes.items() if not change <= tolerance]
-            if last or not _fewer_than(numbers[-1], main, too_large):  # else the peak need not be looked at
-                at_peak = estimator.of_branch(main.points, main.peak_indices)
-                highest = [estimator.highest(main.points, main.peak_indices)] if main.points else []
-                if last or at_peak.error <= tolerance or not _fewer_than(numbers[-1], main, highest):
-                    break
+        solved = _checked(branches, estimator, tolerance, most if numbers else None)
         selection.tolerance /= STRICTER
-    if too_large or not at_peak.error <= tolerance:
-        most = f"{numbers[-1]} harmonics, the most there are, do not reach {tolerance:g}"
-        termination = replace(main.termination, message=f"{main.termination.message}; {most}")
-        branches = [main._replace(termination=termination), *branches[1:]]
-    if stability is not None:  # only now: the exponents of a curve that is solved again would be lost
-        with_exponents = replace(continuation, stability=stability)
-        branches = [with_stability(with_exponents, branch) for branch in branches]
-    return branches, at_peak
+    if not solved.accurate:
+        main, said = solved.branches[0], f"{most} harmonics, the most there are, do not reach {tolerance:g}"
+        termination = replace(main.termination, message=f"{main.termination.message}; {said}")
+        solved.branches[0] = main._replace(termination=termination)
+    if stability is None:
+        return solved.branches, solved.at_peak
+    # only now: the exponents of a curve that is solved again would be lost
+    with_exponents = replace(continuation, stability=stability)
+    return [with_stability(with_exponents, branch) for branch in solved.branches], solved.at_peak
 
 
-def _fewer_than(most: int, branch: Branch, places: list[int]) -> bool:
-    """Whether there are such points, and all have fewer harmonics: with more of them the curve may get better."""
-    return bool(places) and all(branch.points[place].balance.n_harmonics < most for place in places)
+class _Checked(NamedTuple):
+    """Branches with adaptive harmonics, solved for good."""
+
+    branches: list[Branch]
+    at_peak: TruncationEstimate
+    accurate: bool  # whether the truncation error is within the tolerance
+
+
+def _checked(
+    branches: list[Branch], estimator: TruncationErrorEstimator, tolerance: float, most: int | None
+) -> _Checked | None:
+    """The branches with what a solution of the peaks and of some points with more harmonics tells of the error.
+
+    None where the curve may get better if it is solved again: where it is incomplete, which may be due to the
+    truncation, or where the error is too large at points that all have fewer harmonics than `most`, the most there
+    are. Where `most` is None the curve cannot be solved again.
+    """
+    main = branches[0]
+
+    def may_improve(places: list[int]) -> bool:
+        return most is not None and bool(places) and all(main.points[k].balance.n_harmonics < most for k in places)
+
+    if most is not None and not main.termination.complete:
+        return None
+    changes = estimator.along_curve(main.points, main.peak_indices)
+    too_large = [place for place, change in changes.items() if not change <= tolerance]
+    if may_improve(too_large):  # the peak need not be looked at
+        return None
+    at_peak = estimator.of_branch(main.points, main.peak_indices)
+    accurate = at_peak.error <= tolerance
+    if not accurate and main.points and may_improve([estimator.highest(main.points, main.peak_indices)]):
+        return None
+    return _Checked(branches, at_peak, accurate and not too_large)
 
 
 def build_harmonic_balance(

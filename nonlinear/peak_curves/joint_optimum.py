@@ -15,24 +15,24 @@ from itertools import product
 
 import numpy as np
 
-from nonlinear.branches.records import Motion, WorstMotion
 from nonlinear.contact.parameters import Array
-from nonlinear.options import NO_PEAK, Objective, OptionsError
-from nonlinear.peak_curves.optimum import elasticities, said_of
-from nonlinear.peak_curves.optimum_result import SolvedResponse
-from nonlinear.peak_curves.parameter_family import LineFamily, Problem, check_range, with_parameters
+from nonlinear.options import NO_PEAK, OptionsError
+from nonlinear.peak_curves.optimum import elasticities, motion_said
+from nonlinear.peak_curves.optimum_result import ActivePeak, JointOptimum, SolvedResponse
+from nonlinear.peak_curves.parameter_family import ParameterFamily, check_range, with_parameters
 from nonlinear.peak_curves.peak_branch import PeakStability
 from nonlinear.peak_curves.peak_curve import PeakContinuation, PeakPoint
 from nonlinear.peak_curves.peak_search import (
     Solve,
     ends_said,
-    origin_of,
-    peak_height,
+    listed,
+    most_harmonics,
+    peaks_of,
     solve_in_turn,
     solved_response,
-    stored_point,
 )
 from nonlinear.peak_curves.peak_sensitivity import peak_derivatives
+from nonlinear.problem import Problem, ProblemTuple
 from nonlinear.response_curve import ResponseCurve
 from rom import one_blas_thread
 
@@ -66,10 +66,10 @@ class Box:
         units = {name: factors[name] if name == "damping" else 1.0 for name in self.names}
         return {name: found.get(name, 0.0) / units[name] for name in self.names}
 
-    def line(self, first: Array, last: Array) -> LineFamily:
+    def line(self, first: Array, last: Array) -> ParameterFamily:
         """The problems between two places."""
         ends = (tuple(float(value) for value in self.values(place)) for place in (first, last))
-        return LineFamily(self.problem, self.names, *ends)
+        return ParameterFamily(self.problem, self.names, *ends)
 
 
 @dataclass
@@ -177,106 +177,6 @@ STARTS = 2  # places from which the search descends
 
 
 @dataclass(frozen=True)
-class ActivePeak:
-    """A peak that is as high as any at a joint optimum.
-
-    Attributes
-    ----------
-    amplitude_m, frequency_hz : float
-        The peak, m and Hz.
-    multiplier : float
-        Its share in the condition of the optimum, 0 to 1: the sum over the active peaks of multiplier times
-        gradient vanishes, but for parameters at an end of their range.
-    gradient : mapping of str to float
-        Derivatives of the amplitude with respect to the parameters, m per unit.
-
-    Examples
-    --------
-    Two peaks that exchange: one falls with the friction coefficient, the other one rises three times as fast.
-
-    >>> from nonlinear import ActivePeak
-    >>> peaks = ActivePeak(1e-5, 240.0, 0.75, {"friction": -1e-5}), ActivePeak(1e-5, 410.0, 0.25, {"friction": 3e-5})
-    >>> bool(abs(sum(peak.multiplier * peak.gradient["friction"] for peak in peaks)) < 1e-18)
-    True
-    """
-
-    amplitude_m: float
-    frequency_hz: float
-    multiplier: float
-    gradient: Mapping[str, float]
-
-
-@dataclass(frozen=True)
-class JointOptimum:
-    """Where the worst motion over several parameters is lowest.
-
-    Attributes
-    ----------
-    values : mapping of str to float
-        The parameters at the optimum, SI units.
-    ranges : mapping of str to (float, float)
-        Their ranges.
-    at_end : mapping of str to {"", "low", "high"}
-        Which parameters lie at an end of their range.
-    amplitude_m, frequency_hz : float
-        The worst motion there, m and Hz.
-    motion : {"periodic", "quasi-periodic"}
-        What it is.
-    peaks : tuple of ActivePeak
-        The peaks as high as any there: more than one at a kink.
-    derivatives, elasticities : mapping of str to float
-        As of `Optimum`, of the highest peak.
-    worst : WorstMotion or None
-        The worst motion at the optimum, from a response solved with all options.
-    path : tuple of (mapping of str to float, float)
-        Values and worst amplitude, m, of the responses along the way to the optimum.
-    responses : tuple of SolvedResponse
-        These responses; `value` counts them.
-    harmonics : int
-        Number of harmonics.
-    seconds : float
-        Time of the search, s.
-    message : str
-        One line that says what was found.
-    remarks : tuple of str
-        What was searched and what was left open.
-    objective : {"displacement", "harmonic_1"}
-        What amplitudes are, see `SolverOptions.objective`.
-    truncation_error : float
-        As of `Optimum`.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`: a limit mu N0 of the slider that friction and preload share.
-
-    >>> from nonlinear import find_joint_optimum
-    >>> ranges = {"friction": (0.2, 0.6), "preload": (1.0, 4.0)}
-    >>> optimum = find_joint_optimum((modal, contact, excitation, options), ranges)
-    >>> round(optimum.values["friction"] * optimum.values["preload"], 3), round(optimum.amplitude_m, 3)
-    (1.53, 1.014)
-    """
-
-    values: Mapping[str, float]
-    ranges: Mapping[str, tuple[float, float]]
-    at_end: Mapping[str, str]
-    amplitude_m: float
-    frequency_hz: float
-    motion: Motion
-    peaks: tuple[ActivePeak, ...]
-    derivatives: Mapping[str, float]
-    elasticities: Mapping[str, float]
-    worst: WorstMotion | None
-    path: tuple[tuple[Mapping[str, float], float], ...]
-    responses: tuple[SolvedResponse, ...]
-    harmonics: int
-    seconds: float
-    message: str
-    remarks: tuple[str, ...] = ()
-    objective: Objective = "displacement"
-    truncation_error: float = float("nan")
-
-
-@dataclass(frozen=True)
 class _Sample:
     """A response at a place, with its peaks that matter."""
 
@@ -310,12 +210,11 @@ class _Descent:
         """Responses at some places, as far as the limit allows."""
         places = places[: max(self.most - len(self.samples), 0)]
         for place in places:
-            said = ", ".join(f"{n} = {v:.6g}" for n, v in zip(self.box.names, self.box.values(place), strict=True))
-            self.progress(f"response at {said} ({reason})")
+            self.progress(f"response at {listed(self.box.names, self.box.values(place).tolist())} ({reason})")
         curves = self.solver([self.box.at(place) for place in places])
         found: list[_Sample] = []
         for place, curve in zip(places, curves, strict=True):
-            solved = solved_response(float(len(self.samples) + len(found)), curve, reason, self.box.problem[3])
+            solved = solved_response(float(len(self.samples) + len(found)), curve, reason, self.box.problem.options)
             found.append(_Sample(place, curve, solved, self._peaks(place, curve, solved)))
         self.samples += found
         return found
@@ -354,25 +253,21 @@ class _Descent:
         if not np.isfinite(solved.height):
             return ()
         follower = PeakContinuation(self.box.line(place, np.clip(1.0 - place, 0.1, 0.9)))
-        continuation, stability = follower.continuation(0.0), PeakStability(follower)
+        stability = PeakStability(follower)
+
+        def matters(height: float, frequency_hz: float) -> bool:
+            return MATTERS * solved.bound_m <= height <= 1.001 * solved.bound_m
+
         found: list[CarriedPeak] = []
-        for number, branch in enumerate((curve, *curve.detached)):
-            for peak in branch.peaks:
-                height = peak_height(branch, peak, self.box.problem[3])
-                if not peak.located or not MATTERS * solved.bound_m <= height <= 1.001 * solved.bound_m:
-                    continue
-                start = follower.peak_near(0.0, stored_point(continuation, branch, peak.index))
-                counts = start is not None and start.is_maximum
-                if start is None or not counts:
-                    continue
-                open_end = bool(solved.unresolved) and start.amplitude > solved.amplitude_m
-                if open_end or stability.judged(start).persists:
-                    found.append(CarriedPeak(self.box, origin_of(curve, number), [(place.copy(), start)]))
+        for origin, start in peaks_of(follower, 0.0, curve, matters):
+            open_end = bool(solved.unresolved) and start.amplitude > solved.amplitude_m
+            if open_end or stability.judged(start).persists:
+                found.append(CarriedPeak(self.box, origin, [(place.copy(), start)]))
         return tuple(found)
 
 
 def find_joint_optimum(
-    problem: Problem,
+    problem: ProblemTuple,
     ranges: Mapping[str, tuple[float, float]],
     progress: Callable[[str], None] = lambda line: None,
     solver: Solve = solve_in_turn,
@@ -426,7 +321,7 @@ def find_joint_optimum(
         check_range(problem, name, low, high)
     names, ends = tuple(ranges), np.array(list(ranges.values()))
     started = time.perf_counter()
-    box = Box(problem, names, ends[:, 0], ends[:, 1])
+    box = Box(Problem(*problem), names, ends[:, 0], ends[:, 1])
     with one_blas_thread():
         found = _in_box(box, progress, solver, most_responses)
     return replace(found, seconds=max(0.0, time.perf_counter() - started))
@@ -434,18 +329,17 @@ def find_joint_optimum(
 
 def _in_box(box: Box, progress: Callable[[str], None], solver: Solve, most: int) -> JointOptimum:
     """The optimum, with a number of harmonics that suffices at the centre and there."""
-    if box.problem[3].harmonics != "auto":
+    if box.problem.options.harmonics != "auto":
         return _with_fixed_harmonics(box, progress, solver, most)
     found: JointOptimum | None = None
     number, place = 0, np.full(len(box.names), 0.5)
     while True:
         curve = solver([box.at(place)])[0]
-        asked = max(branch.harmonics for branch in (curve, *curve.detached))
+        asked = most_harmonics(curve)
         if found is not None and asked <= number:
             return found
         number = asked
-        modal, contact, excitation, options = box.problem
-        fixed = replace(box, problem=(modal, contact, excitation, replace(options, harmonics=number)))
+        fixed = replace(box, problem=box.problem.with_harmonics(number))
         found = _with_fixed_harmonics(fixed, progress, solver, most)
         values = np.array([found.values[name] for name in box.names])
         place = (values - box.low) / (box.high - box.low)
@@ -477,7 +371,6 @@ def _described(descent: _Descent) -> JointOptimum:
     )
     derivatives = peak_derivatives(box.at(best.place), active[0][0].point) if active else {}
     amplitude = max(best.height, active[0][0].amplitude) if active else best.height
-    listed = ", ".join(f"{name} = {value:.6g}" for name, value in values.items())
     frequency = active[0][0].frequency_hz if active else best.solved.frequency_hz
     remarks = [
         f"{len(descent.samples)} places searched; a lower place between them may be missed",
@@ -502,11 +395,11 @@ def _described(descent: _Descent) -> JointOptimum:
             for each in descent.samples
         ),
         responses=tuple(each.solved for each in descent.samples),
-        harmonics=box.problem[3].fixed_harmonics,
+        harmonics=box.problem.options.fixed_harmonics,
         seconds=0.0,
-        message=f"{listed}: {said_of(box.problem[3])}{amplitude:.4g} m at {frequency:.6g} Hz",
+        message=f"{listed(box.names, [*values.values()])}: {motion_said(box.problem.options, amplitude, frequency)}",
         remarks=tuple(remarks),
-        objective=box.problem[3].objective,
+        objective=box.problem.options.objective,
         truncation_error=best.solved.truncation_error,
     )
 

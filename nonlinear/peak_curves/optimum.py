@@ -19,7 +19,7 @@ from nonlinear.branches.records import Motion
 from nonlinear.contact.parameters import Array
 from nonlinear.options import NO_PEAK, OptionsError, SolverOptions
 from nonlinear.peak_curves.optimum_result import KINDS, Optimum, PeakCurve, SolvedResponse, WorstEnvelope
-from nonlinear.peak_curves.parameter_family import ParameterFamily, Problem, check_range, parameter_value
+from nonlinear.peak_curves.parameter_family import ParameterFamily, check_range, parameter_value
 from nonlinear.peak_curves.peak_branch import PeakPiece
 from nonlinear.peak_curves.peak_search import (
     ACCURATE,
@@ -30,6 +30,7 @@ from nonlinear.peak_curves.peak_search import (
     Solve,
     ends_said,
     is_open,
+    most_harmonics,
     solve_in_turn,
     solved_response,
 )
@@ -44,6 +45,7 @@ from nonlinear.peak_curves.worst_envelope import (
     ResponseAt,
     lowest_of,
 )
+from nonlinear.problem import Problem, ProblemTuple
 from nonlinear.response_curve import ResponseCurve
 from rom import one_blas_thread
 
@@ -80,12 +82,12 @@ def described(placement: Placement, lowest: Minimum) -> Optimum:
         envelope=_sampled(envelope, family, placement),
         curves=tuple(_curve(piece, family) for piece in search.pieces),
         responses=solved,
-        harmonics=problem[3].fixed_harmonics,
+        harmonics=problem.options.fixed_harmonics,
         truncation_error=float("nan") if here is None else here.solved.truncation_error,
         seconds=0.0,
         message=_message(family, lowest, value, amplitude, frequency),
         remarks=tuple(_remarks(placement, envelope, lowest, here)),
-        objective=problem[3].objective,
+        objective=problem.options.objective,
     )
 
 
@@ -190,12 +192,13 @@ def _row(envelope: EnvelopeOfPeaks, share: float, height: float, peaks: Array) -
 
 def _message(family: ParameterFamily, lowest: Minimum, value: float, amplitude: float, frequency: float) -> str:
     said = KINDS[lowest.kind].format(f"{value:.6g}")
-    return f"{family.name}: {said}, {said_of(family.problem[3])}{amplitude:.4g} m at {frequency:.6g} Hz"
+    return f"{family.name}: {said}, {motion_said(family.problem.options, amplitude, frequency)}"
 
 
-def said_of(options: SolverOptions) -> str:
-    """What is said before an amplitude that is not the largest displacement."""
-    return "harmonic 1 of " if options.objective == "harmonic_1" else ""
+def motion_said(options: SolverOptions, amplitude: float, frequency: float) -> str:
+    """Amplitude (m) and frequency (Hz) of the worst motion in words."""
+    first = "harmonic 1 of " if options.objective == "harmonic_1" else ""
+    return f"{first}{amplitude:.4g} m at {frequency:.6g} Hz"
 
 
 def _remarks(placement: Placement, envelope: EnvelopeOfPeaks, lowest: Minimum, here: ResponseAt | None) -> list[str]:
@@ -253,7 +256,7 @@ TOLD = 0.01  # relative change by more harmonics, somewhere in the range, that i
 
 
 def find_optimum(
-    problem: Problem,
+    problem: ProblemTuple,
     name: str,
     low: float,
     high: float,
@@ -307,10 +310,10 @@ def find_optimum(
     if most_responses < FEWEST_RESPONSES:
         raise OptionsError(f"most_responses: {most_responses}, allowed: {FEWEST_RESPONSES} or more")
     check_range(problem, name, low, high)
-    family = ParameterFamily(problem, name, low, high)
+    family = ParameterFamily.over(problem, name, low, high)
     started = time.perf_counter()
     with one_blas_thread():
-        if problem[3].harmonics != "auto":
+        if family.problem.options.harmonics != "auto":
             found = _optimum(family, progress, solver, most_responses)
         else:
             found = _with_chosen_harmonics(family, progress, solver, most_responses)
@@ -327,9 +330,9 @@ def _with_chosen_harmonics(
     """
     progress(f"number of harmonics at both ends and in the middle of {family.name}")
     known = dict(zip(FIRST_SHARES, solver([family.at(share) for share in FIRST_SHARES]), strict=True))
-    number = min(map(_harmonics, known.values()))
+    number = min(map(most_harmonics, known.values()))
     while True:
-        fixed = replace(family, problem=_with_harmonics(family.problem, number))
+        fixed = replace(family, problem=family.problem.with_harmonics(number))
         found = _optimum(fixed, progress, solver, most)
         span = family.high - family.low
         shares = [float((value - family.low) / span) for value in (found.value, *found.within)]
@@ -339,9 +342,9 @@ def _with_chosen_harmonics(
         lower = [
             curve
             for curve in known.values()
-            if _known_height(curve, family.problem[3]) < (1.0 - AGREES) * found.amplitude_m
+            if _known_height(curve, family.problem.options) < (1.0 - AGREES) * found.amplitude_m
         ]
-        asked = max(map(_harmonics, (*there, *lower)))
+        asked = max(map(most_harmonics, (*there, *lower)))
         if asked <= number:
             return replace(found, remarks=(_harmonics_said(family, number, known, found), *found.remarks))
         progress(f"{asked} harmonics are needed")
@@ -357,7 +360,7 @@ def _harmonics_said(family: ParameterFamily, number: int, known: dict[float, Res
     """How many harmonics the optimum has, and what their number changes where the envelope is least accurate."""
     said = f"{number} harmonics, as many as the tolerance asks for at the optimum and where it is 10 % higher"
     values = np.array([family.value(share) for share in known])
-    heights = np.array([_known_height(curve, family.problem[3]) for curve in known.values()])
+    heights = np.array([_known_height(curve, family.problem.options) for curve in known.values()])
     with np.errstate(all="ignore"):
         change = np.abs(found.envelope.at(values) / heights - 1.0)
     change = np.where(np.isfinite(change), change, 0.0)
@@ -366,15 +369,6 @@ def _harmonics_said(family: ParameterFamily, number: int, known: dict[float, Res
         return said
     where = f"{family.name} = {values[worst]:.6g}"
     return f"{said}; at {where} more of them change the worst motion by {100.0 * change[worst]:.2g} %"
-
-
-def _harmonics(curve: ResponseCurve) -> int:
-    return max(branch.harmonics for branch in (curve, *curve.detached))
-
-
-def _with_harmonics(problem: Problem, number: int) -> Problem:
-    modal, contact, excitation, options = problem
-    return modal, contact, excitation, replace(options, harmonics=number)
 
 
 def _optimum(family: ParameterFamily, progress: Callable[[str], None], solver: Solve, most: int) -> Optimum:

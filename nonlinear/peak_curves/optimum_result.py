@@ -1,4 +1,4 @@
-"""What a search for the optimum found: plain frozen data, without the solver's objects."""
+"""What a search for the optimum found, over one parameter or several: plain frozen data, no objects of the solver."""
 
 from __future__ import annotations
 
@@ -273,3 +273,117 @@ class Optimum:
     message: str
     remarks: tuple[str, ...] = field(default=())
     objective: Objective = "displacement"
+
+    @property
+    def values(self) -> Mapping[str, float]:
+        """The parameter by name, as of `JointOptimum`."""
+        return {self.name: self.value}
+
+
+@dataclass(frozen=True)
+class ActivePeak:
+    """A peak that is as high as any at a joint optimum.
+
+    Attributes
+    ----------
+    amplitude_m, frequency_hz : float
+        The peak, m and Hz.
+    multiplier : float
+        Its share in the condition of the optimum, 0 to 1: the sum over the active peaks of multiplier times
+        gradient vanishes, but for parameters at an end of their range.
+    gradient : mapping of str to float
+        Derivatives of the amplitude with respect to the parameters, m per unit.
+
+    Examples
+    --------
+    Two peaks that exchange: one falls with the friction coefficient, the other one rises three times as fast.
+
+    >>> from nonlinear import ActivePeak
+    >>> peaks = ActivePeak(1e-5, 240.0, 0.75, {"friction": -1e-5}), ActivePeak(1e-5, 410.0, 0.25, {"friction": 3e-5})
+    >>> bool(abs(sum(peak.multiplier * peak.gradient["friction"] for peak in peaks)) < 1e-18)
+    True
+    """
+
+    amplitude_m: float
+    frequency_hz: float
+    multiplier: float
+    gradient: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class JointOptimum:
+    """Where the worst motion over several parameters is lowest.
+
+    Attributes
+    ----------
+    values : mapping of str to float
+        The parameters at the optimum, SI units.
+    ranges : mapping of str to (float, float)
+        Their ranges.
+    at_end : mapping of str to {"", "low", "high"}
+        Which parameters lie at an end of their range.
+    amplitude_m, frequency_hz : float
+        The worst motion there, m and Hz.
+    motion : {"periodic", "quasi-periodic"}
+        What it is.
+    peaks : tuple of ActivePeak
+        The peaks as high as any there: more than one at a kink.
+    derivatives, elasticities : mapping of str to float
+        As of `Optimum`, of the highest peak.
+    worst : WorstMotion or None
+        The worst motion at the optimum, from a response solved with all options.
+    path : tuple of (mapping of str to float, float)
+        Values and worst amplitude, m, of the responses along the way to the optimum.
+    responses : tuple of SolvedResponse
+        These responses; `value` counts them.
+    harmonics : int
+        Number of harmonics.
+    seconds : float
+        Time of the search, s.
+    message : str
+        One line that says what was found.
+    remarks : tuple of str
+        What was searched and what was left open.
+    objective : {"displacement", "harmonic_1"}
+        What amplitudes are, see `SolverOptions.objective`.
+    truncation_error : float
+        As of `Optimum`.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`: a limit mu N0 of the slider that friction and preload share.
+
+    >>> from nonlinear import find_joint_optimum
+    >>> ranges = {"friction": (0.2, 0.6), "preload": (1.0, 4.0)}
+    >>> optimum = find_joint_optimum((modal, contact, excitation, options), ranges)
+    >>> round(optimum.values["friction"] * optimum.values["preload"], 3), round(optimum.amplitude_m, 3)
+    (1.53, 1.014)
+    """
+
+    values: Mapping[str, float]
+    ranges: Mapping[str, tuple[float, float]]
+    at_end: Mapping[str, str]
+    amplitude_m: float
+    frequency_hz: float
+    motion: Motion
+    peaks: tuple[ActivePeak, ...]
+    derivatives: Mapping[str, float]
+    elasticities: Mapping[str, float]
+    worst: WorstMotion | None
+    path: tuple[tuple[Mapping[str, float], float], ...]
+    responses: tuple[SolvedResponse, ...]
+    harmonics: int
+    seconds: float
+    message: str
+    remarks: tuple[str, ...] = ()
+    objective: Objective = "displacement"
+    truncation_error: float = float("nan")
+
+    @property
+    def kind(self) -> Kind:
+        """What it is, in the words of `Optimum`."""
+        if any(self.at_end.values()):
+            return "edge"
+        if not self.peaks:
+            return "sampled"
+        return "kink" if len(self.peaks) > 1 else "smooth"

@@ -4,39 +4,35 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
-from nonlinear.contact.parameters import ContactParameters
 from nonlinear.continuation.arclength_continuation import Continuation
-from nonlinear.options import Excitation, OptionsError, SolverOptions
+from nonlinear.options import OptionsError
+from nonlinear.problem import Problem, ProblemTuple
 from nonlinear.response_solver import build_harmonic_balance
-from rom import RingModes
 
 CONTACT = ("normal_stiffness", "tangential_stiffness", "friction", "interference", "preload")
 PARAMETERS = (*CONTACT, "force", "damping")
 
-Problem = tuple[RingModes, ContactParameters, Excitation, SolverOptions]
 
-
-def with_parameter(problem: Problem, name: str, value: float) -> Problem:
+def with_parameter(problem: ProblemTuple, name: str, value: float) -> Problem:
     """The problem with another value of a parameter."""
-    modal, contact, excitation, options = problem
+    same = Problem(*problem)
     if name == "force":
-        return modal, contact, replace(excitation, force=value), options
+        return same._replace(excitation=replace(same.excitation, force=value))
     if name == "damping":
-        return modal.with_damping_times(value), contact, excitation, options
+        return same._replace(modal=same.modal.with_damping_times(value))
     if name not in CONTACT:
         raise OptionsError(f"parameter: {name!r}, allowed: {', '.join(PARAMETERS)}")
-    nodal = getattr(contact, name)
+    nodal = getattr(same.contact, name)
     mean = float(nodal.mean())
     if name == "interference":
         changed = nodal + (value - mean)
     else:
         changed = nodal * (value / mean) if mean != 0.0 else nodal + value
-    return modal, replace(contact, **{name: changed}), excitation, options
+    return same._replace(contact=replace(same.contact, **{name: changed}))
 
 
-def parameter_value(problem: Problem, name: str) -> float:
+def parameter_value(problem: ProblemTuple, name: str) -> float:
     """Value of a parameter of a problem; 1 for "damping"."""
     _, contact, excitation, _ = problem
     if name in ("force", "damping"):
@@ -61,63 +57,48 @@ def check_range(problem: Problem, name: str, low: float, high: float) -> None:
         with_parameter(problem, name, value)
 
 
-class Family(Protocol):
-    """Problems over a share s of the way from one to another."""
-
-    @property
-    def problem(self) -> Problem:
-        """A problem with the options of all."""
-        ...
-
-    def at(self, share: float) -> Problem:
-        """The problem at a share."""
-        ...
-
-    def continuation(self, share: float) -> Continuation:
-        """The continuation in the frequency at a share."""
-        ...
-
-
 @dataclass(frozen=True)
 class ParameterFamily:
-    """The problems over a range of one parameter, by its share s of the range: 0 at `low`, 1 at `high`."""
-
-    problem: Problem  # modes, contact, excitation and options with a fixed number of harmonics
-    name: str  # the parameter, see `with_parameter`
-    low: float  # ends of the range
-    high: float  # ends of the range
-
-    def value(self, share: float) -> float:
-        """The parameter at a share of the range."""
-        return self.low + share * (self.high - self.low)
-
-    def at(self, share: float) -> Problem:
-        """The problem at a share of the range."""
-        return with_parameter(self.problem, self.name, self.value(share))
-
-    def continuation(self, share: float) -> Continuation:
-        """The continuation in the frequency at a share of the range."""
-        return _continuation(self.at(share))
-
-
-@dataclass(frozen=True)
-class LineFamily:
-    """The problems on the straight line between two sets of values of several parameters."""
+    """Problems on the straight way between two sets of values of parameters, by the share s of the way."""
 
     problem: Problem  # modes, contact, excitation and options with a fixed number of harmonics
     names: tuple[str, ...]  # the parameters, see `with_parameter`
-    first: tuple[float, ...]  # their values at the shares 0 and 1, SI units
-    last: tuple[float, ...]  # their values at the shares 0 and 1, SI units
+    first: tuple[float, ...]  # their values at s = 0, SI units
+    last: tuple[float, ...]  # their values at s = 1, SI units
+
+    @classmethod
+    def over(cls, problem: ProblemTuple, name: str, low: float, high: float) -> ParameterFamily:
+        """The problems over a range of one parameter."""
+        return cls(Problem(*problem), (name,), (low,), (high,))
+
+    @property
+    def name(self) -> str:
+        """The parameters by name."""
+        return ", ".join(self.names)
+
+    @property
+    def low(self) -> float:
+        """The one parameter at s = 0."""
+        return self.first[0]
+
+    @property
+    def high(self) -> float:
+        """The one parameter at s = 1."""
+        return self.last[0]
+
+    def value(self, share: float) -> float:
+        """The one parameter at a share of the way."""
+        return self.values(share)[0]
+
+    def values(self, share: float) -> list[float]:
+        """The parameters at a share of the way."""
+        return [a + share * (b - a) for a, b in zip(self.first, self.last, strict=True)]
 
     def at(self, share: float) -> Problem:
         """The problem at a share of the way."""
-        values = [a + share * (b - a) for a, b in zip(self.first, self.last, strict=True)]
-        return with_parameters(self.problem, self.names, values)
+        return with_parameters(self.problem, self.names, self.values(share))
 
     def continuation(self, share: float) -> Continuation:
         """The continuation in the frequency at a share of the way."""
-        return _continuation(self.at(share))
-
-
-def _continuation(problem: Problem) -> Continuation:
-    return Continuation(build_harmonic_balance(*problem), problem[3], contact=problem[1])
+        problem = self.at(share)
+        return Continuation(build_harmonic_balance(*problem), problem.options, contact=problem.contact)

@@ -31,7 +31,7 @@ from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.response_quantities import amplitude_derivative, output_amplitude
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.options import OptionsError
-from nonlinear.peak_curves.parameter_family import Family
+from nonlinear.peak_curves.parameter_family import ParameterFamily
 
 DIFFERENCE = 1e-5  # of alpha and of s, for the slopes of g
 TOLERANCE = 1e-10  # of g: the relative change of amplitude over unit arc length
@@ -84,7 +84,7 @@ class _Found(NamedTuple):
 class PeakContinuation:
     """Follows peaks of a family of problems."""
 
-    family: Family
+    family: ParameterFamily
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "_continuation", lru_cache(maxsize=8)(self.family.continuation))
@@ -131,7 +131,7 @@ class PeakContinuation:
         if start.tangent[1] * direction < 0.0:
             start = replace(start, tangent=(-start.tangent[0], -start.tangent[1]))
         peak, step, folds = start, FIRST_STEP, 0
-        low, high = self.family.problem[3].omega_range
+        low, high = self.family.problem.options.omega_range
         for _ in range(MOST_POINTS):
             found = None
             while found is None:
@@ -211,7 +211,7 @@ class PeakContinuation:
 
     def _peak(self, share: float, point: SolutionPoint, towards: tuple[float, float]) -> PeakPoint | None:
         """The peak at a solution with the slopes of g and the tangent on the side of `towards`."""
-        options = self.family.problem[3]
+        options = self.family.problem.options
         amplitude = output_amplitude(_with_forces(point), options.output, options.measure)
         bare = PeakPoint(share, point, amplitude, 0.0, (0.0, 0.0), towards)
         base = _Base(self, share, point, self._rate(bare))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
@@ -14,10 +14,11 @@ from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.options import NO_PEAK, TRUNCATION_TOLERATED, SolverOptions
 from nonlinear.peak_curves.optimum_result import SolvedResponse
-from nonlinear.peak_curves.parameter_family import ParameterFamily, Problem
+from nonlinear.peak_curves.parameter_family import ParameterFamily
 from nonlinear.peak_curves.peak_branch import PeakPiece, follow_peak
 from nonlinear.peak_curves.peak_curve import PeakContinuation, PeakPoint
 from nonlinear.peak_curves.worst_envelope import NARROW, EnvelopeOfPeaks, Gap, ResponseAt
+from nonlinear.problem import Problem
 from nonlinear.response_curve import ResponseCurve
 from nonlinear.response_solver import forced_response
 from nonlinear.worst_motion.candidates import highest_persistent, without_doubtful
@@ -58,10 +59,12 @@ class PeakSearch:
         """Responses at some shares; their high peaks that are not known are followed."""
         new = [s for s in shares if all(abs(s - known) > SAME_SHARE for known in self.shares)]
         for share in new:
-            self.progress(f"response at {self.family.name} = {self.family.value(share):.6g} ({reason})")
+            self.progress(f"response at {listed(self.family.names, self.family.values(share))} ({reason})")
         curves = self.solver([self.family.at(share) for share in new])
         found = [
-            ResponseAt(share, curve, solved_response(self.family.value(share), curve, reason, self.family.problem[3]))
+            ResponseAt(
+                share, curve, solved_response(self.family.value(share), curve, reason, self.family.problem.options)
+            )
             for share, curve in zip(new, curves, strict=True)
         ]
         self.responses = sorted([*self.responses, *found], key=lambda each: each.share)
@@ -70,22 +73,18 @@ class PeakSearch:
         return found
 
     def _follow_all(self, response: ResponseAt) -> None:
-        continuation = self.follower.continuation(response.share)
-        for number, branch in enumerate((response.curve, *response.curve.detached)):
-            origin = origin_of(response.curve, number)
-            for peak in branch.peaks:
-                height = peak_height(branch, peak, continuation.options)
-                high = height >= LOW * response.solved.highest_peak_m
-                if peak.located and high and not self._known(response.share, height, peak.frequency_hz):
-                    point = stored_point(continuation, branch, peak.index)
-                    start = self.follower.peak_near(response.share, point)
-                    if start is not None and start.is_maximum and not self._is_followed(start):
-                        self.progress(f"peak {start.amplitude:.4g} m followed over {self.family.name}")
-                        self.pieces += follow_peak(self.follower, start, origin)
+        def is_new(height: float, frequency_hz: float) -> bool:
+            high = height >= LOW * response.solved.highest_peak_m
+            return high and not self._known(response.share, height, frequency_hz)
+
+        for origin, start in peaks_of(self.follower, response.share, response.curve, is_new):
+            if not self._is_followed(start):
+                self.progress(f"peak {start.amplitude:.4g} m followed over {self.family.name}")
+                self.pieces += follow_peak(self.follower, start, origin)
 
     def _is_followed(self, start: PeakPoint) -> bool:
         """Whether a peak of the first harmonic is known: `_known` was asked with that of the displacement."""
-        first = self.family.problem[3].objective == "harmonic_1"
+        first = self.family.problem.options.objective == "harmonic_1"
         return first and self._known(start.share, start.amplitude, start.frequency_hz)
 
     def _known(self, share: float, amplitude: float, frequency_hz: float) -> bool:
@@ -96,6 +95,30 @@ class PeakSearch:
                 if same and abs(near / frequency_hz - 1.0) < SAME_FREQUENCY:
                     return True
         return False
+
+
+def peaks_of(
+    follower: PeakContinuation, share: float, curve: ResponseCurve, wanted: Callable[[float, float], bool]
+) -> Iterator[tuple[str, PeakPoint]]:
+    """Peaks of a response, solved for: branch and peak of those whose height (m) and frequency (Hz) are wanted."""
+    continuation = follower.continuation(share)
+    for number, branch in enumerate((curve, *curve.detached)):
+        for peak in branch.peaks:
+            height = peak_height(branch, peak, continuation.options)
+            if peak.located and wanted(height, peak.frequency_hz):
+                start = follower.peak_near(share, stored_point(continuation, branch, peak.index))
+                if start is not None and start.is_maximum:
+                    yield origin_of(curve, number), start
+
+
+def listed(names: Sequence[str], values: Sequence[float]) -> str:
+    """Parameters with their values, in a line."""
+    return ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, values, strict=True))
+
+
+def most_harmonics(curve: ResponseCurve) -> int:
+    """Largest number of harmonics on any branch."""
+    return max(branch.harmonics for branch in (curve, *curve.detached))
 
 
 def peak_height(branch: ResponseCurve, peak: Peak, options: SolverOptions) -> float:
@@ -180,7 +203,7 @@ def solved_response(value: float, curve: ResponseCurve, reason: str, options: So
         highest,
         len(branches),
         holder.truncation_error,
-        max(branch.harmonics for branch in branches),
+        most_harmonics(curve),
         reason,
         unresolved,
         worst is not None and worst.at_end,

@@ -28,12 +28,12 @@ from nonlinear.options import SolverOptions
 from nonlinear.peak_curves.parameter_family import (
     PARAMETERS,
     ParameterFamily,
-    Problem,
     parameter_value,
     with_parameter,
 )
 from nonlinear.peak_curves.peak_curve import PeakContinuation
 from nonlinear.peak_curves.peak_search import stored_point
+from nonlinear.problem import Problem, ProblemTuple
 from nonlinear.residual_tractions.extreme_amplitude import amplitude_adjoint
 from nonlinear.response_curve import ResponseCurve
 from nonlinear.response_solver import build_harmonic_balance
@@ -41,9 +41,12 @@ from nonlinear.response_solver import build_harmonic_balance
 RELATIVE_DIFFERENCE = 1e-6
 
 
-def peak_derivatives(problem: Problem, peak: SolutionPoint, names: Sequence[str] = PARAMETERS) -> dict[str, float]:
+def peak_derivatives(
+    problem: ProblemTuple, peak: SolutionPoint, names: Sequence[str] = PARAMETERS
+) -> dict[str, float]:
     """dA/dp in m per unit of each parameter; a parameter that is 0 and has no natural unit is left out."""
-    options, found = problem[3], {}
+    problem, found = Problem(*problem), {}
+    options = problem.options
     linearised = peak.balance.evaluate(peak.unknown, peak.omega)
     _, adjoint = amplitude_adjoint(linearised, options.output, options.measure, peak)
 
@@ -69,7 +72,7 @@ def peak_derivatives(problem: Problem, peak: SolutionPoint, names: Sequence[str]
 
 def _natural_unit(problem: Problem, peak: SolutionPoint, name: str) -> float:
     """Size of a parameter: its value; of the interference the normal motion too; where it is 0, that of its kind."""
-    contact = problem[1]
+    contact = problem.contact
     value = abs(parameter_value(problem, name))
     motion = float(np.abs(peak.displacement[:, :, 2]).max())
     if name == "interference":
@@ -127,7 +130,7 @@ class PeakSensitivity:
 
 
 def peak_sensitivity(
-    problem: Problem, branch: ResponseCurve, index: int, names: Sequence[str]
+    problem: ProblemTuple, branch: ResponseCurve, index: int, names: Sequence[str]
 ) -> PeakSensitivity | None:
     """Derivatives of a peak with respect to parameters; None where no peak is found near the point.
 
@@ -161,10 +164,10 @@ def peak_sensitivity(
     >>> print(f"{found.frequency_hz:.3f} Hz, {found.frequency['friction']:.3f} Hz per unit of friction")
     0.198 Hz, 0.302 Hz per unit of friction
     """
-    modal, contact, excitation, options = problem
-    fixed = modal, contact, excitation, replace(options, harmonics=branch.harmonics)
+    fixed = Problem(*problem).with_harmonics(branch.harmonics)
+    force = fixed.excitation.force
     steps = {name: _step(fixed, name, branch, index) for name in names}
-    follower = PeakContinuation(ParameterFamily(fixed, "force", excitation.force, 2.0 * excitation.force))
+    follower = PeakContinuation(ParameterFamily.over(fixed, "force", force, 2.0 * force))
     start = stored_point(follower.continuation(0.0), branch, index)
     peak = follower.peak_near(0.0, start)
     if peak is None or not peak.is_maximum:
@@ -190,7 +193,7 @@ def _step(problem: Problem, name: str, branch: ResponseCurve, index: int) -> flo
 def _frequency_difference(problem: Problem, name: str, step: float, peak: SolutionPoint) -> float | None:
     """Derivative of the frequency of the peak, Hz per unit of the parameter; None where a peak is not found again."""
     value = parameter_value(problem, name)
-    follower = PeakContinuation(ParameterFamily(problem, name, value - step, value + step))
+    follower = PeakContinuation(ParameterFamily.over(problem, name, value - step, value + step))
     below, above = (follower.peak_near(share, peak) for share in (0.0, 1.0))
     if below is None or above is None:
         return None

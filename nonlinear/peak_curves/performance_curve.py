@@ -17,8 +17,8 @@ from nonlinear.contact.parameters import Array
 from nonlinear.options import OptionsError
 from nonlinear.peak_curves.optimum import MOST_RESPONSES, find_optimum
 from nonlinear.peak_curves.optimum_result import KINDS, Kind, Optimum, PeakCurve
-from nonlinear.peak_curves.parameter_family import Problem
 from nonlinear.peak_curves.peak_search import Solve, solve_in_turn
+from nonlinear.problem import Problem, ProblemTuple
 
 OTHER = {"interference": "preload", "preload": "interference"}
 
@@ -107,7 +107,7 @@ class PerformanceCurve:
 
 
 def performance_curve(
-    problem: Problem,
+    problem: ProblemTuple,
     name: str,
     low: float,
     high: float,
@@ -152,10 +152,10 @@ def performance_curve(
     """
     check_homogeneity(problem, name)
     found = find_optimum(problem, name, low, high, progress, solver, most_responses)
-    return per_force(found, problem[2].force)
+    return per_force(found, Problem(*problem).excitation.force)
 
 
-def check_homogeneity(problem: Problem, name: str) -> None:
+def check_homogeneity(problem: ProblemTuple, name: str) -> None:
     """Refuse a problem in which scaling the force and one static quantity does not scale the motion."""
     modal, contact, excitation, _ = problem
     if name not in OTHER:

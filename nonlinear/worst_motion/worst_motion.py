@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from nonlinear.branches.records import WorstMotion, at_range_end
-from nonlinear.contact.parameters import ContactParameters
-from nonlinear.options import BLADE_PERIODS, TRUNCATION_TOLERATED, Excitation, SolverOptions
+from nonlinear.options import BLADE_PERIODS, TRUNCATION_TOLERATED, SolverOptions
+from nonlinear.problem import ProblemTuple
 from nonlinear.response_curve import ResponseCurve
 from nonlinear.time_integration.ring import Ring
 from nonlinear.time_integration.ring_motion import RingMotion
@@ -31,7 +31,6 @@ from nonlinear.worst_motion.candidates import (
     without_doubtful,
 )
 from nonlinear.worst_motion.ring_integration import FLOOR, Integrated, RingIntegration, Solution
-from rom import RingModes
 
 ONE_START = 0.4  # share of the periods times blades of a curve for one start: large rings are left out
 SPARED = 0.5  # the same that is not spent where a motion persists that is as high as all unstable solutions
@@ -42,7 +41,7 @@ TOLD = 3.0  # growth (of the logarithm) of a disturbance that has to be missing 
 FALLING = 0.05  # relative fall of a motion that is still falling
 SAME_AMPLITUDE = 0.05  # relative difference from a stable solution up to which a periodic motion counts as it
 
-SPENT = "was left out after so many others"  # failure of a start for which too few periods are left
+SPENT = "was left out after so many others"  # of a start for which too few periods are left
 
 Integrate = Callable[[Place, int, float], Integrated]
 
@@ -59,6 +58,7 @@ class Departure:
     # the highest motion known
     falls: bool = False
     failure: str = ""  # why there is no motion, or none of the pattern that grows fastest
+    spent: bool = False  # whether too few periods were left to find a motion
 
     @property
     def new_height(self) -> float:
@@ -142,7 +142,7 @@ class DepartureSearch:
                 return
             tried = [*tried, position]
             found = self._departure(stretch, position)
-            if found.failure == SPENT:
+            if found.spent:
                 return
             integrated += found.motion is not None
             yield found
@@ -188,7 +188,7 @@ class DepartureSearch:
             return Departure(place, frequency_hz, None, failure=f"failed: {error}")
         if motion is None:
             spent = self.blade_periods < self._one_start
-            return Departure(place, frequency_hz, None, failure=SPENT if spent else failure)
+            return Departure(place, frequency_hz, None, failure=SPENT if spent else failure, spent=spent)
         self.blade_periods -= motion.periods * motion.n_blades
         is_high = motion.started_m >= (1.0 - CLEARLY_HIGHER) * height
         if motion.stays and is_high and self._growth(place) * motion.periods < TOLD:
@@ -330,14 +330,13 @@ def _list(frequencies_hz: Iterable[float]) -> str:
     return ", ".join(names)
 
 
-Problem = tuple[RingModes, ContactParameters, Excitation, SolverOptions]
 COULD_MATTER = (
     0.3  # of the highest motion known: lower unstable solutions are left alone; see docs/developers/method.md
 )
 MOST_STRETCHES = 6  # unstable stretches that time integration starts from
 
 
-def find_worst_motion(problem: Problem, curve: ResponseCurve) -> WorstMotion | None:
+def find_worst_motion(problem: ProblemTuple, curve: ResponseCurve) -> WorstMotion | None:
     """The highest motion that can persist on any branch of a curve.
 
     Parameters

@@ -191,7 +191,7 @@ def test_gradient_of_a_carried_peak_against_differences() -> None:
     problem = modal_model(oscillator(), damping_ratio=0.02), contact, excitation, options
     names = "tangential_stiffness", "preload", "damping"
     box = Box(problem, names, np.array([0.5, 1.0, 0.5]), np.array([2.0, 3.0, 3.0]))
-    found = PeakSearch(ParameterFamily(box.at(np.full(3, 0.3)), "force", 0.9, 1.1), lambda line: None)
+    found = PeakSearch(ParameterFamily.over(box.at(np.full(3, 0.3)), "force", 0.9, 1.1), lambda line: None)
     found.solve([0.5], "first")
     start = found.follower.moved(found.pieces[0].nearest(0.5), 0.5)
     peak = CarriedPeak(box, "main branch", [(np.full(3, 0.3), start)])

@@ -76,7 +76,7 @@ def test_derivatives_of_a_peak_against_differences(preload: float) -> None:
     modal = modal_model(lumped_blade(), damping_ratio=0.01)
     options = SolverOptions((0.15, 0.4), harmonics=3, **QUICK)
     problem = modal, contact_of_blade(0.1, preload), Excitation(5, 0.05), options
-    family = ParameterFamily(problem, "friction", 0.4, 0.6)
+    family = ParameterFamily.over(problem, "friction", 0.4, 0.6)
     follower = PeakContinuation(family)
     search = PeakSearch(family, lambda line: None)
     search.solve([0.5], "first")
@@ -90,9 +90,9 @@ def test_derivatives_of_a_peak_against_differences(preload: float) -> None:
         value = parameter_value(at, name)
         step = 1e-3 * value if value else 2e-5  # of a preload that is 0
         reached = with_parameter(at, name, value if value else 2.0 * step)
-        line = PeakContinuation(ParameterFamily(reached, name, value, value + 2.0 * step))
+        line = PeakContinuation(ParameterFamily.over(reached, name, value, value + 2.0 * step))
         if value:
-            line = PeakContinuation(ParameterFamily(at, name, value - 2.0 * step, value + 2.0 * step))
+            line = PeakContinuation(ParameterFamily.over(at, name, value - 2.0 * step, value + 2.0 * step))
         peaks = [line.peak_near(share, start.point) for share in (0.0, 0.25, 0.5, 0.75, 1.0)]
         a = [peak.amplitude for peak in peaks]
         h = 0.5 * step if not value else step
@@ -124,7 +124,7 @@ def test_stability_of_followed_peaks_is_that_of_responses() -> None:
     springs = {"normal_stiffness": 6.0, "tangential_stiffness": 4.2, "friction": 0.4}
     contact = ContactParameters.shared(1, **springs, interference=0.0)
     options = SolverOptions((0.1, 0.4), detached=False, truncation=False, time_integration=False)
-    family = ParameterFamily((modal, contact, Excitation(2, 1.0), options), "interference", -0.5, 0.45)
+    family = ParameterFamily.over((modal, contact, Excitation(2, 1.0), options), "interference", -0.5, 0.45)
     search = PeakSearch(family, lambda line: None)
     search.solve([0.3], "first")
     piece = max(search.pieces, key=lambda each: each.amplitude.max())

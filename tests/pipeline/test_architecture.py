@@ -53,6 +53,7 @@ LAYERS = {
     "nonlinear": [
         {"options"},
         {"contact"},
+        {"problem"},
         {"harmonic_balance"},
         {"stability"},
         {"time_integration"},

@@ -252,8 +252,7 @@ class _Search:
             self.trials.setdefault(point, Trial(values, reason=str(error)))
             return
         self.responses += len(found.responses)
-        own = found.values if isinstance(found, JointOptimum) else {found.name: found.value}
-        at = values | {KEYS[name]: value * self._per_unit(KEYS[name]) for name, value in own.items()}
+        at = values | {KEYS[name]: value * self._per_unit(KEYS[name]) for name, value in found.values.items()}
         self.searches[point] = found
         motion = found.amplitude_m, found.frequency_hz, found.motion
         self.trials[point] = Trial(at, *motion, truncation_error=found.truncation_error)
@@ -264,19 +263,18 @@ class _Search:
         own = {KEYS[name]: value / self._per_unit(KEYS[name]) for name, value in found.derivatives.items()}
         if self.context.scene.response.rayleigh is not None:
             own.pop("response.damping_ratio", None)
-        said: dict[str, Any] = {"kind": _kind_of(found), "joint": None if isinstance(found, Optimum) else found}
-        if isinstance(found, Optimum):
+        said: dict[str, Any] = {"kind": self._kind(best, found.kind) if self.outer else found.kind}
+        if isinstance(found, JointOptimum):
+            said["joint"] = found
+        else:
             key, factor = KEYS[found.name], self._per_unit(KEYS[found.name])
             low, high = found.within
-            said = {
-                **said,
+            said |= {
                 "curvature": found.curvature / factor**2,
                 "within": {key: (low * factor, high * factor)},
                 "search": found,
                 "per_unit": factor,
             }
-        if self.outer:
-            said["kind"] = self._kind(best, said["kind"])
         return self._result(
             trial,
             derivatives=own,
@@ -384,14 +382,3 @@ class _Search:
 
     def _per_unit(self, key: str) -> float:
         return per_unit(key, self.context.scene, int(self.context.model.facts["n_contacts"]))
-
-
-def _kind_of(found: Optimum | JointOptimum) -> str:
-    """Kind of an optimum over several keys, in the words of that over one."""
-    if isinstance(found, Optimum):
-        return found.kind
-    if any(found.at_end.values()):
-        return "edge"
-    if not found.peaks:
-        return "sampled"
-    return "kink" if len(found.peaks) > 1 else "smooth"

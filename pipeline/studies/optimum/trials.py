@@ -85,8 +85,8 @@ class FollowedPeaks:
             own = {key: _solver_value(problem, base, SOLVER_KEYS[key]) * factors[key] for key in self.limits}
             rounded = {key: float(f"{value:.{_DIGITS}g}") for key, value in own.items()}
             values = {key: self._given(key, value) for key, value in {**self.others, **rounded}.items()}
-            if problem[3].harmonics != self.context.scene.response.harmonics:
-                values["response.harmonics"] = problem[3].harmonics
+            if problem.options.harmonics != self.context.scene.response.harmonics:
+                values["response.harmonics"] = problem.options.harmonics
             members.append(self.context.member(values, PLACE))
         curves = self.context.curves(members)
         for curve in curves:
