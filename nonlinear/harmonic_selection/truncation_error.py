@@ -18,12 +18,19 @@ from typing import Literal
 
 import numpy as np
 
+from nonlinear.branches.records import at_range_end
 from nonlinear.continuation.acceptance import passes_through
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.response_quantities import output_amplitude
 from nonlinear.continuation.solution_point import SolutionPoint, Tangent
 from nonlinear.harmonic_balance.initial_solution import TruncatedBalances, pad_or_truncate
-from nonlinear.harmonic_selection.peak_following import FollowedPeak, PeakFollower, WorkLimit, reference_harmonics
+from nonlinear.harmonic_selection.peak_following import (
+    LINEAR_CHANGE,
+    FollowedPeak,
+    PeakFollower,
+    WorkLimit,
+    reference_harmonics,
+)
 
 LONGEST_PART = 8  # points of the longest part of the way that is checked at its ends and in its middle only
 SAME_SHIFT = 0.25  # distance from the expected shift, relative to the step of the branch there, that is none
@@ -122,11 +129,6 @@ class WaySampling:
         return solution.unknown - pad_or_truncate(point.unknown, solution.balance), solution.omega - point.omega
 
 
-SAME_FREQUENCY = 1e-9  # relative difference of two frequencies that count as one
-
-Amplitude = Callable[[SolutionPoint], float]
-
-
 @dataclass(frozen=True)
 class WayToPeak:
     """The shorter side of a peak, from a linear segment or an end of the curve to the peak."""
@@ -211,7 +213,7 @@ def _continued(
     way: WayToPeak,
     start: SolutionPoint,
     targets: dict[int, SolutionPoint],
-    amplitude: Amplitude,
+    amplitude: Callable[[SolutionPoint], float],
     work: WorkLimit,
 ) -> tuple[Retrace, int | None]:
     """The same by continuation, and the place of the first of the targets that the branch passes through, if any."""
@@ -226,20 +228,14 @@ def _continued(
         if beyond and point.linear is not None:
             return Retrace(False, *top), None
         before = point
-    left_range = before is not start and is_limit(before.omega, wider.options.omega_range)
+    left_range = before is not start and at_range_end(before.omega, wider.options.omega_range)
     return Retrace(False if left_range else None, *top), None
-
-
-def is_limit(omega: float, omega_range: tuple[float, float]) -> bool:
-    """Whether a frequency is an end of the range, rad/s."""
-    return any(abs(omega - limit) <= SAME_FREQUENCY * limit for limit in omega_range)
 
 
 TruncationBranch = Literal["kept", "detached", "lost", ""]
 
 SAFETY_FACTOR = 1.25  # of solutions on three grids (Roache 1994)
 SAMPLED_POINTS = 6  # along a curve, beside its peaks, where `along_curve` estimates the error
-LINEAR_CHANGE = 1e-12  # relative change of a response that is linear
 SMOOTH_ERROR = 0.05  # error up to which a peak without folds beside it cannot detach
 SAME_HEIGHT = 0.97  # ratio of two amplitudes that count as equal: a retrace does not locate its peaks
 FOLLOWING, SAMPLING, RETRACING = (
@@ -297,7 +293,7 @@ class TruncationErrorEstimator:
         point, amplitude = points[index], self._amplitude(points[index])
         if amplitude == 0.0:
             return TruncationEstimate(0.0, "kept", point.omega, 0.0)
-        is_peak = index in peak_indices or not is_limit(point.omega, self.continuation.options.omega_range)
+        is_peak = index in peak_indices or not at_range_end(point.omega, self.continuation.options.omega_range)
         followed = list(self._follower(points, point, FOLLOWING).follow(point, is_peak))
         motion = _error_of_sequence([amplitude, *(found.amplitude for found in followed)])
         estimate = TruncationEstimate(motion, "lost", motion_error=motion)

@@ -28,10 +28,12 @@ from nonlinear.peak_curves.peak_search import (
     listed,
     most_harmonics,
     peaks_of,
+    quasi_random,
     solve_in_turn,
     solved_response,
 )
 from nonlinear.peak_curves.peak_sensitivity import peak_derivatives
+from nonlinear.peak_curves.worst_envelope import AT_END
 from nonlinear.problem import Problem, ProblemTuple
 from nonlinear.response_curve import ResponseCurve
 from rom import one_blas_thread
@@ -171,7 +173,6 @@ FIRST_RADIUS, LEAST_RADIUS = 0.25, 1e-4  # of the trust region, in shares of the
 GAIN = 1e-5  # relative reduction of the worst motion that is worth a response
 MATTERS = 0.3  # of the worst motion: lower peaks are not carried
 ACTIVE = 1e-3  # relative difference from the highest peak up to which a peak is active
-AT_END = 1e-6  # of the range
 FEWEST_RESPONSES = 20
 STARTS = 2  # places from which the search descends
 
@@ -223,9 +224,7 @@ class _Descent:
         """Responses at the centre, the corners of the inner half, and a quasi-random sequence."""
         n = len(self.box.names)
         places = [np.full(n, 0.5), *(np.array(corner) for corner in product((0.15, 0.85), repeat=n))]
-        root = max(np.roots([1.0, *([0.0] * (n - 1)), -1.0, -1.0]).real)  # the generalised golden ratio
-        steps = root ** -np.arange(1.0, n + 1.0)
-        places += [np.asarray((0.5 + k * steps) % 1.0) for k in range(1, SPREAD[n] - len(places) + 1)]
+        places += quasi_random(n, SPREAD[n] - len(places))
         self.solve(places, "first")
 
     def descend(self, start: _Sample) -> None:

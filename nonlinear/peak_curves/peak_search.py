@@ -10,6 +10,7 @@ import numpy as np
 
 from nonlinear.branches.records import Peak, at_range_end
 from nonlinear.contact.fourier import to_real
+from nonlinear.contact.parameters import Array
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.options import NO_PEAK, TRUNCATION_TOLERATED, SolverOptions
@@ -109,6 +110,13 @@ def peaks_of(
                 start = follower.peak_near(share, stored_point(continuation, branch, peak.index))
                 if start is not None and start.is_maximum:
                     yield origin_of(curve, number), start
+
+
+def quasi_random(n: int, count: int) -> list[Array]:
+    """Places (n,) in the unit cube that fill it evenly: multiples of powers of the generalised golden ratio."""
+    root = max(np.roots([1.0, *([0.0] * (n - 1)), -1.0, -1.0]).real)
+    steps = root ** -np.arange(1.0, n + 1.0)
+    return [np.asarray((0.5 + k * steps) % 1.0) for k in range(1, count + 1)]
 
 
 def listed(names: Sequence[str], values: Sequence[float]) -> str:
@@ -229,7 +237,6 @@ def stored_point(continuation: Continuation, branch: ResponseCurve, index: int) 
 
 FIRST_SHARES = (0.0, 0.5, 1.0)  # of the range
 QUASI_RANDOM = 3  # shares without a reason: a branch may exist anywhere
-GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 BISECTIONS = 2  # of a part between two responses with different numbers of branches
 EXTREMA = 3  # of the envelope, at most, at which responses are solved
 ACCURATE = 0.01  # relative error of the envelope that is good enough
@@ -276,7 +283,7 @@ class Placement:
         for _ in range(BISECTIONS):
             self.solve(self._between_differing(), "between")
         self.solve(self._extrema(), "search")
-        sequence = [(0.5 + GOLDEN * k) % 1.0 for k in range(1, 1 + 2 * QUASI_RANDOM)]
+        sequence = [float(place[0]) for place in quasi_random(1, 2 * QUASI_RANDOM)]
         self.solve([s for s in sequence if self._is_new(s)][:QUASI_RANDOM], "search")
 
     def refine(self, reserve: int, near: Callable[[EnvelopeOfPeaks], float]) -> None:
