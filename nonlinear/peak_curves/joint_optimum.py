@@ -35,6 +35,7 @@ from nonlinear.peak_curves.peak_search import (
 from nonlinear.peak_curves.peak_sensitivity import peak_derivatives
 from nonlinear.peak_curves.worst_envelope import AT_END
 from nonlinear.problem import Problem, ProblemTuple
+from nonlinear.residual_tractions.extreme_amplitude import minimax
 from nonlinear.response_curve import ResponseCurve
 from rom import one_blas_thread
 
@@ -119,31 +120,19 @@ class CarriedPeak:
 def lowest_of_peaks(peaks: list[CarriedPeak], centre: Array, radius: float) -> tuple[Array, float]:
     """The place in a cube at which the highest of some peaks is lowest, and its height, m.
 
-    Minimise t with A_k(place) <= t for all peaks, by sequential quadratic programming (SLSQP).
     Shapes: `centre` (n,).
     """
-    from scipy.optimize import minimize
-
     unit = max(peak.amplitude(centre) for peak in peaks)
-
-    def room(x: Array) -> Array:
-        return np.array([x[-1] - peak.amplitude(x[:-1]) / unit for peak in peaks])
-
-    def room_slopes(x: Array) -> Array:
-        return np.array([np.append(-peak.gradient(x[:-1]) / unit, 1.0) for peak in peaks])
-
-    slope = np.append(np.zeros(centre.size), 1.0)
-    bounds = [(max(0.0, c - radius), min(1.0, c + radius)) for c in centre]
-    found = minimize(
-        lambda x: float(x[-1]),
-        np.append(centre, 1.0),
-        jac=lambda x: slope,
-        bounds=[*bounds, (0.0, 10.0)],
-        constraints={"type": "ineq", "fun": room, "jac": room_slopes},
-        method="SLSQP",
-        options={"ftol": 1e-12, "maxiter": 40},
+    low, high = np.maximum(0.0, centre - radius), np.minimum(1.0, centre + radius)
+    place = minimax(
+        lambda x: np.array([peak.amplitude(x) / unit for peak in peaks]),
+        lambda x: np.array([peak.gradient(x) / unit for peak in peaks]),
+        centre,
+        list(zip(low.tolist(), high.tolist(), strict=True)),
+        1e-12,
+        40,
     )
-    place = np.clip(found.x[:-1], [low for low, _ in bounds], [high for _, high in bounds])
+    place = np.clip(place, low, high)
     return place, max(peak.amplitude(place) for peak in peaks)
 
 

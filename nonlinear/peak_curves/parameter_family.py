@@ -47,7 +47,7 @@ def with_parameters(problem: Problem, names: Sequence[str], values: Sequence[flo
     return problem
 
 
-def check_range(problem: Problem, name: str, low: float, high: float) -> None:
+def check_range(problem: ProblemTuple, name: str, low: float, high: float) -> None:
     """Refuse a range that is empty, or whose ends the problem does not allow."""
     if not low < high:
         raise OptionsError(f"range of {name}: [{low:g}, {high:g}], allowed: low < high")

@@ -14,7 +14,7 @@ since dR/dp = -G df/dp. On a curve this is the change at constant frequency. At 
 the curve, it is that of the peak amplitude as well (envelope theorem).
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Protocol
@@ -428,18 +428,43 @@ class TractionSearch:
         return best
 
 
-def lowest_of_peaks(searches: Sequence[TractionSearch], start: Array) -> Array:
-    """Variables (n_c, 2) at which the largest of several peaks of one curve is least, by SLSQP from a start.
+def minimax(
+    heights: Callable[[Array], Array],
+    slopes: Callable[[Array], Array],
+    start: Array,
+    bounds: Sequence[tuple[float, float]],
+    tolerance: float,
+    iterations: int,
+) -> Array:
+    """The place (n,) in a box at which the largest of k functions is least, by sequential quadratic programming.
 
-    Minimised is a bound of all of them, with their exact gradients.
+    Minimised is a bound t with heights(x) <= t; `slopes` gives their exact gradients, (k, n).
     """
     from scipy.optimize import minimize
 
+    found = minimize(
+        lambda x: float(x[-1]),
+        np.append(start, heights(start).max()),
+        jac=lambda x: np.eye(x.size)[-1],
+        bounds=[*bounds, (0.0, None)],
+        constraints={
+            "type": "ineq",
+            "fun": lambda x: x[-1] - heights(x[:-1]),
+            "jac": lambda x: np.column_stack([-slopes(x[:-1]), np.ones(len(heights(x[:-1])))]),
+        },
+        method="SLSQP",
+        options={"ftol": tolerance, "maxiter": iterations},
+    )
+    return np.asarray(found.x[:-1], dtype=np.float64)
+
+
+def lowest_of_peaks(searches: Sequence[TractionSearch], start: Array) -> Array:
+    """Variables (n_c, 2) at which the largest of several peaks of one curve is least, from a start."""
     known: dict[bytes, list[TractionState]] = {}
     scale = max(search.states[0].amplitude for search in searches)
 
-    def states(values: Array) -> list[TractionState]:
-        variables = values[:-1].reshape(start.shape)
+    def states(flat: Array) -> list[TractionState]:
+        variables = flat.reshape(start.shape)
         key = variables.tobytes()
         if key not in known:
             if len(known) == MAX_QUASI_NEWTON:
@@ -451,23 +476,14 @@ def lowest_of_peaks(searches: Sequence[TractionSearch], start: Array) -> Array:
                 raise SearchStop
         return known[key]
 
-    def below(values: Array) -> Array:
-        return np.array([values[-1] - state.amplitude / scale for state in states(values)])
-
-    def slopes(values: Array) -> Array:
-        return np.array([np.append(-state.gradient.reshape(-1) / scale, 1.0) for state in states(values)])
-
     with suppress(SearchStop):
-        first = np.append(start.reshape(-1), 0.0)
-        first[-1] = max(state.amplitude for state in states(first)) / scale
-        minimize(
-            lambda values: values[-1],
-            first,
-            jac=lambda values: np.eye(values.size)[-1],
-            method="SLSQP",
-            bounds=[*[(-1.0, 1.0)] * start.size, (0.0, None)],
-            constraints={"type": "ineq", "fun": below, "jac": slopes},
-            options={"ftol": SAME, "maxiter": MAX_QUASI_NEWTON},
+        minimax(
+            lambda flat: np.array([state.amplitude / scale for state in states(flat)]),
+            lambda flat: np.array([state.gradient.reshape(-1) / scale for state in states(flat)]),
+            start.reshape(-1),
+            [(-1.0, 1.0)] * start.size,
+            SAME,
+            MAX_QUASI_NEWTON,
         )
     largest = {max(state.amplitude for state in each): each[0].variables for each in known.values()}
     return largest[min(largest)] if largest else start
