@@ -78,7 +78,7 @@ def _motions(tuned: RelativeReceptance, contact: ContactParameters, highest: flo
             yield modes.shapes @ shapes[:, elastic] / np.sqrt(squared[elastic])
         still, excited = modal.at(0), modal.at_phase(phase)
         pressed = np.zeros((n_contacts, 3))
-        pressed[:, 2] = np.maximum(contact.initial_load, 0.0)
+        pressed[:, 2] = contact.normal_load(np.zeros(n_contacts))
         pressing = relative_contact_motion(still.right, still.left, 0.0).conj().T @ pressed.reshape(-1)
         for force in (still.static_force, pressing):
             yield _response(still, springs, 0.0, force, 0.0)
