@@ -20,9 +20,9 @@ from nonlinear import (
 )
 from nonlinear.contact.fourier import to_complex, to_real
 from nonlinear.harmonic_balance.initial_solution import solve_at
-from nonlinear.mistuned_ring import ring_balance, strain_directions
+from nonlinear.mistuned_ring import ring_balance
 from nonlinear.mistuned_ring.ring_balance import RingBalance
-from nonlinear.mistuned_ring.sector_ring import SectorRing
+from nonlinear.mistuned_ring.sector_ring import SectorRing, blade_strain, strain_directions
 from rom import RelativeReceptance, SectorModes, modal_model, read_reduced_model, write_reduced_model
 
 RAYLEIGH = (0.02, 0.0)  # C = a M: the same matrix whatever the stiffness
@@ -45,8 +45,8 @@ def sector_ring(sector, contact, engine_order, harmonics, *, every):
     """The ring with all strains of its blades, or with those that are chosen."""
     modal = modal_model(sector, rayleigh=RAYLEIGH)
     tuned = RelativeReceptance(modal, modal.phase(engine_order), tuple(range(harmonics + 1)), 1.0)
-    rows = strain_directions.blade_strain(modal)
-    chosen = strain_directions.strain_directions(tuned, contact, 2.0 * np.pi * OPTIONS.frequency_hz[1])
+    rows = blade_strain(modal)
+    chosen = strain_directions(tuned, contact, 2.0 * np.pi * OPTIONS.frequency_hz[1])
     return SectorRing(tuned, N, np.pad(rows, ((0, -len(rows) % 3), (0, 0))) if every else chosen)
 
 
@@ -91,7 +91,7 @@ def test_chosen_strains_suffice():
     assert ring.complete
     assert ring.peak.located
     structure = sector_ring(sector, CONTACT, 1, 1, every=False)
-    assert len(structure.strain) < len(strain_directions.blade_strain(modal))
+    assert len(structure.strain) < len(blade_strain(modal))
     name = "tip" if ring.peak.blade == 0 else f"tip{ring.peak.blade}"
     whole = modal_model(mistuned_whole(sector, mistuning, 1), rayleigh=RAYLEIGH)
     near = tuple(factor * ring.peak.frequency_hz for factor in (0.99, 1.01))
@@ -123,7 +123,7 @@ def test_iterative_solution_is_the_dense_one(n_blades, monkeypatch):
     mistuning = Mistuning.sampled(n_blades, 3, frequency=0.05, stiffness=0.1)
     modal, rng = modal_model(sector, rayleigh=(0.002, 0.0)), np.random.default_rng(n_blades)
     tuned = RelativeReceptance(modal, modal.phase(1), (0, 1, 2), 1.0)
-    rows = strain_directions.strain_directions(tuned, CONTACT, 1.2)
+    rows = strain_directions(tuned, CONTACT, 1.2)
     balance = RingBalance.of(SectorRing(tuned, n_blades, rows), CONTACT, mistuning, replace(OPTIONS, harmonics=2))
     x, direction, right, column, row = 0.1 * rng.standard_normal((5, balance.size))
     for omega in (0.97, 1.0):
