@@ -411,7 +411,7 @@ def command(arguments: list[str]) -> int:
 
     from pipeline.errors import ExecutorLost, InputError, advice_on, reason_of
     from pipeline.process.interrupts import Stopped
-    from pipeline.scene.key_lines import with_line_of_file
+    from pipeline.scene.toml_text import with_line_of_file
     from pipeline.store.disk_errors import StorageError
 
     if not sys.warnoptions:  # warnings of libraries are shown with python -W only

@@ -9,6 +9,7 @@ from typing import Any
 
 SAVES_MEMORY = "fewer jobs (--jobs), a larger mesh.size, fewer modes or harmonics need less"
 _LONGEST_VALUE = 80
+_LONGEST_KEY = 60
 _NO_ROOM = "failed to map segment"  # of the loader of shared libraries
 _NO_THREAD = "can't start new thread"  # of Python
 _REMEDIES = {
@@ -117,3 +118,9 @@ def advice_on(error: BaseException) -> str:
 def system_reason(error: OSError) -> str:
     """The words of the operating system for an error, with advice where it has no more of something."""
     return advice_on(error) or error.strerror or reason_of(error)
+
+
+def shown_key(key: str) -> str:
+    """A key as TOML would write it: bare where it can be, quoted where it must."""
+    bare = key != "" and all(c.isascii() and (c.isalnum() or c in "_-") for c in key)
+    return key if bare and len(key) <= _LONGEST_KEY else shown(key)

@@ -22,8 +22,7 @@ from pipeline.results.outputs import LISTED, curve_summary, write_results, write
 from pipeline.results.overview import statistics
 from pipeline.results.publishing import PicturesMissing, remove_outdated
 from pipeline.results.run_folder import SUMMARY, TABLE_HASH, provenance
-from pipeline.scene.consistency import check_scene, check_scene_for_model
-from pipeline.scene.disk_checks import free_bore
+from pipeline.scene.consistency import check_scene, check_scene_for_model, free_bore
 from pipeline.scene.plausibility import plausibility_warnings
 from pipeline.scene.schema import STUDIES
 from pipeline.stages.code_fingerprint import remember_code

@@ -19,7 +19,7 @@ Told = tuple[str | None, str | None, int | None]  # unit, axis, number of blades
 
 def print_validation(scene: Path, as_json: bool, force: bool = False) -> bool:
     """Print all errors of a scene, or its warnings; returns whether it is valid."""
-    from pipeline.scene.all_errors import all_errors
+    from pipeline.scene.consistency import all_errors
     from pipeline.scene.plausibility import plausibility_warnings
 
     found_in_mesh: list[str] = []

@@ -12,7 +12,7 @@ import numpy as np
 
 from pipeline.figures.data import Array, SweepKey, SweepPoint, is_grid, sweep_keys
 from pipeline.figures.style import LOG_FROM, plain_log_labels, scale, subplots, write_heading
-from pipeline.scene.latin_hypercube import takes_fractions
+from pipeline.scene.sweep import takes_fractions
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

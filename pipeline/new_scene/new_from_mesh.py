@@ -15,9 +15,8 @@ from pipeline.errors import input_error, reason_of
 from pipeline.new_scene.mesh_picture import mesh_picture
 from pipeline.new_scene.mesh_survey import Guess, guess, set_nodes, survey
 from pipeline.new_scene.scene_of_mesh import StartingValues, scene_of_mesh
-from pipeline.scene.consistency import parameter_error
 from pipeline.scene.given_in_python import given_scene
-from pipeline.scene.reading import Member
+from pipeline.scene.reading import Member, parameter_error
 from pipeline.scene.templates import SCENE, new_files
 from pipeline.stages.build_full_model import FULL_MODEL, make_full_model
 from pipeline.stages.build_mesh import SECTOR, findings_of, read_mesh_file, sector_choice, write_findings

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pipeline.errors import InputError
 from pipeline.results.tables import bare_value
 from pipeline.scene.labels import prefixed, quantity
-from pipeline.scene.sweep_grid import grid_values
+from pipeline.scene.sweep import grid_values
 from pipeline.scene.units import column_name, key_unit, unit_of, with_unit
 from pipeline.stages.curve_file import AMPLITUDE, COLUMNS
 from pipeline.stages.curve_table import TUPLES, CurveTable, plain_value

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from pipeline.errors import InputError, input_error, shown
-from pipeline.scene.reading import SceneFile, key_in_file
+from pipeline.scene.reading import SceneFile
 from pipeline.scene.validation_errors import allowed_values
 
 
@@ -29,5 +29,5 @@ def unfit_backbone_keys(file: SceneFile) -> Iterator[InputError]:
     for member in file.members:
         if member.scene.response.method != "coupled":
             method, allowed = shown(member.scene.response.method), '"coupled", with [backbone]'
-            yield input_error(file.path, key_in_file(member, "response.method"), method, allowed)
+            yield input_error(file.path, member.key_in_file("response.method"), method, allowed)
             return

@@ -1,32 +1,70 @@
-"""Checks beyond the schema: keys that must agree with each other and with the geometry. Cheap: nothing is built."""
+"""Checks beyond the schema: keys that must agree with each other and with the geometry. Cheap: nothing is built.
+
+`check_scene` raises the first error, `all_errors` lists every one in the order of the lines (`shroud validate`).
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Set
+import re
+from collections.abc import Callable, Collection, Iterator, Mapping, Set
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from nonlinear import least_samples
 from pipeline.errors import InputError, input_error, shown
 from pipeline.scene.backbone_checks import unfit_backbone_keys
-from pipeline.scene.centrifugal_strain import check_speed
-from pipeline.scene.disk_checks import unfit_beside_disk, unfit_disk_keys
 from pipeline.scene.geometry_parameters import disk_parameters, geometry_parameters
 from pipeline.scene.loads_section import files_of
 from pipeline.scene.map_checks import unfit_map_keys
 from pipeline.scene.material_section import USUAL_MATERIAL
-from pipeline.scene.matrix_scene import unfit_beside_matrices, unfit_matrix_keys
-from pipeline.scene.mesh_file import check_mesh_file
+from pipeline.scene.mesh_section import check_mesh_file
 from pipeline.scene.mistuning_checks import unfit_mistuning_keys
+from pipeline.scene.model_section import unfit_beside_matrices, unfit_matrix_keys
 from pipeline.scene.nodal_table import force_table, temperature_table
 from pipeline.scene.optimum_checks import unfit_optimum_keys
 from pipeline.scene.plausibility import far_beyond, hints_first
-from pipeline.scene.reading import Member, SceneFile, key_in_file
+from pipeline.scene.presets import SIZE
+from pipeline.scene.reading import Member, SceneFile, parameter_error, scene_of_tables
 from pipeline.scene.schema import SECTIONS, Scene
-from pipeline.scene.size_limits import check_balance, check_modes, check_size, check_sweep
-from pipeline.scene.stress_checks import unfit_stress_keys
+from pipeline.scene.size_limits import check_balance, check_modes, check_size, check_speed, check_sweep
+from pipeline.scene.stress_section import unfit_stress_keys
+from pipeline.scene.sweep import read_sweep
+from pipeline.scene.toml_text import key_lines, line_of, load_tables, plain_key, with_line
 from pipeline.scene.uncertainty_checks import unfit_uncertainty_keys
-from pipeline.scene.validation_errors import allowed_values
+from pipeline.scene.validation_errors import MOST_ERRORS, allowed_values
+
+if TYPE_CHECKING:
+    from pipeline.scene.reading import Member, SceneFile
+    from pipeline.scene.schema import Scene
+
+
+def unfit_beside_disk(file: SceneFile) -> Iterator[InputError]:
+    """A disk that nothing holds has no static response, which stresses need."""
+    scene, name = file.first, free_bore(file.first)
+    if name and scene.with_stress:
+        section = "fatigue" if scene.stress is None else "stress"
+        yield input_error(file.path, section, f'given with {name}.bore = "free"', f'{name}.bore = "clamped"')
+
+
+def free_bore(scene: Scene) -> str | None:
+    """Section of the disk that nothing holds; None where there is no such disk."""
+    parts = (("disk", scene.disk), ("mesh", scene.mesh))
+    return next((name for name, part in parts if part is not None and part.bore == "free"), None)
+
+
+def unfit_disk_keys(path: Path, member: Member) -> Iterator[InputError]:
+    """Keys of a member that do not fit a disk."""
+    scene = member.scene
+    waves = scene.rom.nodal_diameters
+    if waves is None:
+        return
+    place = member.key_in_file("rom.nodal_diameters")
+    if scene.disk is None and scene.mesh_file is None:
+        yield input_error(path, place, shown(list(waves)), "nothing without a disk")
+    elif scene.n_blades is not None and max(waves) > scene.n_blades // 2:
+        allowed = f"whole numbers, 0 to {scene.n_blades // 2} with {scene.n_blades} blades"
+        yield input_error(path, place, shown(list(waves)), allowed)
+
 
 PER_NODE = ("normal_stiffness", "tangential_stiffness", "friction", "interference", "preload")
 BLADE_SECTIONS = ("blade", "shroud", "material", "mesh")
@@ -198,7 +236,7 @@ def unfit_node_lists(path: Path, member: Member, n_contacts: int) -> Unfit:
         value = getattr(member.scene.contact, name)
         if isinstance(value, tuple) and len(value) != n_contacts:
             found, allowed = f"a list of {len(value)}", f"a number or a list of {n_contacts}"
-            yield input_error(path, key_in_file(member, f"contact.{name}"), found, allowed)
+            yield input_error(path, member.key_in_file(f"contact.{name}"), found, allowed)
 
 
 def _unfit_keys(path: Path, member: Member, wrong: Set[str]) -> Unfit:
@@ -216,13 +254,13 @@ def _unfit_keys(path: Path, member: Member, wrong: Set[str]) -> Unfit:
         highest = scene.excitation.highest_harmonic
         if scene.response.harmonics < highest:
             allowed = f'{highest} or more, the highest harmonic of the excitation, or "auto"'
-            yield input_error(path, key_in_file(member, "response.harmonics"), str(scene.response.harmonics), allowed)
+            yield input_error(path, member.key_in_file("response.harmonics"), str(scene.response.harmonics), allowed)
     if not wrong & {"response", "contact"}:
         harmonics = scene.response.harmonics
         least = least_samples(1 if harmonics == "auto" else harmonics)
         if scene.contact.samples < least:
             allowed = f"{least} or more with {harmonics} harmonics"
-            yield input_error(path, key_in_file(member, "contact.samples"), shown(scene.contact.samples), allowed)
+            yield input_error(path, member.key_in_file("contact.samples"), shown(scene.contact.samples), allowed)
 
 
 def _unfit_files(path: Path, scene: Scene) -> Unfit:
@@ -246,7 +284,7 @@ def _unfit_response(path: Path, member: Member) -> Unfit:
         yield input_error(path, "response.damping_ratio", "missing", allowed_values("response.damping_ratio"))
     if response.residual_tractions == "bounds" and response.method != "coupled":
         allowed = '"projected" with response.method = "static-first"'
-        yield input_error(path, key_in_file(member, "response.residual_tractions"), '"bounds"', allowed)
+        yield input_error(path, member.key_in_file("response.residual_tractions"), '"bounds"', allowed)
 
 
 def _check_geometry(path: Path, member: Member) -> None:
@@ -258,15 +296,125 @@ def _check_geometry(path: Path, member: Member) -> None:
         raise parameter_error(path, member, error) from None
 
 
-def parameter_error(path: Path, member: Member, error: Any) -> InputError:
-    """The one line for an exception that carries `table`, `parameter`, `value` and `allowed`, or is such a line."""
-    if isinstance(error, InputError):
-        return error
-    key = f"{error.table}.{error.parameter}"
-    known = error.table in SECTIONS and error.parameter in SECTIONS[error.table].model_fields
-    found = error.value if error.value in ("missing", "given in part", "unknown name") else shown(error.value)
-    return input_error(path, key_in_file(member, key) if known else key.rstrip("."), found, str(error.allowed))
-
-
 def _refused(path: Path, member: Member, key: str, value: Any) -> InputError:
-    return input_error(path, key_in_file(member, key), shown(value), allowed_values(key))
+    return input_error(path, member.key_in_file(key), shown(value), allowed_values(key))
+
+
+OF_A_FILE = {"n_blades", "unit", "axis", "axis_point", "tolerance", "bore", "sets"}  # keys of [mesh] beside its file
+_MEANT = re.compile(r"did you mean (\S+)\?")
+
+
+class _EnoughError(Exception):
+    """As many errors as are shown."""
+
+
+class _Found:
+    """The first error of each key."""
+
+    def __init__(self) -> None:
+        self.errors: dict[str, InputError] = {}
+        self.broken: dict[int, set[str]] = {}
+
+    def add(self, error: InputError) -> None:
+        self.errors.setdefault(error.key or str(error), error)
+        if len(self.errors) >= MOST_ERRORS:
+            raise _EnoughError
+
+    def add_of_member(self, index: int, errors: list[InputError]) -> None:
+        self.broken[index] = {_section(error.key) for error in errors}
+        for error in errors:
+            self.add(error)
+
+
+def all_errors(path: Path, force: bool = False) -> tuple[SceneFile | None, list[str]]:
+    """Read and check a scene that describes a blade, going on after errors."""
+    tables, text = load_tables(path)
+    found, file = _Found(), None
+    try:
+        sweep = _good_part(path, tables.get("sweep", {}), found)
+        file = scene_of_tables(path, {**tables, "sweep": sweep}, text, broken=found.add_of_member)
+        for error in unfit_keys(file, found.broken, force):
+            found.add(error)
+    except InputError as error:  # nothing to go on with
+        found.errors.setdefault(error.key or str(error), error)
+    except _EnoughError:
+        pass
+    if not found.errors:
+        return file, []
+    lines = key_lines(text)
+    explained = _without_explained(path, found.errors.values(), tables)
+    errors = sorted(explained, key=lambda error: line_of(error, lines))
+    return None, [with_line(error, lines) for error in (errors if file is None else hints_first(file, errors))]
+
+
+def _good_part(path: Path, sweep: Any, found: _Found) -> Any:
+    """The keys of [sweep] that are right; errors of the others are added."""
+    try:
+        read_sweep(path, sweep)
+    except InputError as error:
+        if not isinstance(sweep, Mapping):
+            found.add(error)
+            return {}
+        before, good = len(found.errors), {}
+        for key, values in sweep.items():
+            try:
+                read_sweep(path, {key: values})
+                good[key] = values
+            except InputError as own:
+                found.add(own)
+        if len(found.errors) == before:  # none is wrong by itself
+            found.add(error)
+            return {}
+        return good
+    return sweep
+
+
+def _of_a_file(tables: Mapping[str, Any], meant: Collection[str]) -> bool:
+    """Whether the mesh is that of a file, so that no blade and no shroud are missing, whatever is wrong in [mesh]."""
+    mesh: Any = tables.get("mesh")
+    of_file = isinstance(mesh, Mapping) and ("file" in mesh or not OF_A_FILE.isdisjoint(mesh))
+    return of_file and ("file" in mesh or "mesh.file" in meant or "blade" not in tables)
+
+
+def _without_explained(path: Path, found: Collection[InputError], tables: Mapping[str, Any]) -> list[InputError]:
+    """The errors but those about a missing key that another error explains.
+
+    That is one that an unknown key or table stands for, that a misspelt preset gives, or that a mesh from a file does
+    without. Keys that are missing with their whole table are one error.
+    """
+    errors = list(found)
+    meant = {each[1] for error in errors if (each := _MEANT.search(str(error)))}
+    if any(error.key == "accuracy" for error in errors) or "accuracy" in meant:
+        meant.add(SIZE)
+    if any(error.key == "materials" for error in errors):  # for [material], or of several materials
+        meant.add("material")
+    if _of_a_file(tables, meant):
+        meant |= {"blade", "shroud", "material", SIZE}
+        if "file" not in tables["mesh"]:
+            errors = [error for error in errors if error.key.removeprefix("mesh.") not in OF_A_FILE]
+            errors += [] if "mesh.file" in meant else [_missing(path, "mesh.file", allowed_values("mesh.file"))]
+    absent: dict[str, list[str]] = {}
+    for error in errors:
+        section, _, name = error.key.partition(".")
+        if name and section not in tables and f"{error.key}: missing" in str(error):
+            absent.setdefault(section, []).append(name)
+    for section, names in absent.items():
+        if len(names) > 1:
+            errors = [error for error in errors if error.key.partition(".")[0] != section]
+            errors.append(_missing(path, section, f"a table [{section}] with {', '.join(names)}"))
+    return [error for error in errors if not _explained(error, meant)]
+
+
+def _explained(error: InputError, meant: Collection[str]) -> bool:
+    """Whether a key is missing that another error names, itself or its table."""
+    return f"{error.key}: missing" in str(error) and not {error.key, error.key.partition(".")[0]}.isdisjoint(meant)
+
+
+def _missing(path: Path, key: str, allowed: str) -> InputError:
+    return input_error(path, key, "missing", allowed)
+
+
+def _section(key: str) -> str:
+    """The section of a key as it stands in a message, in its table or in [sweep]."""
+    parts = plain_key(key).split(".")
+    return next((part for part in parts if part in SECTIONS), parts[0])

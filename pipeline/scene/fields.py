@@ -12,6 +12,12 @@ def key(meaning: str, allowed: str, default: Any = ..., **constraints: Any) -> A
     return Field(default, description=meaning, json_schema_extra={"allowed": allowed}, **constraints)
 
 
+def allowed_of(section: type[BaseModel], name: str) -> str:
+    """What is allowed for a key of a section."""
+    extra = section.model_fields[name].json_schema_extra
+    return str(extra["allowed"]) if isinstance(extra, dict) else ""
+
+
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Whole = Annotated[int, Field(strict=True)]
 Truth = Annotated[bool, Field(strict=True)]

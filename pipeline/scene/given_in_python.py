@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.errors import input_error, shown
-from pipeline.scene.reading import Member, SceneFile, load_tables, scene_of_tables, with_contents
+from pipeline.scene.reading import Member, SceneFile, scene_of_tables, with_contents
 from pipeline.scene.schema import NOT_SWEPT, SECTIONS
 from pipeline.scene.sweep import LATIN_HYPERCUBE, POINTS, Sweep, read_sweep
-from pipeline.scene.toml_errors import parsed
+from pipeline.scene.toml_text import load_tables, parsed
 
 NAMELESS = Path("scene")  # how messages name a scene without a file
 _BARE = re.compile(r"[A-Za-z0-9_-]+")

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from pipeline.scene.deprecated_values import DEPRECATED_VALUES
-from pipeline.scene.latin_hypercube import takes_fractions
 from pipeline.scene.presets import PRESETS, SIZE
+from pipeline.scene.reading import DEPRECATED_VALUES
 from pipeline.scene.schema import NOT_SWEPT, NOT_SWEPT_KEYS, SECTIONS, Scene
-from pipeline.scene.sweep import LARGEST_SWEEP
+from pipeline.scene.sweep import LARGEST_SWEEP, takes_fractions
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 Schemas = Mapping[str, Mapping[str, dict[str, Any]]]  # section -> key -> schema of its value

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import pairwise
 
-from pipeline.errors import InputError, input_error, shown
-from pipeline.scene.latin_hypercube import takes_fractions
+from pipeline.errors import InputError, input_error, shown, shown_key
 from pipeline.scene.map_section import LOGARITHMIC
 from pipeline.scene.reading import IGNORED_WITH_MODEL, WITHOUT_EFFECT_ON_MODEL, SceneFile
-from pipeline.scene.swept_keys import SWEPT_KEYS
-from pipeline.scene.validation_errors import shown_key, unknown_key
+from pipeline.scene.sweep import SWEPT_KEYS, takes_fractions
+from pipeline.scene.validation_errors import unknown_key
 
 PLACE = "map.over"
 LEAST_STEP = 1e-9  # relative

@@ -1,11 +1,15 @@
-"""[mesh] of a scene: hexahedra made here, or a mesh from a file."""
+"""[mesh] of a scene: hexahedra made here, or a mesh from a file, and whether the file is there."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+import difflib
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
+from pipeline.errors import input_error, shown_file, system_reason
 from pipeline.scene.fields import (
     AXIS,
     AXIS_POINT,
@@ -21,6 +25,47 @@ from pipeline.scene.fields import (
     Whole,
     key,
 )
+from pipeline.scene.input_files import file_parts
+
+if TYPE_CHECKING:
+    from pipeline.scene.reading import Member
+
+
+SUFFIXES = (".inp", ".bdf", ".dat", ".nas", ".cdb", ".msh", ".vtu", ".med")
+
+
+def check_mesh_file(path: Path, member: Member) -> None:
+    """Refuse a mesh file that is not there or cannot be read, and files it includes that are not there."""
+    file = member.scene.mesh_file
+    assert file is not None
+    place, allowed = member.key_in_file("mesh.file"), f"a readable mesh file ({', '.join(SUFFIXES)})"
+    there = Path(file)
+    if not there.exists():
+        near = _near(there)
+        raise input_error(
+            path, place, f"{shown_file(file)}: no such file{near and f', did you mean {near}?'}", allowed
+        )
+    if not there.is_file():
+        raise input_error(path, place, f"{shown_file(file)}: not a file", allowed)
+    try:
+        parts = file_parts(file)
+    except OSError as error:
+        raise input_error(
+            path, place, f"{shown_file(file)}: cannot be read: {system_reason(error)}", allowed
+        ) from None
+    for part in parts[1:]:
+        if not part.is_file():
+            found = "not a file" if part.exists() else "no such file"
+            raise input_error(path, place, f"{shown_file(file)} includes {part}: {found}", "files that are there")
+
+
+def _near(place: Path) -> str:
+    """The name of a mesh file in the same folder that is much like this one."""
+    if not place.parent.is_dir():
+        return ""
+    names = [name for name in os.listdir(place.parent) if name.lower().endswith(SUFFIXES)]
+    return next(iter(difflib.get_close_matches(place.name, names, n=1, cutoff=0.5)), "")
+
 
 SET_NAME = "the name of a node set or surface of the file"
 SetName = Annotated[str, Field(min_length=1, max_length=200)]

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from pipeline.errors import InputError, input_error, shown
-from pipeline.scene.latin_hypercube import takes_fractions
+from pipeline.errors import InputError, input_error, shown, shown_key
 from pipeline.scene.optimum_section import Range
 from pipeline.scene.reading import IGNORED_WITH_MODEL, SceneFile
-from pipeline.scene.swept_keys import SWEPT_KEYS
-from pipeline.scene.validation_errors import shown_key, unknown_key
+from pipeline.scene.sweep import SWEPT_KEYS, takes_fractions
+from pipeline.scene.validation_errors import unknown_key
 
 PLACE = "optimum.over"
 SOLVER_KEYS = {  # key of a scene -> parameter of the solver, over which peaks are followed

@@ -1,4 +1,4 @@
-"""Reading of a scene file: TOML, schema, sweep. Nothing is run or written."""
+"""Reading of a scene file: TOML, presets, earlier spellings of values, schema, sweep. Nothing is run or written."""
 
 from __future__ import annotations
 
@@ -11,17 +11,50 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from pipeline.errors import InputError, input_error, reason_of, shown, system_reason
-from pipeline.scene.deprecated_values import with_current_values
+from pipeline.errors import InputError, input_error, shown
 from pipeline.scene.input_files import with_hashes
 from pipeline.scene.loads_section import files_of
 from pipeline.scene.presets import Accuracy, with_preset
 from pipeline.scene.schema import SECTIONS, Scene
 from pipeline.scene.sweep import GRID, Sweep, read_sweep
-from pipeline.scene.toml_errors import parsed
+from pipeline.scene.toml_text import load_tables
 from pipeline.scene.validation_errors import scene_error, scene_errors
 
-LARGEST_FILE = 1_000_000
+# dotted key -> earlier spelling -> today's
+DEPRECATED_VALUES: dict[str, dict[str, str]] = {
+    "contact.law": {"uncoupled": "two_sliders", "coupled": "cone"},
+    "response.stability": {"floquet": "ring"},
+}
+
+
+def with_current_values(
+    path: Path, raw: Mapping[str, Any], sweep: Mapping[str, list[Any]]
+) -> tuple[dict[str, Any], dict[str, list[Any]], tuple[str, ...]]:
+    """Replace deprecated values in a raw scene and in the lists of its sweep."""
+    raw, sweep = dict(raw), dict(sweep)
+    notes: dict[str, None] = {}
+    for key, spellings in DEPRECATED_VALUES.items():
+        section, _, name = key.partition(".")
+        table = raw.get(section)
+        if isinstance(table, Mapping) and (old := _deprecated(table.get(name), spellings)):
+            raw[section] = {**table, name: spellings[old]}
+            notes[_note(path, key, old, spellings[old])] = None
+        for index, value in enumerate(sweep.get(key, ())):
+            if old := _deprecated(value, spellings):
+                sweep[key] = [*sweep[key][:index], spellings[old], *sweep[key][index + 1 :]]
+                notes[_note(path, f'sweep."{key}"', old, spellings[old])] = None
+    return raw, sweep, tuple(notes)
+
+
+def _deprecated(value: Any, spellings: Mapping[str, str]) -> str:
+    """The value where it is a deprecated spelling, otherwise an empty text."""
+    return value if isinstance(value, str) and value in spellings else ""
+
+
+def _note(path: Path, key: str, old: str, new: str) -> str:
+    return f"{path}: {key} = {shown(old)} is now spelled {shown(new)}"
+
+
 IGNORED_WITH_MODEL = ("blade", "shroud", "disk", "materials", "mesh", "model", "rom", "stress", "fatigue", "render")
 WITHOUT_EFFECT_ON_MODEL = ("excitation.direction", "excitation.at", "load.equilibrium")
 
@@ -54,10 +87,20 @@ class Member:
     parameters: Mapping[str, Any]
     place: str = "sweep"
 
+    def key_in_file(self, key: str) -> str:
+        """The dotted key as the file spells it: in its section or in the sweep.
 
-def key_in_file(member: Member, key: str) -> str:
-    """The dotted key as the file spells it: in its section or in the sweep."""
-    return f'{member.place}."{key}"' if key in member.parameters else key
+        Parameters
+        ----------
+        key : str
+            A dotted key, such as "contact.friction".
+
+        Returns
+        -------
+        str
+            The key, or its place in the sweep: `sweep."contact.friction"`.
+        """
+        return f'{self.place}."{key}"' if key in self.parameters else key
 
 
 @dataclass(frozen=True)
@@ -190,27 +233,6 @@ def input_files(scene: Scene) -> list[str]:
     return found if scene.excitation is None else found + files_of(scene.excitation.load)  # does not obey the schema
 
 
-def load_tables(path: Path) -> tuple[dict[str, Any], str]:
-    """The tables of the file, and its text."""
-    allowed = "a readable scene file in TOML"
-    try:
-        if path.exists() and not path.is_file():
-            raise input_error(path, "", "not a file", allowed)
-        with path.open("rb") as file:
-            content = file.read(LARGEST_FILE + 1)  # some files do not tell their size
-        if len(content) > LARGEST_FILE:
-            raise input_error(path, "", f"larger than {LARGEST_FILE} bytes", allowed)
-        text = content.decode("utf-8-sig")  # editors on Windows put a byte order mark in front
-    except FileNotFoundError:
-        raise input_error(path, "", "no such file", allowed) from None
-    except UnicodeDecodeError as error:
-        raise input_error(path, "", f"not UTF-8 text (byte {error.start})", "TOML in UTF-8") from None
-    except (OSError, ValueError) as error:
-        reason = system_reason(error) if isinstance(error, OSError) else reason_of(error)
-        raise input_error(path, "", f"cannot be read: {reason}", allowed) from None
-    return parsed(path, text), text
-
-
 def _valid_sections(merged: Mapping[str, Any]) -> Scene:
     """A scene of the sections that obey the schema; the others have their defaults, or None."""
     valid: dict[str, Any] = {name: None for name, field in Scene.model_fields.items() if field.is_required()}
@@ -252,3 +274,13 @@ def _merged(path: Path, raw: Mapping[str, Any], chosen: Mapping[str, Any]) -> di
             raise input_error(path, section, shown(table), f"a table [{section}]")
         merged[section] = {**table, name: value}
     return merged
+
+
+def parameter_error(path: Path, member: Member, error: Any) -> InputError:
+    """The one line for an exception that carries `table`, `parameter`, `value` and `allowed`, or is such a line."""
+    if isinstance(error, InputError):
+        return error
+    key = f"{error.table}.{error.parameter}"
+    known = error.table in SECTIONS and error.parameter in SECTIONS[error.table].model_fields
+    found = error.value if error.value in ("missing", "given in part", "unknown name") else shown(error.value)
+    return input_error(path, member.key_in_file(key) if known else key.rstrip("."), found, str(error.allowed))

@@ -13,7 +13,6 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, PrivateAttr, field_validator
 
 from pipeline.scene.backbone_section import Backbone
-from pipeline.scene.disk_section import Disk
 from pipeline.scene.fields import (
     BLADES,
     FILLET,
@@ -32,6 +31,7 @@ from pipeline.scene.fields import (
     Truth,
     Vector,
     Whole,
+    key,
 )
 from pipeline.scene.fields import key as _key
 from pipeline.scene.loads_section import (
@@ -50,9 +50,62 @@ from pipeline.scene.mesh_section import Mesh
 from pipeline.scene.mistuning_section import Mistuning
 from pipeline.scene.model_section import Model
 from pipeline.scene.optimum_section import Optimum
-from pipeline.scene.pictures_section import Figures, Render
 from pipeline.scene.stress_section import Fatigue, Stress
 from pipeline.scene.uncertainty_section import Uncertainty
+
+
+class Disk(Section):
+    """[disk]: the disk that carries the blades; without it each blade is clamped at its root."""
+
+    bore_radius: Length = key("inner radius, m", LENGTH)
+    rim_width: Length = key("axial width at the hub radius, m; the airfoil stands on it", LENGTH)
+    bore_width: Length | None = key(
+        "axial width at the bore, m; by default that of the rim, linear between them", LENGTH, None
+    )
+    profile: tuple[tuple[Length, Length], ...] = key(
+        "[radius, axial width], m, at further radii between bore and rim",
+        "a list of [radius, width], two numbers above 0, 1e-6 to 1000, with ascending radii",
+        (),
+    )
+    bore: Literal["clamped", "free"] = key("whether the bore is held", '"clamped" or "free"', "clamped")
+    size: Length | None = key(
+        "length of the elements along the radius at the bore, m; by default three times mesh.size", LENGTH, None
+    )
+
+
+class Render(Section):
+    """[render]: pictures of mode shapes. Without this section they are drawn where asked for by name."""
+
+    modes: Annotated[tuple[Annotated[Whole, Field(ge=1, le=100)], ...], Field(min_length=1, max_length=20)] = _key(
+        "mode shapes to draw, 1 is the lowest", "a list of 1 to 20 whole numbers, 1 to 100", (1, 2, 3)
+    )
+    deformation: Number = _key(
+        "largest drawn displacement as a fraction of the blade's length",
+        "a number above 0, 1e-12 to 1",
+        0.08,
+        ge=1e-12,
+        le=1.0,
+    )
+    contact: Literal["free", "sliding", "stuck"] = _key(
+        "how the shrouds are joined", '"free", "sliding" or "stuck"', "free"
+    )
+    operating: Truth | Annotated[tuple[Annotated[Whole, Field(ge=0)], ...], Field(min_length=1, max_length=20)] = (
+        _key(
+            "motion at the peak: true for the curves with the highest and the lowest peak, or their numbers from 0",
+            "true, false or a list of 1 to 20 numbers of curves, the first is 0",
+            False,
+        )
+    )
+    blades: Whole = _key("neighbours drawn side by side", "a whole number, 1 to 9", 3, ge=1, le=9)
+
+
+class Figures(Section):
+    """[figures]: files that the figures are written to."""
+
+    formats: Annotated[tuple[Literal["png", "svg"], ...], Field(min_length=1)] = _key(
+        "formats of every figure", 'a list of "png", "svg" or both', ("png",)
+    )
+
 
 DEFAULT_MODES = 30
 

@@ -1,19 +1,75 @@
-"""Size limits: values that each key allows and that would take too long together; refused before any work."""
+"""Size limits: values that each key allows and that would take too long together; speeds that no blade stands."""
 
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nonlinear import MOST_UNKNOWNS
 from pipeline.errors import input_error, shown
 from pipeline.scene.geometry_parameters import geometry_parameters
 from pipeline.scene.input_files import file_size
-from pipeline.scene.reading import Member, SceneFile, key_in_file
+from pipeline.scene.reading import Member, SceneFile
 from pipeline.scene.schema import Scene
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+
+LARGEST_STRAIN = 0.05  # beyond it no material of a blade is elastic
+USUAL_STRAIN = 0.005  # about the yield strain of alloys for blades
+
+
+def centrifugal_strain(scene: Scene, radii: tuple[float, float] | None = None) -> float:
+    """Strain at the root of a uniform blade, rho Omega^2 (r_tip^2 - r_hub^2) / (2 E); 0 for a scene without a blade.
+
+    The platform and the taper of the airfoil are left out: an estimate that tells a mistyped speed from a real one.
+    """
+    if radii is None and scene.blade is not None:
+        radii = scene.blade.hub_radius, scene.blade.hub_radius + scene.blade.length
+    if radii is None or scene.material is None:
+        return 0.0
+    hub, tip = radii
+    per_square = scene.material.density * (tip**2 - hub**2) / (2.0 * scene.material.young_modulus)
+    return per_square * _omega(scene) ** 2
+
+
+def check_speed(path: Path, member: Member) -> None:
+    """Refuse a speed at which the centrifugal strain is above `LARGEST_STRAIN`."""
+    strain = centrifugal_strain(member.scene)
+    if strain > LARGEST_STRAIN:
+        speed = member.scene.load.speed_rpm
+        raise input_error(path, member.key_in_file("load.speed_rpm"), shown(speed), allowed_speed(speed, strain))
+
+
+def allowed_speed(speed: float, strain: float) -> str:
+    """What is allowed in place of a speed, rev/min, with a strain above `LARGEST_STRAIN`."""
+    most = speed * math.sqrt(LARGEST_STRAIN / strain)
+    said = f"the centrifugal strain of this blade is above {100.0 * LARGEST_STRAIN:g} %"
+    return f"0 to {_rounded_down(most):g} rev/min: faster, {said}"
+
+
+def speed_warning(member: Member) -> str:
+    """The part of a warning after the key where the strain is above `USUAL_STRAIN`; otherwise an empty text."""
+    strain = centrifugal_strain(member.scene)
+    if strain <= USUAL_STRAIN:
+        return ""
+    speed = shown(member.scene.load.speed_rpm)
+    return f"{speed} is unusual; the centrifugal strain of this blade is about {100.0 * strain:.2g} %"
+
+
+def _omega(scene: Scene) -> float:
+    from rom import angular_speed
+
+    return float(angular_speed(scene.load.speed_rpm))
+
+
+def _rounded_down(value: float) -> float:
+    """A positive number with two digits, not larger than the value."""
+    step = 10.0 ** (math.floor(math.log10(value)) - 1)
+    return math.floor(value / step) * step
+
 
 LARGEST_MODEL = 400_000  # elements; ten times what takes a comfortable time
 LARGEST_SWEEP = 100 * LARGEST_MODEL  # elements of all models of a sweep
@@ -32,11 +88,11 @@ def check_size(path: Path, member: Member) -> None:
     elements = estimated_elements(scene)
     if elements > LARGEST_MODEL:
         allowed = f"larger elements (this makes about {elements:.2g}, {LARGEST_MODEL} at most)"
-        raise input_error(path, key_in_file(member, "mesh.size"), shown(scene.mesh.size), allowed)
+        raise input_error(path, member.key_in_file("mesh.size"), shown(scene.mesh.size), allowed)
     at = scene.excitation.at
     if not isinstance(at, str) and not _near_the_blade(scene, at):
         raise input_error(
-            path, key_in_file(member, "excitation.at"), shown(list(at)), f"a point of {_extent(scene)}, m"
+            path, member.key_in_file("excitation.at"), shown(list(at)), f"a point of {_extent(scene)}, m"
         )
 
 
@@ -49,7 +105,7 @@ def check_balance(path: Path, member: Member, n_contacts: int) -> None:
         most = (MOST_UNKNOWNS // (3 * n_contacts) - 1) // 2
         fewer = f"{most} at most" if most >= 1 else "fewer contact nodes"
         allowed = f"{fewer} with {n_contacts} contact nodes a face (this makes {unknowns} unknowns)"
-        raise input_error(path, key_in_file(member, "response.harmonics"), shown(harmonics), allowed)
+        raise input_error(path, member.key_in_file("response.harmonics"), shown(harmonics), allowed)
 
 
 def check_modes(path: Path, member: Member, n_contacts: int) -> None:
@@ -65,7 +121,7 @@ def check_modes(path: Path, member: Member, n_contacts: int) -> None:
     ratios = scene.response.damping_ratio
     if isinstance(ratios, tuple) and len(ratios) > most:
         raise input_error(
-            path, key_in_file(member, "response.damping_ratio"), f"a list of {len(ratios)}", f"{most} at most"
+            path, member.key_in_file("response.damping_ratio"), f"a list of {len(ratios)}", f"{most} at most"
         )
     if scene.render is not None and not chosen and max(scene.render.modes) > most:
         allowed = f"1 to {most}: the reduced model has no more"

@@ -1,18 +1,238 @@
-"""The table [sweep] of a scene: a grid of values, a list or file of points, or a Latin hypercube."""
+"""The table [sweep] of a scene: a grid of values, a list or file (CSV) of points, or a Latin hypercube.
+
+Of a Latin hypercube of n points, each n-th of every range holds exactly one point.
+"""
 
 from __future__ import annotations
 
+import csv
+import io
 import itertools
-from collections.abc import Iterator, Mapping
+import json
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from types import UnionType
+from typing import Annotated, Any, Union, get_args, get_origin
 
-from pipeline.errors import input_error, shown
-from pipeline.scene.latin_hypercube import sampled_columns
-from pipeline.scene.point_file import point_columns
-from pipeline.scene.swept_keys import flattened
-from pipeline.scene.validation_errors import shown_key
+from pipeline.errors import InputError, input_error, shown, shown_key, system_reason
+from pipeline.scene.input_files import open_regular
+from pipeline.scene.schema import NOT_SWEPT, NOT_SWEPT_KEYS, SECTIONS
+from pipeline.scene.units import column_name
+from pipeline.scene.validation_errors import unknown_key
+
+
+def grid_values(parameters: Mapping[str, Sequence[Any]]) -> dict[str, list[Any]] | None:
+    """The different values of each swept key where the points are every combination of them, each once.
+
+    Shapes: `parameters` (n,).
+    """
+    count = len(next(iter(parameters.values()), ()))
+    values = {key: list(dict.fromkeys(found)) for key, found in parameters.items()}
+    if not parameters or math.prod(len(found) for found in values.values()) != count:
+        return None
+    return values if len(set(zip(*parameters.values(), strict=True))) == count else None
+
+
+SWEPT_KEYS = tuple(
+    key
+    for section, model in SECTIONS.items()
+    if section not in NOT_SWEPT
+    for key in (f"{section}.{name}" for name in model.model_fields)
+    if key not in NOT_SWEPT_KEYS
+)
+
+
+def flattened(path: Path, table: Mapping[str, Any], place: str) -> Iterator[tuple[str, Any]]:
+    """Dotted keys with what stands under them, whether written "contact.friction" or contact.friction."""
+    found = set()
+    for key, item in _items(table):
+        if key in found:
+            section, _, name = key.partition(".")
+            said = f'given twice, as "{key}" and as {name} of [{place}.{section}]'
+            raise input_error(path, f"{place}.{shown_key(key)}", said, "one of the two")
+        if key not in SWEPT_KEYS:
+            raise unknown_key(path, key, SWEPT_KEYS, place)
+        found.add(key)
+        yield key, item
+
+
+def _items(table: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    for key, value in table.items():
+        if isinstance(value, Mapping) and key in SECTIONS:
+            yield from ((f"{key}.{name}", inner) for name, inner in value.items())
+        else:
+            yield key, value
+
+
+LARGEST_FILE = 20_000_000
+POINTS_PLACE = "sweep.points"
+
+
+def point_columns(scene: Path, name: str, most: int) -> tuple[dict[str, list[Any]], tuple[str, ...]]:
+    """The points of a file."""
+    path = scene.parent / name
+    table = [(number, row) for number, row in _rows(scene, path) if row]
+    if not table:
+        raise _refused(scene, name, "empty", "a line of dotted keys, then a line for each point")
+    keys = _keys(scene, name, table[0][1])
+    points = table[1:]
+    if not 1 <= len(points) <= most:
+        raise _refused(scene, name, f"{len(points)} points", f"1 to {most} points")
+    for number, row in points:
+        if len(row) != len(keys):
+            found = f"{len(row)} value{'s' if len(row) != 1 else ''}"
+            raise _refused(scene, f"{name} line {number}", found, f"{len(keys)}, one for each key")
+        if "" in (cells := [cell.strip() for cell in row]):
+            raise _refused(scene, f"{name} line {number}", f"no {keys[cells.index('')]}", "a value for each key")
+    columns = {key: [_value(row[place]) for _, row in points] for place, key in enumerate(keys)}
+    return columns, tuple(f"{POINTS_PLACE} ({name} line {number})" for number, _ in points)
+
+
+def _rows(scene: Path, path: Path) -> list[tuple[int, list[str]]]:
+    """Rows with the numbers of their lines."""
+    allowed = "a readable CSV file in UTF-8"
+    try:
+        if path.exists() and not path.is_file():
+            raise _refused(scene, str(path), "not a file", allowed)
+        with open_regular(path) as file:
+            content = file.read(LARGEST_FILE + 1)
+        if len(content) > LARGEST_FILE:
+            raise _refused(scene, str(path), f"larger than {LARGEST_FILE} bytes", allowed)
+        reader = csv.reader(io.StringIO(content.decode("utf-8-sig"), newline=""), strict=True)
+        return [(reader.line_num, row) for row in reader]
+    except FileNotFoundError:
+        raise _refused(scene, str(path), "no such file", allowed) from None
+    except (OSError, ValueError) as error:
+        reason = system_reason(error) if isinstance(error, OSError) else "no such name or not UTF-8 text"
+        raise _refused(scene, str(path), f"cannot be read: {reason}", allowed) from None
+    except csv.Error as error:
+        raise _refused(scene, str(path), f"not CSV: {error}", allowed) from None
+
+
+def _keys(scene: Path, name: str, header: Sequence[str]) -> list[str]:
+    """The dotted keys of the columns."""
+    spelled = {column_name(key): key for key in SWEPT_KEYS} | {key: key for key in SWEPT_KEYS}
+    keys: list[str] = []
+    for cell in header:
+        key = spelled.get(cell.strip())
+        if key is None:
+            raise unknown_key(scene, cell.strip(), SWEPT_KEYS, f"{POINTS_PLACE} ({name})")
+        if key in keys:
+            raise _refused(scene, name, f"two columns {key}", "each key once")
+        keys.append(key)
+    return keys
+
+
+def _value(cell: str) -> Any:
+    """A number, a list or a word."""
+    try:
+        return json.loads(cell)
+    except ValueError:
+        return cell.strip()
+
+
+def _refused(scene: Path, name: str, found: str, allowed: str) -> InputError:
+    return input_error(scene, f'{POINTS_PLACE} = "{name}"', found, allowed)  # the whole name: a path may be long
+
+
+HYPERCUBE_PLACE = "sweep.latin_hypercube"
+HYPERCUBE_KEYS = ("samples", "seed", "ranges", "logarithmic")
+LARGEST_SEED = 2**63 - 1  # of TOML's whole numbers
+_RANGE = "[low, high], two numbers, low below high"
+
+
+def sampled_columns(path: Path, table: Any, most: int) -> dict[str, list[float]]:
+    """The points of a Latin hypercube, a list for each key."""
+    if not isinstance(table, Mapping):
+        raise input_error(
+            path, HYPERCUBE_PLACE, shown(table), f"a table [{HYPERCUBE_PLACE}] with {', '.join(HYPERCUBE_KEYS)}"
+        )
+    for key in table:
+        if key not in HYPERCUBE_KEYS:
+            raise unknown_key(path, key, HYPERCUBE_KEYS, HYPERCUBE_PLACE)
+    samples = _whole(path, table, "samples", (1, most), f"a whole number of points, 1 to {most}")
+    allowed = "a whole number, 0 or more: the same seed gives the same points"
+    seed = _whole(path, table, "seed", (0, LARGEST_SEED), allowed)
+    ranges = _ranges(path, table.get("ranges"))
+    logarithmic = _logarithmic(path, table.get("logarithmic", []), ranges)
+    return _sample(samples, seed, ranges, logarithmic)
+
+
+def _whole(path: Path, table: Mapping[str, Any], name: str, bounds: tuple[int, int], allowed: str) -> int:
+    value = table.get(name)
+    found = "missing" if name not in table else shown(value)
+    if not isinstance(value, int) or isinstance(value, bool) or not bounds[0] <= value <= bounds[1]:
+        raise input_error(path, f"{HYPERCUBE_PLACE}.{name}", found, allowed)
+    return value
+
+
+def _ranges(path: Path, table: Any) -> dict[str, tuple[float, float]]:
+    """Lowest and highest value of each key."""
+    place = f"{HYPERCUBE_PLACE}.ranges"
+    if not isinstance(table, Mapping) or not table:
+        found = "missing" if table is None else shown(table)
+        raise input_error(path, place, found, "a table of dotted keys with [low, high]")
+    ranges = {}
+    for key, bounds in flattened(path, table, place):
+        if not takes_fractions(key):
+            allowed = "keys of numbers with a fraction; others as lists or points"
+            raise input_error(path, f"{place}.{shown_key(key)}", "cannot have a range", allowed)
+        if not _is_range(bounds):
+            raise input_error(path, f"{place}.{shown_key(key)}", shown(bounds), _RANGE)
+        ranges[key] = (float(bounds[0]), float(bounds[1]))
+    return ranges
+
+
+def _is_range(bounds: Any) -> bool:
+    if not isinstance(bounds, list) or len(bounds) != 2:
+        return False
+    numbers = all(isinstance(b, int | float) and not isinstance(b, bool) and abs(b) < 1e100 for b in bounds)
+    return numbers and bounds[0] < bounds[1]
+
+
+def _logarithmic(path: Path, keys: Any, ranges: Mapping[str, tuple[float, float]]) -> frozenset[str]:
+    """Keys whose logarithm is sampled."""
+    allowed = "a list of keys of ranges above 0"
+    if not isinstance(keys, list) or not all(isinstance(key, str) for key in keys):
+        raise input_error(path, f"{HYPERCUBE_PLACE}.logarithmic", shown(keys), allowed)
+    for key in keys:
+        if key not in ranges or ranges[key][0] <= 0.0:
+            found = f"{shown(key)} has {f'the range {list(ranges[key])}' if key in ranges else 'no range'}"
+            raise input_error(path, f"{HYPERCUBE_PLACE}.logarithmic", found, allowed)
+    return frozenset(keys)
+
+
+def _sample(
+    samples: int, seed: int, ranges: Mapping[str, tuple[float, float]], logarithmic: frozenset[str]
+) -> dict[str, list[float]]:
+    import numpy as np
+    from scipy.stats import qmc
+
+    unit = qmc.LatinHypercube(len(ranges), rng=np.random.default_rng(seed)).random(samples)
+    columns = {}
+    for number, (key, (low, high)) in enumerate(ranges.items()):
+        a, b = (math.log(low), math.log(high)) if key in logarithmic else (low, high)
+        values = a + (b - a) * unit[:, number]
+        columns[key] = np.clip(np.exp(values) if key in logarithmic else values, low, high).tolist()
+    return columns
+
+
+def takes_fractions(key: str) -> bool:
+    """Whether a key may be any number of a range."""
+    section, _, name = key.partition(".")
+    return _holds_float(SECTIONS[section].model_fields[name].annotation)
+
+
+def _holds_float(annotation: Any) -> bool:
+    origin = get_origin(annotation)
+    if origin is Annotated:
+        return _holds_float(get_args(annotation)[0])
+    if origin in (Union, UnionType):
+        return any(_holds_float(item) for item in get_args(annotation))
+    return annotation is float
+
 
 LARGEST_SWEEP = 10_000
 GRID, POINTS, LATIN_HYPERCUBE = "grid", "points", "latin_hypercube"

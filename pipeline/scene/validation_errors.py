@@ -1,23 +1,92 @@
-"""Validation errors of pydantic as one line in terms of the scene file."""
+"""Validation errors of pydantic as one line in terms of the scene file, with what an unknown key may stand for."""
 
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel
 
-from pipeline.errors import InputError, input_error, one_line, shown
+from pipeline.errors import InputError, input_error, one_line, shown, shown_key
+from pipeline.scene.fields import allowed_of
 from pipeline.scene.loads_section import TABLES as LOAD_TABLES
 from pipeline.scene.loads_section import Temperature
 from pipeline.scene.mesh_section import MeshSets
 from pipeline.scene.model_section import ModelSets
 from pipeline.scene.schema import SECTIONS, Material, Scene
-from pipeline.scene.suggestions import listed, meant
 from pipeline.scene.uncertainty_section import UncertainParameter
 from pipeline.scene.units import number_in_text
+
+# symbols and other words of the field -> dotted key; compared without case, "_" and "-"
+MEANINGS = {
+    "blade.n_blades": "nb nblades blades numberofblades",
+    "blade.hub_radius": "radius rhub",
+    "blade.length": "span height",
+    "blade.root_stagger": "stagger",
+    "shroud.angle": "alpha shroudangle contactangle",
+    "shroud.contact_length": "lc",
+    "material.young_modulus": "e young youngsmodulus elasticmodulus modulus",
+    "material.poisson_ratio": "nu poisson poissonsratio",
+    "material.density": "rho",
+    "mesh.size": "elementsize meshsize",
+    "rom.modes": "nmodes",
+    "load.speed_rpm": "rpm speed omega rotation rotationalspeed",
+    "contact.friction": "mu frictioncoefficient coefficientoffriction",
+    "contact.normal_stiffness": "kn stiffness",
+    "contact.tangential_stiffness": "kt",
+    "contact.interference": "v0 gap initialgap",
+    "contact.preload": "n0 normalload",
+    "excitation.engine_order": "eo order engineorders",
+    "excitation.force": "f0 amplitude forceamplitude",
+    "response.frequency": "freq frequencies range frequencyrange",
+    "response.harmonics": "nh nharmonics",
+    "response.damping_ratio": "zeta xi damping dampingfactor",
+}
+_BY_WORD = {word: key for key, words in MEANINGS.items() for word in words.split()}
+
+
+MOST_LISTED = 12  # keys in a message; of more only the nearest
+_NEAREST = 4
+
+
+def meant(
+    key: str,
+    known: Sequence[str],
+    section: str = "",
+    inside: Collection[str] | None = None,
+    tables: Collection[str] = (),
+) -> str:
+    """The key of a scene that an unknown one may stand for; empty where nothing is near."""
+    if inside is not None and not section:
+        alike = [name for name, model in SECTIONS.items() if inside and set(inside) <= set(model.model_fields)]
+        alike.sort(key=lambda name: name in tables)
+        return next(iter([*difflib.get_close_matches(key, list(SECTIONS), n=1, cutoff=0.75), *alike]), "")
+    place = f"{section}." if section in SECTIONS else ""
+    name = key.rpartition(".")[2]
+    word = _BY_WORD.get(name.lower().replace("_", "").replace("-", ""), "")
+    near = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
+    elsewhere = [f"{table}.{name}" for table, model in SECTIONS.items() if name in model.model_fields]
+    elsewhere.sort(key=lambda each: each.partition(".")[0] not in tables)
+    if any("." in each for each in known):  # of dotted keys, as in [sweep], only these help
+        near = [each for each in [word, *near, *elsewhere] if each in known]
+        return near[0] if near else ""
+    return word or [*elsewhere, *(place + each for each in near), ""][0]
+
+
+def listed(known: Sequence[str], key: str, near: str = "") -> str:
+    """The keys that there are, for a message about an unknown one; of many only the nearest, or the tables."""
+    if len(known) <= MOST_LISTED:
+        return ", ".join(known)
+    if near and near not in known:
+        return near
+    closest = difflib.get_close_matches(near or key, known, n=_NEAREST, cutoff=0.6)
+    if closest:
+        return f"{', '.join(closest)} and others"
+    tables = dict.fromkeys(each.partition(".")[0] for each in known)
+    return ", ".join(tables) if len(tables) == len(known) else f"keys of {', '.join(tables)}"
+
 
 MISSING = object()
 SETS: dict[str, type[BaseModel]] = {  # tables in sections
@@ -26,18 +95,12 @@ SETS: dict[str, type[BaseModel]] = {  # tables in sections
     "load.temperature": Temperature,
 }
 TABLES: dict[str, type[BaseModel]] = {**LOAD_TABLES, "uncertainty.parameter": UncertainParameter}  # lists of tables
-LONGEST_KEY = 60
 MOST_ERRORS = 50  # that are listed at once
 
 
 def allowed_values(key: str) -> str:
     """The allowed values of a dotted key, from its field in `pipeline.scene.schema`."""
-    return _allowed_of(*_owner(key))
-
-
-def _allowed_of(owner: type[BaseModel], name: str) -> str:
-    extra = owner.model_fields[name].json_schema_extra
-    return str(extra["allowed"]) if isinstance(extra, dict) else ""
+    return allowed_of(*_owner(key))
 
 
 def unknown_key(
@@ -49,12 +112,6 @@ def unknown_key(
     hint = f"unknown key, did you mean {near}?" if near else "unknown key"
     dotted = f"{place}.{shown_key(key)}" if place else shown_key(key)
     return input_error(path, dotted, hint, listed(known, key, near))
-
-
-def shown_key(key: str) -> str:
-    """A key as TOML would write it: bare where it can be, quoted where it must."""
-    bare = key != "" and all(c.isascii() and (c.isalnum() or c in "_-") for c in key)
-    return key if bare and len(key) <= LONGEST_KEY else shown(key)
 
 
 def scene_error(path: Path, raw: Mapping[str, Any], errors: Sequence[Any], places: Mapping[str, str]) -> InputError:
@@ -104,7 +161,7 @@ def _in_terms_of_the_file(
     if key in SETS and len(location) > 2 and isinstance(raw[section][name], Mapping):
         inner = str(location[2])
         value = raw[section][name].get(inner, MISSING)
-        return input_error(path, f"{key}.{inner}", _found(value), said or _allowed_of(SETS[key], inner))
+        return input_error(path, f"{key}.{inner}", _found(value), said or allowed_of(SETS[key], inner))
     value, index = _pick(raw[section].get(name, MISSING), errors, location[:2])
     allowed = said or allowed_values(key)
     if hint := _as_number(key, value, [each for each in errors if each["loc"][:2] == location[:2]]):
@@ -149,7 +206,7 @@ def _of_listed_table(path: Path, raw: Mapping[str, Any], error: Any, location: t
     found = value.get(inner, MISSING) if isinstance(value, Mapping) else value
     said = _said_by_validator(error)
     shown_value = "not given" if said and found is MISSING else _found(found) + _nearest(error)
-    return input_error(path, f"{place}.{inner}", shown_value, said or _allowed_of(TABLES[name], inner))
+    return input_error(path, f"{place}.{inner}", shown_value, said or allowed_of(TABLES[name], inner))
 
 
 def _said_by_validator(error: Any) -> str:

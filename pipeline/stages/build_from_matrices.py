@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from pipeline.errors import InputError, reason_of
 from pipeline.process.isolated_reading import MEMORY, MEMORY_PER_BYTE, read_apart
-from pipeline.scene.consistency import parameter_error
 from pipeline.scene.input_files import copies, file_size
+from pipeline.scene.reading import parameter_error
 from pipeline.stages.model_files import REDUCED_MODEL
 from pipeline.stages.scene_loads import scene_loads, with_modal_excitation
 from pipeline.stages.scene_to_solver import linear_operation

@@ -13,11 +13,10 @@ from typing import TYPE_CHECKING, Any
 
 from pipeline.errors import InputError, input_error, reason_of
 from pipeline.process.isolated_reading import read_apart
-from pipeline.scene.centrifugal_strain import LARGEST_STRAIN, allowed_speed, centrifugal_strain
-from pipeline.scene.consistency import parameter_error
 from pipeline.scene.geometry_parameters import disk_parameters, geometry_parameters
 from pipeline.scene.input_files import Contents, copies, file_size
-from pipeline.scene.size_limits import LARGEST_MODEL, MARGIN
+from pipeline.scene.reading import parameter_error
+from pipeline.scene.size_limits import LARGEST_MODEL, LARGEST_STRAIN, MARGIN, allowed_speed, centrifugal_strain
 from pipeline.stages.scene_materials import FINDINGS, check_materials, elements_by_kind, extent, own_findings
 
 if TYPE_CHECKING:

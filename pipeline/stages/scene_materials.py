@@ -13,8 +13,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from geometry import BLADE_RADII, UNIT_SYSTEMS
-from pipeline.scene.material_section import FORCED, USUAL_MATERIAL, WAVE_SPEED, Usual, wave_speed
-from pipeline.scene.validation_errors import allowed_values, shown_key
+from pipeline.errors import shown_key
+from pipeline.scene.fields import allowed_of
+from pipeline.scene.material_section import FORCED, USUAL_MATERIAL, WAVE_SPEED, NamedMaterial, Usual, wave_speed
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
@@ -296,7 +297,7 @@ def check_complete(materials: Mapping[str, FileMaterial]) -> None:
         key = material.missing[0]
         known = " and ".join(WORDS[key] for key in material.numbers)
         given = "is given" if len(material.numbers) == 1 else "are given"
-        allowed = f"{allowed_values(f'material.{key}')}{_in(key)}: only {known} of this material {given}"
+        allowed = f"{allowed_of(NamedMaterial, key)}{_in(key)}: only {known} of this material {given}"
         raise ParameterError(table, key, "missing", allowed)
 
 

@@ -19,11 +19,11 @@ from pipeline.errors import InputError, StageError, reason_of
 from pipeline.executor.task import Progress, Task, TaskFailed, TaskResult
 from pipeline.process.clock import seconds_since
 from pipeline.process.workers import WorkerDied
-from pipeline.scene.consistency import check_balance, parameter_error, unfit_node_lists
+from pipeline.scene.consistency import unfit_node_lists
 from pipeline.scene.labels import member_label
-from pipeline.scene.reading import Member
+from pipeline.scene.reading import Member, parameter_error
 from pipeline.scene.schema import Scene
-from pipeline.scene.size_limits import estimated_elements
+from pipeline.scene.size_limits import check_balance, estimated_elements
 from pipeline.stages.build_from_matrices import (
     FACTS,
     make_reduced_of_matrices,

@@ -12,9 +12,9 @@ from typing import Any
 
 from pipeline.errors import StageError, input_error
 from pipeline.process.progress import Reporter
-from pipeline.scene.consistency import check_scene, parameter_error
+from pipeline.scene.consistency import check_scene
 from pipeline.scene.labels import value_label
-from pipeline.scene.reading import Member, SceneFile
+from pipeline.scene.reading import Member, SceneFile, parameter_error
 from pipeline.scene.schema import Scene
 from pipeline.stages.build_full_model import FULL_MODEL
 from pipeline.stages.build_mesh import SECTOR

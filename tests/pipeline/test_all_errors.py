@@ -10,10 +10,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from pipeline_support import shroud, small_scene, write_scene
 
-from pipeline.scene.key_lines import key_lines, plain_key
 from pipeline.scene.schema import SECTIONS
-from pipeline.scene.suggestions import MEANINGS, MOST_LISTED
-from pipeline.scene.validation_errors import MOST_ERRORS, allowed_values
+from pipeline.scene.toml_text import key_lines, plain_key
+from pipeline.scene.validation_errors import MEANINGS, MOST_ERRORS, MOST_LISTED, allowed_values
 
 SHIPPED = sorted(Path(__file__).parents[2].glob("scenes/*.toml"))
 

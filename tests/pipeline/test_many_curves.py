@@ -21,7 +21,7 @@ from pipeline.results.outputs import write_results
 from pipeline.results.overview import abbreviated, key_table, overview_lines, quantile_table, statistics
 from pipeline.results.run_folder import PointReader, provenance
 from pipeline.scene.reading import Member, SceneFile, read_scene
-from pipeline.scene.sweep_grid import grid_values
+from pipeline.scene.sweep import grid_values
 from pipeline.stages.curve_table import TABLE, CurveTable, table_of
 from pipeline.stages.respond import CurveJob, CurveResult, result_from_file
 from pipeline.store.content_store import Store

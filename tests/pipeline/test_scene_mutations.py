@@ -17,8 +17,9 @@ from pipeline_support import RAW_TEXT, shroud, small_scene, to_toml, write_scene
 
 from pipeline.errors import InputError
 from pipeline.scene.json_schema import scene_schema
-from pipeline.scene.reading import LARGEST_FILE, read_scene
+from pipeline.scene.reading import read_scene
 from pipeline.scene.schema import SECTIONS
+from pipeline.scene.toml_text import LARGEST_FILE
 from pipeline.scene.validation_errors import MOST_ERRORS
 
 REPOSITORY = Path(__file__).parents[2]

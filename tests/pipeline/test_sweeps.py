@@ -12,7 +12,7 @@ from pipeline_support import ground_scene, shroud, summary_of, to_toml, write_gr
 from pipeline.scene.json_schema import scene_schema
 from pipeline.scene.reading import SceneFile, read_scene
 from pipeline.scene.schema import SECTIONS
-from pipeline.scene.toml_errors import parsed
+from pipeline.scene.toml_text import parsed
 from pipeline.scene.units import column_name, key_unit, unit_of
 
 HYPERCUBE = """

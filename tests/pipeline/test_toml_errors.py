@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from pipeline_support import RAW_TEXT, shroud, small_scene, to_toml
 
-import pipeline.scene.toml_errors
+import pipeline.scene.toml_text
 from pipeline.errors import InputError
 from pipeline.scene.consistency import check_scene
 from pipeline.scene.reading import read_scene
@@ -70,7 +70,7 @@ def test_every_message_of_the_parser_has_its_words() -> None:
         text = call.args[2]
         first = text.values[0] if isinstance(text, ast.JoinedStr) else text
         assert isinstance(first, ast.Constant)
-        meanings = pipeline.scene.toml_errors._MEANINGS
+        meanings = pipeline.scene.toml_text._MEANINGS
         assert any(first.value.strip().startswith(start) or start.startswith(first.value) for start in meanings), (
             first.value
         )
