@@ -28,8 +28,7 @@ if TYPE_CHECKING:
         WorstMotion,
         at_range_end,
     )
-    from nonlinear.contact.contact_cycle import ContactCycle, contact_cycle
-    from nonlinear.contact.element_choice import contact_element
+    from nonlinear.contact.element_choice import ContactCycle, contact_cycle, contact_element
     from nonlinear.contact.parameters import (
         LIFT_OFF,
         SLIP,
@@ -187,7 +186,7 @@ _PLACES = {
     "Extension": "nonlinear.response_extension",
     "carry_branches": "nonlinear.response_extension",
     "extend_response": "nonlinear.response_extension",
-    "ContactCycle": "nonlinear.contact.contact_cycle",
+    "ContactCycle": "nonlinear.contact.element_choice",
     "ContactElement": "nonlinear.contact.parameters",
     "ContactError": "nonlinear.contact.parameters",
     "ContactForces": "nonlinear.contact.parameters",
@@ -226,7 +225,7 @@ _PLACES = {
     "StaticContact": "nonlinear.harmonic_balance.initial_solution",
     "TerminationReason": "nonlinear.branches.records",
     "WorstMotion": "nonlinear.branches.records",
-    "contact_cycle": "nonlinear.contact.contact_cycle",
+    "contact_cycle": "nonlinear.contact.element_choice",
     "contact_element": "nonlinear.contact.element_choice",
     "forced_response": "nonlinear.response_solver",
     "build_harmonic_balance": "nonlinear.response_solver",

@@ -243,8 +243,8 @@ def optimise(
 
     Without --over: over the keys of the scene's table [optimum]. A key without LOW:HIGH gets a range from the scene.
     """
-    from pipeline.optimise.optimise_scene import objective_asked, optimum_text
-    from pipeline.optimise.optimise_scene import optimise as search
+    from pipeline.optimise import objective_asked, optimum_text
+    from pipeline.optimise import optimise as search
     from pipeline.process.progress import Reporter
     from pipeline.results.outputs import as_json as json_text
     from pipeline.scene.reading import read_scene

@@ -31,6 +31,7 @@ from nonlinear.peak_curves.peak_search import (
     quasi_random,
     solve_in_turn,
     solved_response,
+    with_enough_harmonics,
 )
 from nonlinear.peak_curves.peak_sensitivity import peak_derivatives
 from nonlinear.peak_curves.worst_envelope import AT_END
@@ -317,20 +318,21 @@ def find_joint_optimum(
 
 def _in_box(box: Box, progress: Callable[[str], None], solver: Solve, most: int) -> JointOptimum:
     """The optimum, with a number of harmonics that suffices at the centre and there."""
-    if box.problem.options.harmonics != "auto":
-        return _with_fixed_harmonics(box, progress, solver, most)
-    found: JointOptimum | None = None
-    number, place = 0, np.full(len(box.names), 0.5)
-    while True:
-        curve = solver([box.at(place)])[0]
-        asked = most_harmonics(curve)
-        if found is not None and asked <= number:
-            return found
-        number = asked
-        fixed = replace(box, problem=box.problem.with_harmonics(number))
-        found = _with_fixed_harmonics(fixed, progress, solver, most)
+
+    def asked_at(place: Array) -> int:
+        return most_harmonics(solver([box.at(place)])[0])
+
+    def asked(found: JointOptimum) -> int:
         values = np.array([found.values[name] for name in box.names])
-        place = (values - box.low) / (box.high - box.low)
+        return asked_at((values - box.low) / (box.high - box.low))
+
+    return with_enough_harmonics(
+        box.problem,
+        lambda: asked_at(np.full(len(box.names), 0.5)),
+        lambda fixed: _with_fixed_harmonics(replace(box, problem=fixed), progress, solver, most),
+        asked,
+        progress,
+    )
 
 
 def _with_fixed_harmonics(box: Box, progress: Callable[[str], None], solver: Solve, most: int) -> JointOptimum:

@@ -33,6 +33,7 @@ from nonlinear.peak_curves.peak_search import (
     most_harmonics,
     solve_in_turn,
     solved_response,
+    with_enough_harmonics,
 )
 from nonlinear.peak_curves.peak_sensitivity import peak_derivatives
 from nonlinear.peak_curves.worst_envelope import (
@@ -313,14 +314,11 @@ def find_optimum(
     family = ParameterFamily.over(problem, name, low, high)
     started = time.perf_counter()
     with one_blas_thread():
-        if family.problem.options.harmonics != "auto":
-            found = _optimum(family, progress, solver, most_responses)
-        else:
-            found = _with_chosen_harmonics(family, progress, solver, most_responses)
+        found = _with_enough_harmonics(family, progress, solver, most_responses)
     return replace(found, seconds=max(0.0, time.perf_counter() - started))
 
 
-def _with_chosen_harmonics(
+def _with_enough_harmonics(
     family: ParameterFamily, progress: Callable[[str], None], solver: Solve, most: int
 ) -> Optimum:
     """The optimum with as many harmonics as "auto" chooses there and at the ends of the range within 10 %.
@@ -328,27 +326,28 @@ def _with_chosen_harmonics(
     The search begins with the fewest that "auto" chooses at both ends of the whole range and in the middle. Where
     one of the responses with its own number of harmonics is lower than the optimum, more are taken too.
     """
-    progress(f"number of harmonics at both ends and in the middle of {family.name}")
-    known = dict(zip(FIRST_SHARES, solver([family.at(share) for share in FIRST_SHARES]), strict=True))
-    number = min(map(most_harmonics, known.values()))
-    while True:
-        fixed = replace(family, problem=family.problem.with_harmonics(number))
-        found = _optimum(fixed, progress, solver, most)
+    known: dict[float, ResponseCurve] = {}
+
+    def first() -> int:
+        progress(f"number of harmonics at both ends and in the middle of {family.name}")
+        known.update(zip(FIRST_SHARES, solver([family.at(share) for share in FIRST_SHARES]), strict=True))
+        return min(map(most_harmonics, known.values()))
+
+    def asked(found: Optimum) -> int:
         span = family.high - family.low
         shares = [float((value - family.low) / span) for value in (found.value, *found.within)]
         progress(f"number of harmonics at the optimum of {family.name} and where the worst motion is 10 % higher")
         there = solver([family.at(share) for share in shares])
-        known |= zip(shares, there, strict=True)
-        lower = [
-            curve
-            for curve in known.values()
-            if _known_height(curve, family.problem.options) < (1.0 - AGREES) * found.amplitude_m
-        ]
-        asked = max(map(most_harmonics, (*there, *lower)))
-        if asked <= number:
-            return replace(found, remarks=(_harmonics_said(family, number, known, found), *found.remarks))
-        progress(f"{asked} harmonics are needed")
-        number = asked
+        known.update(zip(shares, there, strict=True))
+        limit = (1.0 - AGREES) * found.amplitude_m
+        lower = [curve for curve in known.values() if _known_height(curve, family.problem.options) < limit]
+        return max(map(most_harmonics, (*there, *lower)))
+
+    def search(fixed: Problem) -> Optimum:
+        return _optimum(replace(family, problem=fixed), progress, solver, most)
+
+    found = with_enough_harmonics(family.problem, first, search, asked, progress)
+    return replace(found, remarks=(_harmonics_said(family, known, found), *found.remarks)) if known else found
 
 
 def _known_height(curve: ResponseCurve, options: SolverOptions) -> float:
@@ -356,9 +355,11 @@ def _known_height(curve: ResponseCurve, options: SolverOptions) -> float:
     return solved_response(0.0, curve, "", options).height
 
 
-def _harmonics_said(family: ParameterFamily, number: int, known: dict[float, ResponseCurve], found: Optimum) -> str:
+def _harmonics_said(family: ParameterFamily, known: dict[float, ResponseCurve], found: Optimum) -> str:
     """How many harmonics the optimum has, and what their number changes where the envelope is least accurate."""
-    said = f"{number} harmonics, as many as the tolerance asks for at the optimum and where it is 10 % higher"
+    said = (
+        f"{found.harmonics} harmonics, as many as the tolerance asks for at the optimum and where it is 10 % higher"
+    )
     values = np.array([family.value(share) for share in known])
     heights = np.array([_known_height(curve, family.problem.options) for curve in known.values()])
     with np.errstate(all="ignore"):

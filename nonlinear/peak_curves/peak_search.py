@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 
@@ -29,6 +30,7 @@ SAME_FREQUENCY = 3e-2
 LOW = 0.3  # of the highest solution of a response: lower peaks of it are not followed
 SAME_SHARE = 1e-9  # difference of two shares that count as one
 
+Found = TypeVar("Found")
 Solve = Callable[[Sequence[Problem]], Sequence[ResponseCurve]]
 
 
@@ -127,6 +129,29 @@ def listed(names: Sequence[str], values: Sequence[float]) -> str:
 def most_harmonics(curve: ResponseCurve) -> int:
     """Largest number of harmonics on any branch."""
     return max(branch.harmonics for branch in (curve, *curve.detached))
+
+
+def with_enough_harmonics(
+    problem: Problem,
+    first: Callable[[], int],
+    search: Callable[[Problem], Found],
+    asked: Callable[[Found], int],
+    progress: Callable[[str], None],
+) -> Found:
+    """What a search finds with as many harmonics as are asked for at its result.
+
+    Where the number is fixed it is that of the problem; with "auto" the `first` number is raised to what is asked.
+    """
+    if problem.options.harmonics != "auto":
+        return search(problem)
+    number = first()
+    while True:
+        found = search(problem.with_harmonics(number))
+        needed = asked(found)
+        if needed <= number:
+            return found
+        progress(f"{needed} harmonics are needed")
+        number = needed
 
 
 def peak_height(branch: ResponseCurve, peak: Peak, options: SolverOptions) -> float:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from operator import itemgetter
 
 import numpy as np
@@ -142,10 +143,14 @@ class _Problem:
         """Name of the output whose amplitude is meant."""
         return self.continuation.options.output
 
+    @cached_property
+    def at_zero(self) -> ContactParameters:
+        """The contact with sliders that start at 0."""
+        return replace(self.contact, slider_origin=np.zeros((self.contact.n_contacts, 2)))
+
     def element(self, n_harmonics: int) -> ContactElement:
         """The contact element with sliders that start at 0."""
-        at_zero = replace(self.contact, slider_origin=np.zeros((self.contact.n_contacts, 2)))
-        return contact_element(at_zero, n_harmonics, self.continuation.options)
+        return contact_element(self.at_zero, n_harmonics, self.continuation.options)
 
     def free(self, point: SolutionPoint) -> NDArray[np.bool_]:
         """Which tractions are free at a point, (n_c, 2)."""
@@ -157,8 +162,7 @@ class _Problem:
 
     def radius(self, point: SolutionPoint) -> Array:
         """Bound of the places from which a slider is not moved at a point, (n_c, 2), m."""
-        at_zero = replace(self.contact, slider_origin=np.zeros((self.contact.n_contacts, 2)))
-        return np.maximum(farthest_position(at_zero, point.displacement), self.continuation.balance.tiny)
+        return np.maximum(farthest_position(self.at_zero, point.displacement), self.continuation.balance.tiny)
 
     def search(self, point: SolutionPoint, fixed_frequency: bool, radius: Array | None = None) -> Begun | None:
         """A search over the tractions, begun at a solution with its own tractions; None if it is not found again.
@@ -176,8 +180,7 @@ class _Problem:
             variables = np.clip(self._position(point) / radius, -1.0, 1.0)
             tractions = TractionOrigins(element, np.zeros_like(radius), radius, variables)
         else:
-            at_zero = replace(self.contact, slider_origin=np.zeros((self.contact.n_contacts, 2)))
-            levels = TractionLevels(at_zero, element, np.zeros((self.contact.n_contacts, 2)))
+            levels = TractionLevels(self.at_zero, element, np.zeros((self.contact.n_contacts, 2)))
             variables = levels.level_of(point.contact.force, displacement)
             tractions = levels
         search = TractionSearch(continuation, tractions, self.mean, fixed_frequency)

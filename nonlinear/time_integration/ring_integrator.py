@@ -9,8 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from nonlinear.contact.contact_cycle import contact_cycle
-from nonlinear.contact.element_choice import contact_element
+from nonlinear.contact.element_choice import contact_cycle, contact_element
 from nonlinear.contact.fourier import ComplexArray, to_complex
 from nonlinear.contact.parameters import Array
 from nonlinear.harmonic_balance.initial_solution import solve_at

@@ -1,1 +1,0 @@
-"""The command `shroud optimise`: ranges from the command line, the study `optimum`, its file and figure."""
