@@ -55,6 +55,11 @@ DECADE = (
 FIXED = {"contact.friction": (0.05, 1.0)}
 MOST_DAMPING = 0.99
 SHARE = 0.2  # of the value, on each side, for all other keys
+APART = -1e3  # interference of contacts that never touch, m
+PRESSED = 1e7  # preload of contacts that always stick, by the force of the excitation
+LEAST_PRELOAD = 0.01  # of that at which all nodes stick
+OVER = "--over"  # how messages name it
+STUDY = "optimum"
 
 
 def asked_ranges(options: Sequence[str]) -> dict[str, Range | None]:
@@ -134,10 +139,6 @@ def _of_command_line(error: InputError) -> InputError:
     return changed
 
 
-APART = -1e3  # interference of contacts that never touch, m
-PRESSED = 1e7  # preload of contacts that always stick, by the force of the excitation
-LEAST_PRELOAD = 0.01  # of that at which all nodes stick
-OVER = "--over"  # how messages name it
 _QUICK: dict[str, Any] = {  # what the linear responses do without
     "response.detached": False,
     "response.truncation": False,
@@ -180,9 +181,6 @@ def _linear(context: StudyContext, closure: Mapping[str, float]) -> ResponseCurv
     if found.file is None:
         raise StudyError(found.reason)
     return read_curve(found.file)
-
-
-STUDY = "optimum"
 
 
 @dataclass(frozen=True)

@@ -29,6 +29,14 @@ MIN_DISTANCE = 0.1  # added to that, relative to the vibration
 BEYOND_CHORD = 0.05  # part of a chord by which the plane through a solution may miss it
 SAME_SOLUTION = 1e-6  # relative distance of two solutions that count as one
 MOST_CROSSINGS = 3  # chords, the nearest first, from which a known solution is sought
+MOST_BRANCHES = 12  # detached branches of a curve; what is found beyond them is said, not traced
+MOST_POINTS = 250  # of a detached branch in each direction, or as many as the known branches have
+SAMPLED_POINTS = 5  # of a new branch, evenly along it, that are looked for on the known ones
+COMMON_POINTS = 2  # of these; one may be a branch point, at which two branches cross
+EVENLY = 8  # points of a branch evenly along it, beside its top, ends and folds
+EVENLY_FROM_ONE = 16  # the same where there is one harmonic only, far from more: few of its points lead anywhere
+CLOSE = 0.01  # distance from a known branch, relative to the vibration, within which a point is not lifted
+MAX_ITERATIONS = 15
 
 
 @dataclass(frozen=True)
@@ -91,12 +99,6 @@ def lies_on(continuation: Continuation, branch: KnownBranch, point: SolutionPoin
         if solved is not None and plane.distance(solved.unknown, solved.omega) <= SAME_SOLUTION:
             return True
     return False
-
-
-MOST_BRANCHES = 12  # detached branches of a curve; what is found beyond them is said, not traced
-MOST_POINTS = 250  # of a detached branch in each direction, or as many as the known branches have
-SAMPLED_POINTS = 5  # of a new branch, evenly along it, that are looked for on the known ones
-COMMON_POINTS = 2  # of these; one may be a branch point, at which two branches cross
 
 
 @dataclass(frozen=True)
@@ -214,12 +216,6 @@ def _termination(continuation: Continuation, points: list[SolutionPoint], closed
     return TerminationReason(
         "complete" if complete else "step too small", ends[-1], f"detached branch, {shape}: {span}"
     )
-
-
-EVENLY = 8  # points of a branch evenly along it, beside its top, ends and folds
-EVENLY_FROM_ONE = 16  # the same where there is one harmonic only, far from more: few of its points lead anywhere
-CLOSE = 0.01  # distance from a known branch, relative to the vibration, within which a point is not lifted
-MAX_ITERATIONS = 15
 
 
 @dataclass(frozen=True)

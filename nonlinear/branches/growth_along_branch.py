@@ -30,6 +30,15 @@ WAVE_STRIDE = 8  # points from one whose exponents are computed to the next
 DECAY_ERROR = 0.2  # relative error of a rate of decay, halfway between two others, that may be interpolated
 GROWTH_ERROR = 0.05  # the same of a rate of growth
 SIMILAR_FREQUENCY = 0.05  # difference of Im lambda, in units of omega, of two exponents of one family
+STRIDE = 4  # points from one at which all nodal diameters are looked at to the next
+GROWING_STRIDE = 16  # the same where perturbations grow at both: one exponent that grows is followed between them
+UNSTABLE_STRIDE = 64  # the same in long stretches where the wave itself is unstable
+LOOKS = 8  # at a shorter stretch
+AMPLIFIED = 0.98  # share of the least decay without contact; what decays slower is fed by contact forces
+SIMILAR_DECAY = 0.2  # relative difference of two rates of decay between which one is interpolated
+SIMILAR_GROWTH = 0.05  # the same of an interpolated rate of growth
+UNSTABLE_WAVE = 1e-3  # growth of the wave, in units of omega, beside which other nodal diameters change no flag
+MAX_LOCATIONS = 4  # nodal diameters that may take over from each other where the motion becomes unstable
 
 
 def with_wave_exponents(
@@ -196,17 +205,6 @@ def _share_of_arc(before: SolutionPoint, point: SolutionPoint, after: SolutionPo
 
 def _same_family(one: complex, other: complex, point: SolutionPoint) -> bool:
     return abs(one.imag - other.imag) <= SIMILAR_FREQUENCY * point.omega
-
-
-STRIDE = 4  # points from one at which all nodal diameters are looked at to the next
-GROWING_STRIDE = 16  # the same where perturbations grow at both: one exponent that grows is followed between them
-UNSTABLE_STRIDE = 64  # the same in long stretches where the wave itself is unstable
-LOOKS = 8  # at a shorter stretch
-AMPLIFIED = 0.98  # share of the least decay without contact; what decays slower is fed by contact forces
-SIMILAR_DECAY = 0.2  # relative difference of two rates of decay between which one is interpolated
-SIMILAR_GROWTH = 0.05  # the same of an interpolated rate of growth
-UNSTABLE_WAVE = 1e-3  # growth of the wave, in units of omega, beside which other nodal diameters change no flag
-MAX_LOCATIONS = 4  # nodal diameters that may take over from each other where the motion becomes unstable
 
 
 def with_patterns(

@@ -6,6 +6,7 @@ from typing import Literal
 
 Kind = Literal["complete", "start failed", "step too small", "too many points", "turned back"]
 Motion = Literal["periodic", "quasi-periodic"]
+END_TOLERANCE = 1e-9  # relative distance of a frequency from a limit of the range that counts as reached
 
 
 @dataclass(frozen=True)
@@ -99,9 +100,6 @@ class TerminationReason:
     def complete(self) -> bool:
         """Whether the frequency range was covered, or the branch is closed."""
         return self.kind == "complete"
-
-
-END_TOLERANCE = 1e-9  # relative distance of a frequency from a limit of the range that counts as reached
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,12 @@ SMALLEST_ARC_BRACKET = 1e-13
 HALVINGS = 12  # of the arc length between two points, to the shortest step from one side of a bracket
 
 TestFunction = Callable[[SolutionPoint], float]
+SAME_EXPONENT = 0.02  # distance of two values of one exponent, in units of omega
+KINDS = {
+    Instability.REAL: BifurcationKind.BRANCH_POINT,
+    Instability.COMPLEX: BifurcationKind.NEIMARK_SACKER,
+    Instability.PERIOD_DOUBLING: BifurcationKind.PERIOD_DOUBLING,
+}
 
 
 def locate_zero(
@@ -132,16 +138,6 @@ def locate_peak(continuation: Continuation, before: SolutionPoint, after: Soluti
     return locate_zero(
         continuation, before, after, lambda point: point.dA_ds, lambda point: output_amplitude(point, output)
     )
-
-
-SAME_EXPONENT = 0.02  # distance of two values of one exponent, in units of omega
-
-
-KINDS = {
-    Instability.REAL: BifurcationKind.BRANCH_POINT,
-    Instability.COMPLEX: BifurcationKind.NEIMARK_SACKER,
-    Instability.PERIOD_DOUBLING: BifurcationKind.PERIOD_DOUBLING,
-}
 
 
 def locate_bifurcations(

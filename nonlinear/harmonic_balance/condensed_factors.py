@@ -31,6 +31,16 @@ from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
 from rom import RelativeReceptance
 
+SMALLEST_PROBLEM = 250  # unknowns, below which dense factors cost less
+NEGLECTED = 3e-2  # bound of G K in an interface mode, below which one more is enough
+LARGEST_SHARE = 0.4  # of interface modes in relative displacements: with more, dense factors cost less
+PROBES, BOUND = 8, 20.0  # the bound fails with probability 4e-11
+MOST_POWERS = 8  # of M
+STAGNATION = 3  # corrections without gain, after which the solution is as exact as round-off allows
+ROUND_OFF = 1e-15
+MOST_CORRECTIONS = 60
+SOLVED = 1e-9  # relative residual of a solution, above which the iteration has failed
+
 
 @dataclass(frozen=True)
 class DenseFactors:
@@ -86,17 +96,6 @@ class DenseFactors:
             uncoupled = right[self.passive] + self.coupling[self.passive] @ solution[:-1]
             found[self.passive] = uncoupled - self.column[self.passive] * solution[-1]
         return found, float(solution[-1])
-
-
-SMALLEST_PROBLEM = 250  # unknowns, below which dense factors cost less
-NEGLECTED = 3e-2  # bound of G K in an interface mode, below which one more is enough
-LARGEST_SHARE = 0.4  # of interface modes in relative displacements: with more, dense factors cost less
-PROBES, BOUND = 8, 20.0  # the bound fails with probability 4e-11
-MOST_POWERS = 8  # of M
-STAGNATION = 3  # corrections without gain, after which the solution is as exact as round-off allows
-ROUND_OFF = 1e-15
-MOST_CORRECTIONS = 60
-SOLVED = 1e-9  # relative residual of a solution, above which the iteration has failed
 
 
 @dataclass(frozen=True)

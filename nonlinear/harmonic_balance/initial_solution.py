@@ -17,6 +17,9 @@ from rom import RelativeReceptance
 
 MAX_ITERATIONS = 40
 SMALLEST_DAMPING = 1.0 / 256.0
+FIRST_INCREMENT = 0.1  # of the homotopy parameter, which goes from 0 to 1
+SMALLEST_INCREMENT = 1e-5
+Homotopy = Callable[[float], HarmonicBalance]  # the balance asked for at parameter 1, an easier one at 0
 
 
 class Linearised(Protocol):
@@ -135,12 +138,6 @@ class TruncatedBalances:
 def pad_or_truncate(unknown: Array, balance: HarmonicBalance) -> Array:
     """An unknown of any number of harmonics in the size of `balance`: zeros added, or the highest harmonics cut."""
     return np.concatenate([unknown[: balance.size], np.zeros(max(balance.size - unknown.size, 0))])
-
-
-FIRST_INCREMENT = 0.1  # of the homotopy parameter, which goes from 0 to 1
-SMALLEST_INCREMENT = 1e-5
-
-Homotopy = Callable[[float], HarmonicBalance]  # the balance asked for at parameter 1, an easier one at 0
 
 
 def static_displacement(receptance: RelativeReceptance, contact: ContactParameters, options: SolverOptions) -> Array:

@@ -25,6 +25,9 @@ from nonlinear.contact.parameters import Array, ContactElement, ContactForces, C
 from nonlinear.harmonic_balance.condensed_factors import SMALLEST_PROBLEM, CondensedFactors, DenseFactors
 from rom import RelativeReceptance
 
+SMALLEST_VIBRATION = 1e-6  # relative to the whole displacement; a smaller one is lost in round-off of the forces
+STATIC_RESOLUTION = 1e-3  # a tolerance of 1e-13 of it is the round-off of the motion of one side
+
 
 @dataclass(frozen=True)
 class InterferenceChange:
@@ -44,10 +47,6 @@ class InterferencePath:
     frequency: float  # excitation frequency, rad/s
     # the parameter at which the interference is that of the contact element, and no residual but zero counts as zero
     origin: float
-
-
-SMALLEST_VIBRATION = 1e-6  # relative to the whole displacement; a smaller one is lost in round-off of the forces
-STATIC_RESOLUTION = 1e-3  # a tolerance of 1e-13 of it is the round-off of the motion of one side
 
 
 class BorderedFactors(Protocol):

@@ -12,6 +12,14 @@ from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.harmonic_balance.initial_solution import TruncatedBalances, solve_at
 
 OVERHEAD = 4  # time of a point is proportional to (H + 4)^2, measured with 9 contact nodes and H = 1 to 9
+PROBE_STEPS = (1, 2, 4, 8, 16, 32, 64)  # steps from a lost peak, on each side, after which the curve is sought again
+MAX_ITERATIONS = 20
+FIRST_STEP = 0.05  # arc length of the first step towards a peak that moved
+MAX_STEPS_TO_PEAK = 10
+MAX_STEPS_TO_LOST_PEAK = 30
+NEGLIGIBLE_RISE = 0.02  # part of the change of the amplitude that the way to the peak may add unseen
+LINEAR_CHANGE = 1e-12  # relative change of a response that is linear
+REFIT_POINTS = 2  # points of a curve that a refit counts for: it starts farther from the solution than a step
 
 
 @dataclass
@@ -40,16 +48,6 @@ class WorkLimit:
             yield point
             if self.exhausted:
                 return
-
-
-PROBE_STEPS = (1, 2, 4, 8, 16, 32, 64)  # steps from a lost peak, on each side, after which the curve is sought again
-MAX_ITERATIONS = 20
-FIRST_STEP = 0.05  # arc length of the first step towards a peak that moved
-MAX_STEPS_TO_PEAK = 10
-MAX_STEPS_TO_LOST_PEAK = 30
-NEGLIGIBLE_RISE = 0.02  # part of the change of the amplitude that the way to the peak may add unseen
-LINEAR_CHANGE = 1e-12  # relative change of a response that is linear
-REFIT_POINTS = 2  # points of a curve that a refit counts for: it starts farther from the solution than a step
 
 
 def reference_harmonics(n_harmonics: int) -> int:

@@ -39,6 +39,16 @@ NEGLIGIBLE_SHIFT = 1e-4  # relative to the vibration
 SHORTEST_PART = 2  # points
 
 Refit = Callable[[SolutionPoint, Tangent | None], SolutionPoint | None]
+TruncationBranch = Literal["kept", "detached", "lost", ""]
+SAFETY_FACTOR = 1.25  # of solutions on three grids (Roache 1994)
+SAMPLED_POINTS = 6  # along a curve, beside its peaks, where `along_curve` estimates the error
+SMOOTH_ERROR = 0.05  # error up to which a peak without folds beside it cannot detach
+SAME_HEIGHT = 0.97  # ratio of two amplitudes that count as equal: a retrace does not locate its peaks
+FOLLOWING, SAMPLING, RETRACING = (
+    (0.5, 100),
+    (1.0, 100),
+    (2.0, 100),
+)  # points that may be solved for: share of those of the curve, and least
 
 
 @dataclass
@@ -230,19 +240,6 @@ def _continued(
         before = point
     left_range = before is not start and at_range_end(before.omega, wider.options.omega_range)
     return Retrace(False if left_range else None, *top), None
-
-
-TruncationBranch = Literal["kept", "detached", "lost", ""]
-
-SAFETY_FACTOR = 1.25  # of solutions on three grids (Roache 1994)
-SAMPLED_POINTS = 6  # along a curve, beside its peaks, where `along_curve` estimates the error
-SMOOTH_ERROR = 0.05  # error up to which a peak without folds beside it cannot detach
-SAME_HEIGHT = 0.97  # ratio of two amplitudes that count as equal: a retrace does not locate its peaks
-FOLLOWING, SAMPLING, RETRACING = (
-    (0.5, 100),
-    (1.0, 100),
-    (2.0, 100),
-)  # points that may be solved for: share of those of the curve, and least
 
 
 @dataclass(frozen=True)

@@ -43,6 +43,14 @@ from rom import one_blas_thread
 SMALLEST_SHARE = 1.0 / 64.0  # of a line, by which a peak is carried at least
 LARGEST_CHANGE = 0.3  # relative change of the amplitude in one step of that way, beyond which it may be another peak
 SAME_PLACE = 1e-12
+MOST_RESPONSES = 60
+SPREAD = {2: 9, 3: 15}  # responses over the ranges, by the number of parameters
+FIRST_RADIUS, LEAST_RADIUS = 0.25, 1e-4  # of the trust region, in shares of the ranges
+GAIN = 1e-5  # relative reduction of the worst motion that is worth a response
+MATTERS = 0.3  # of the worst motion: lower peaks are not carried
+ACTIVE = 1e-3  # relative difference from the highest peak up to which a peak is active
+FEWEST_RESPONSES = 20
+STARTS = 2  # places from which the search descends
 
 
 @dataclass(frozen=True)
@@ -155,16 +163,6 @@ def multipliers(gradients: Array, low_end: Array, high_end: Array) -> Array:
     found, _ = nnls(matrix, np.append(np.zeros(n), 1e3))
     shares = found[:count]
     return np.asarray(shares / shares.sum()) if shares.sum() > 0.0 else np.full(count, 1.0 / count)
-
-
-MOST_RESPONSES = 60
-SPREAD = {2: 9, 3: 15}  # responses over the ranges, by the number of parameters
-FIRST_RADIUS, LEAST_RADIUS = 0.25, 1e-4  # of the trust region, in shares of the ranges
-GAIN = 1e-5  # relative reduction of the worst motion that is worth a response
-MATTERS = 0.3  # of the worst motion: lower peaks are not carried
-ACTIVE = 1e-3  # relative difference from the highest peak up to which a peak is active
-FEWEST_RESPONSES = 20
-STARTS = 2  # places from which the search descends
 
 
 @dataclass(frozen=True)

@@ -52,6 +52,12 @@ from rom import one_blas_thread
 
 WITHIN = 1.1  # factor on the lowest amplitude that bounds the range told of
 PLOTTED = 401  # values of the envelope, besides its nodes
+MOST_RESPONSES = 40
+FEWEST_RESPONSES = 12
+RESERVE = 8  # responses kept for the confirmation of the optimum
+ROUNDS = 4
+BESIDE = 5e-3  # of the share, of the responses beside the optimum
+TOLD = 0.01  # relative change by more harmonics, somewhere in the range, that is told of
 
 
 def described(placement: Placement, lowest: Minimum) -> Optimum:
@@ -246,14 +252,6 @@ def _joined(parts: list[tuple[float, float]]) -> list[tuple[float, float]]:
         else:
             found.append((low, high))
     return found
-
-
-MOST_RESPONSES = 40
-FEWEST_RESPONSES = 12
-RESERVE = 8  # responses kept for the confirmation of the optimum
-ROUNDS = 4
-BESIDE = 5e-3  # of the share, of the responses beside the optimum
-TOLD = 0.01  # relative change by more harmonics, somewhere in the range, that is told of
 
 
 def find_optimum(

@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 
 
 CHANGE = 1e-6  # of the share, to which a change is located
+INTERPOLATION = 2e-4  # largest relative error of the cubic between two followed peaks
+FINEST = 5e-4  # of the share, distance of two peaks below which none is added between
+BEYOND = 0.1  # relative difference from the range of its neighbours beyond which it is another peak
 
 
 @dataclass(frozen=True)
@@ -69,11 +72,6 @@ class PeakStability:
             middle = self.judged(middle)
             before, after = (middle, after) if middle.persists == before.persists else (before, middle)
         return before, after
-
-
-INTERPOLATION = 2e-4  # largest relative error of the cubic between two followed peaks
-FINEST = 5e-4  # of the share, distance of two peaks below which none is added between
-BEYOND = 0.1  # relative difference from the range of its neighbours beyond which it is another peak
 
 
 @dataclass(frozen=True)

@@ -32,6 +32,14 @@ SAME_SHARE = 1e-9  # difference of two shares that count as one
 
 Found = TypeVar("Found")
 Solve = Callable[[Sequence[Problem]], Sequence[ResponseCurve]]
+FIRST_SHARES = (0.0, 0.5, 1.0)  # of the range
+QUASI_RANDOM = 3  # shares without a reason: a branch may exist anywhere
+BISECTIONS = 2  # of a part between two responses with different numbers of branches
+EXTREMA = 3  # of the envelope, at most, at which responses are solved
+ACCURATE = 0.01  # relative error of the envelope that is good enough
+SHOWS, WIDE = 0.1, 0.04  # relative error and width, in shares, of a gap that is halved wherever it is
+AT_ONCE = 4  # gaps that are halved in one round
+APART = 0.01  # of the share, from a solved response, below which none is solved without a reason
 
 
 def solve_in_turn(problems: Sequence[Problem]) -> list[ResponseCurve]:
@@ -258,16 +266,6 @@ def stored_point(continuation: Continuation, branch: ResponseCurve, index: int) 
     rows[:count] = stored[:count].reshape(count, -1, 3)
     unknown, omega = continuation.balance.unknown(rows), 2.0 * np.pi * float(branch.frequency_hz[index])
     return continuation.solver.point(unknown, omega, (0.0 * unknown, 1.0), 0, 0.0, continuation.options.step)
-
-
-FIRST_SHARES = (0.0, 0.5, 1.0)  # of the range
-QUASI_RANDOM = 3  # shares without a reason: a branch may exist anywhere
-BISECTIONS = 2  # of a part between two responses with different numbers of branches
-EXTREMA = 3  # of the envelope, at most, at which responses are solved
-ACCURATE = 0.01  # relative error of the envelope that is good enough
-SHOWS, WIDE = 0.1, 0.04  # relative error and width, in shares, of a gap that is halved wherever it is
-AT_ONCE = 4  # gaps that are halved in one round
-APART = 0.01  # of the share, from a solved response, below which none is solved without a reason
 
 
 @dataclass

@@ -39,6 +39,7 @@ from nonlinear.response_curve import ResponseCurve
 from nonlinear.response_solver import build_harmonic_balance
 
 RELATIVE_DIFFERENCE = 1e-6
+RELATIVE_FREQUENCY_DIFFERENCE = 1e-4  # of a parameter, for the frequency
 
 
 def peak_derivatives(
@@ -91,9 +92,6 @@ def _amplitude(balance: HarmonicBalance, peak: SolutionPoint, options: SolverOpt
     """Amplitude of the output at the unknowns of a peak under the forces of another balance."""
     moved = replace(peak, balance=balance, contact=balance.forces(peak.unknown))
     return output_amplitude(moved, options.output, options.measure)
-
-
-RELATIVE_FREQUENCY_DIFFERENCE = 1e-4  # of a parameter, for the frequency
 
 
 @dataclass(frozen=True)

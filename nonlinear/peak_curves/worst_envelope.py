@@ -28,6 +28,15 @@ JUMP = 5e-3  # relative change at the end of a stable part of a peak that counts
 BESIDE = 2e-6  # of the share, on either side of such an end
 NARROW = 1e-3  # of the share: what is not known between two responses so near each other is a jump
 UNKNOWN = 1.0  # relative error of a part in which no response was solved
+MARGIN = 1e-4  # of the share, kept from a jump
+LEVEL, LEVEL_PART = 1e-6, 0.02  # relative variation and smallest part of the range of a plateau
+FLAT = 1e-3  # relative variation of the envelope that counts as none
+EXACT = 1e-12  # relative difference of the envelope and the peak that it is
+AT_END = 1e-6  # of the share
+SIDE = 1e-8  # of the share, for one-sided derivatives
+APART = 2e-5  # of the share, on either side of an exchange, where one peak is the highest
+TURN = 0.2  # change of the derivative at a kink, relative to the larger of the two
+SECANT, RESOLUTION, ITERATIONS = 1e-3, 1e-9, 8  # of the share, in the refinement
 
 
 class ResponseAt(NamedTuple):
@@ -223,17 +232,6 @@ def _ends(piece: PeakPiece) -> list[float]:
     changes = np.flatnonzero(np.diff(piece.persists.astype(int)))
     inner = 0.5 * (piece.share[changes] + piece.share[changes + 1])
     return [float(piece.share[0]), *inner.tolist(), float(piece.share[-1])]
-
-
-MARGIN = 1e-4  # of the share, kept from a jump
-LEVEL, LEVEL_PART = 1e-6, 0.02  # relative variation and smallest part of the range of a plateau
-FLAT = 1e-3  # relative variation of the envelope that counts as none
-EXACT = 1e-12  # relative difference of the envelope and the peak that it is
-AT_END = 1e-6  # of the share
-SIDE = 1e-8  # of the share, for one-sided derivatives
-APART = 2e-5  # of the share, on either side of an exchange, where one peak is the highest
-TURN = 0.2  # change of the derivative at a kink, relative to the larger of the two
-SECANT, RESOLUTION, ITERATIONS = 1e-3, 1e-9, 8  # of the share, in the refinement
 
 
 @dataclass(frozen=True)

@@ -38,6 +38,16 @@ from nonlinear.harmonic_balance.initial_solution import solve_at
 from nonlinear.harmonic_balance.residual import LinearisedResidual
 from nonlinear.options import Measure
 
+FIRST_STEP = 0.02  # arc length of the first step
+MAX_STEPS = 80
+MAX_ITERATIONS = 20
+FREE = 1e-9  # a traction is free if its limits differ by more than this part of the largest mean traction
+BEYOND = 2.0  # start of a slider, in bounds of its motion and of its elastic limit: beyond every admissible position
+SMALLEST_MOVE = 1.0 / 64.0  # towards given tractions, part of the way
+MAX_CORNERS = 6
+MAX_QUASI_NEWTON = 40  # amplitudes that L-BFGS-B may ask for
+SAME = 1e-7  # relative difference of amplitudes that counts as none
+
 
 def amplitude_sensitivity(
     linearised: LinearisedResidual, output: str, mean: Measure, peak: SolutionPoint | None = None
@@ -88,11 +98,6 @@ def _bordered_adjoint(linearised: LinearisedResidual, peak: SolutionPoint, dA_dx
     return np.asarray(np.linalg.solve(matrix.T, right)[:size], dtype=np.float64)
 
 
-FIRST_STEP = 0.02  # arc length of the first step
-MAX_STEPS = 80
-MAX_ITERATIONS = 20
-
-
 def nearest_peak(continuation: Continuation, point: SolutionPoint, mean: float | None) -> SolutionPoint | None:
     """The peak reached from near `point` by following the curve of `continuation` uphill; None if there is none.
 
@@ -130,10 +135,6 @@ def solution_at_frequency(continuation: Continuation, point: SolutionPoint) -> S
     if not solved.converged:
         return None
     return continuation.solver.point(solved.solution, point.omega, point.tangent, solved.iterations, 0.0, FIRST_STEP)
-
-
-FREE = 1e-9  # a traction is free if its limits differ by more than this part of the largest mean traction
-BEYOND = 2.0  # start of a slider, in bounds of its motion and of its elastic limit: beyond every admissible position
 
 
 class TractionElement(ContactElement, Protocol):
@@ -285,12 +286,6 @@ def force_by_origin(forces: ContactForces) -> Array:
     [i, k, a, c]: coefficient i of component a at node k by w0 along t1 or t2 of this node.
     """
     return -forces.jacobian[:, :, :2, :, 0].transpose(3, 0, 1, 2)
-
-
-SMALLEST_MOVE = 1.0 / 64.0  # towards given tractions, part of the way
-MAX_CORNERS = 6
-MAX_QUASI_NEWTON = 40  # amplitudes that L-BFGS-B may ask for
-SAME = 1e-7  # relative difference of amplitudes that counts as none
 
 
 class SearchStop(Exception):

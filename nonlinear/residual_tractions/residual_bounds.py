@@ -33,6 +33,7 @@ BAND_POINTS = 16
 MOST_CURVES = 3  # solved to find the lowest highest peak
 _ONE_PEAK = 0.02  # relative difference of frequencies within which two peaks count as one
 SAME = 1e-6  # relative difference of two amplitudes that count as one
+Begun = tuple[TractionSearch, TractionState]
 
 
 @dataclass(frozen=True)
@@ -122,7 +123,6 @@ class ResidualBounds:
     band_highest_m: Array
 
 
-Begun = tuple[TractionSearch, TractionState]
 _Found = tuple[float, ResidualExtreme]  # the amplitude that is meant, and all of its motion
 
 

@@ -32,6 +32,19 @@ from nonlinear.time_integration.ring_integrator import RingIntegrator
 from nonlinear.time_integration.ring_motion import RingLimits, RingMotion, integrate_ring
 
 NEARLY = 0.9  # share of a growth rate that counts as nearly as fast
+MOST_BLADES = 8  # of a ring that is preferred to a larger one
+ENOUGH = 0.5  # share of the largest growth rate that the pattern of a smaller ring needs to have
+FEWEST_PERIODS = 200  # in which a ring leaves and settles, if it does so fast
+USUAL_PERIODS = 300  # in which it usually does
+MOST_PERIODS = 1000
+WINDOW, SETTLING = 40, 48  # periods, see RingLimits
+LONGER = 240  # periods for which the highest motion so far is followed on
+FOLLOWED = 0.05  # disturbance then, relative to the vibration
+FALLS, CLIMBS = 0.85, 1.3  # ratios of its largest displacements then and before, beyond which it does not persist
+SPREADS, SCATTER = 2.0, 0.05  # the same of its scatter, and the scatter relative to the amplitude that is none
+FLOOR = 0.7  # of the highest motion known, below which a ring is not followed
+VISIBLE = 0.02  # disturbance relative to the vibration, where no growth rate is to be measured
+SAME_SOLUTION = 1e-6  # relative difference of two solutions that count as one
 
 
 @dataclass(frozen=True)
@@ -123,20 +136,6 @@ class RingPatterns:
     def _analysis(self, kappa: float) -> FloquetAnalysis:
         receptance = self.ring.receptance(len(self.displacement) // 2)
         return FloquetAnalysis.of(receptance, self.ring.contact, kappa=kappa)
-
-
-MOST_BLADES = 8  # of a ring that is preferred to a larger one
-ENOUGH = 0.5  # share of the largest growth rate that the pattern of a smaller ring needs to have
-FEWEST_PERIODS = 200  # in which a ring leaves and settles, if it does so fast
-USUAL_PERIODS = 300  # in which it usually does
-MOST_PERIODS = 1000
-WINDOW, SETTLING = 40, 48  # periods, see RingLimits
-LONGER = 240  # periods for which the highest motion so far is followed on
-FOLLOWED = 0.05  # disturbance then, relative to the vibration
-FALLS, CLIMBS = 0.85, 1.3  # ratios of its largest displacements then and before, beyond which it does not persist
-SPREADS, SCATTER = 2.0, 0.05  # the same of its scatter, and the scatter relative to the amplitude that is none
-FLOOR = 0.7  # of the highest motion known, below which a ring is not followed
-VISIBLE = 0.02  # disturbance relative to the vibration, where no growth rate is to be measured
 
 
 @dataclass(frozen=True)
@@ -295,9 +294,6 @@ def _persists(amplitude: float, before: Array, after: Array) -> bool:
     keeps_height = after.max() >= FALLS * amplitude and max(before.max(), after.max()) <= CLIMBS * amplitude
     spread = [float(window.max() - window.min()) for window in (before, after)]
     return bool(keeps_height and spread[1] <= SPREADS * spread[0] + SCATTER * amplitude)
-
-
-SAME_SOLUTION = 1e-6  # relative difference of two solutions that count as one
 
 
 class BranchPoints(Protocol):

@@ -44,6 +44,16 @@ SAME_AMPLITUDE = 0.05  # relative difference from a stable solution up to which 
 SPENT = "was left out after so many others"  # of a start for which too few periods are left
 
 Integrate = Callable[[Place, int, float], Integrated]
+STABILITY = {
+    "wave": "stability against perturbations with the symmetry of the wave only",
+    "folds": "stability from folds only",
+}
+MOST_NAMED = 4  # frequencies in one sentence
+NEVER = "mistuned blades, other residual tractions, motions that other initial conditions reach"
+COULD_MATTER = (
+    0.3  # of the highest motion known: lower unstable solutions are left alone; see docs/developers/method.md
+)
+MOST_STRETCHES = 6  # unstable stretches that time integration starts from
 
 
 @dataclass(frozen=True)
@@ -237,14 +247,6 @@ def _next(tried: Sequence[int], centre: int | None) -> int | None:
     return max(gaps)[1] if gaps else None
 
 
-STABILITY = {
-    "wave": "stability against perturbations with the symmetry of the wave only",
-    "folds": "stability from folds only",
-}
-MOST_NAMED = 4  # frequencies in one sentence
-NEVER = "mistuned blades, other residual tractions, motions that other initial conditions reach"
-
-
 def searched(
     curve: ResponseCurve,
     options: SolverOptions,
@@ -328,12 +330,6 @@ def _list(frequencies_hz: Iterable[float]) -> str:
     if len(names) > MOST_NAMED:
         names = [*names[: MOST_NAMED - 1], f"{len(names) - MOST_NAMED + 1} others"]
     return ", ".join(names)
-
-
-COULD_MATTER = (
-    0.3  # of the highest motion known: lower unstable solutions are left alone; see docs/developers/method.md
-)
-MOST_STRETCHES = 6  # unstable stretches that time integration starts from
 
 
 def find_worst_motion(problem: ProblemTuple, curve: ResponseCurve) -> WorstMotion | None:

@@ -12,6 +12,15 @@ from pipeline.scene.labels import prefixed, quantity
 from pipeline.scene.optimum_section import OBJECTIVES
 from pipeline.scene.units import key_unit
 
+KINDS = {
+    "smooth": "smooth minimum",
+    "kink": "kink: two peaks exchange",
+    "jump": "beside a jump of the worst motion: keep a distance",
+    "sampled": "lowest of single curves",
+    "edge": "lowest at an end of a range",
+    "flat": "the worst motion changes by less than 0.1 % over the range",
+}
+
 
 @dataclass(frozen=True)
 class Trial:
@@ -78,16 +87,6 @@ class OptimumResult:
         if self.base.at_end:
             return math.nan
         return self.base.amplitude_m / self.amplitude_m if self.amplitude_m else math.nan
-
-
-KINDS = {
-    "smooth": "smooth minimum",
-    "kink": "kink: two peaks exchange",
-    "jump": "beside a jump of the worst motion: keep a distance",
-    "sampled": "lowest of single curves",
-    "edge": "lowest at an end of a range",
-    "flat": "the worst motion changes by less than 0.1 % over the range",
-}
 
 
 def message_of(result: OptimumResult) -> str:

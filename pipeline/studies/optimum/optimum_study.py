@@ -33,6 +33,11 @@ EVALUATIONS = 20  # of a refinement for each variable
 WORTH = 1.3  # ratio to the lowest value above which a second start is not refined
 APART = 0.25  # of a second start from the first, in the unit cube
 _DIGITS = 6  # of a share of the range, by which points are known again
+Ranges = Mapping[str, tuple[float, float]]
+WITHIN = 1.1  # factor on the lowest amplitude that bounds the range told of
+FLAT = 1e-3  # relative variation that counts as none
+MOST_FOLLOWED = 3  # keys of the solver, which `nonlinear.find_joint_optimum` takes
+PEAKS, CURVES, BOTH = "peaks", "curves", "both"
 
 
 @dataclass
@@ -131,12 +136,7 @@ def _rounded(point: Sequence[float]) -> Point:
     return tuple(round(float(share), _DIGITS) for share in point)
 
 
-Ranges = Mapping[str, tuple[float, float]]
-WITHIN = 1.1  # factor on the lowest amplitude that bounds the range told of
-FLAT = 1e-3  # relative variation that counts as none
-MOST_FOLLOWED = 3  # keys of the solver, which `nonlinear.find_joint_optimum` takes
 KEYS = {name: key for key, name in SOLVER_KEYS.items()}
-PEAKS, CURVES, BOTH = "peaks", "curves", "both"
 
 
 class OptimumStudy:
