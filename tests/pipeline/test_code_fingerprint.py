@@ -319,11 +319,11 @@ CPU = "processor\t: 0\nvendor_id\t: any\nmodel\t\t: 1\nmicrocode\t: 7\nflags\t\t
 def test_another_kind_of_processor_is_another_key(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, old: str, new: str, other: bool
 ) -> None:
-    found = []
+    found, looked_up_again = [], code_fingerprint.machine.__wrapped__
     for text in (CPU, CPU.replace(old, new)):
         (tmp_path / "cpuinfo").write_text(text)
         monkeypatch.setattr(blas_kernels, "_PROCESSOR", tmp_path / "cpuinfo")
-        monkeypatch.setattr("pipeline.stages.code_fingerprint.machine", code_fingerprint.machine.__wrapped__)
+        monkeypatch.setattr(code_fingerprint, "machine", looked_up_again)
         found.append(SourceTree().fingerprint(keys.MESH_CODE))
     assert (found[0] != found[1]) == other
 
