@@ -130,7 +130,7 @@ def pictures() -> dict[str, Picture]:
         Picture("matrices_response", (f"{tutorials}/matrices.md",), _of_page("matrices")),
         Picture(
             "own_mesh_faces",
-            (f"{tutorials}/own_mesh.md", "pipeline/new_scene/mesh_picture.py"),
+            (f"{tutorials}/own_mesh.md", "pipeline/new_scene/new_from_mesh.py"),
             _of_page("own_mesh"),
         ),
         Picture("own_mesh_response", (f"{tutorials}/own_mesh.md", STYLE, LINE), _of_page("own_mesh")),

@@ -11,8 +11,8 @@ from typing import Annotated
 
 import typer
 
-from pipeline.command_execution import BAD_INPUT, BY_SIGNAL, COMPUTED, NOT_REACHED, finish, stoppable
-from pipeline.command_options import (
+from pipeline.command_usage import (
+    TOLERANCES,
     AcceptOption,
     AxisOption,
     BladesOption,
@@ -28,9 +28,6 @@ from pipeline.command_options import (
     SceneArgument,
     SchedulerOption,
     UnitOption,
-)
-from pipeline.command_usage import (
-    TOLERANCES,
     app_for,
     examples,
     output_parser,
@@ -39,12 +36,20 @@ from pipeline.command_usage import (
     refuse_without,
     wrong_usage,
 )
-from pipeline.process.garbage_collection import collect_rarely
-from pipeline.process.program_end import end_program
-from pipeline.process.program_start import prepare_libraries
-from pipeline.process.streams import flush_stdout, prepare_streams
+from pipeline.process.program import collect_rarely, end_program, flush_stdout, prepare_libraries, prepare_streams
 from pipeline.stages.stage import Stage
-from pipeline.terminal import print_error, print_notes, print_problems, print_verification
+from pipeline.terminal import (
+    BAD_INPUT,
+    BY_SIGNAL,
+    COMPUTED,
+    NOT_REACHED,
+    finish,
+    print_error,
+    print_notes,
+    print_problems,
+    print_verification,
+    stoppable,
+)
 
 _NO_OUTPUT = "shroud: the output cannot be written"
 
@@ -330,7 +335,7 @@ def validate(scene: SceneArgument, as_json: JsonOption = False, force: AcceptOpt
 
     One line for each error with the line of the file; exit status 2 where there is one.
     """
-    from pipeline.scene_commands import print_validation
+    from pipeline.terminal import print_validation
 
     if not print_validation(scene, as_json, force):
         raise typer.Exit(BAD_INPUT)
@@ -364,7 +369,7 @@ def new(
     Its JSON schema, by which editors complete keys, stands beside it. With a mesh file: what is in it, a scene for
     it, and a picture with the contact faces coloured.
     """
-    from pipeline.scene_commands import print_new_scene
+    from pipeline.terminal import print_new_scene
 
     if mesh is None:
         refuse_without("--mesh", {"--unit": unit, "--axis": axis, "--blades": blades})

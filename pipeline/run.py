@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 from pipeline.errors import InputError, input_error, reason_of
 from pipeline.executor.cluster_address import check_cluster
-from pipeline.process.clock import seconds_since
 from pipeline.process.interrupts import Stopped
 from pipeline.process.isolated_reading import read_given_model
-from pipeline.process.progress import Reporter
+from pipeline.process.progress import Reporter, seconds_since
 from pipeline.report.published_page import PAGE, results_fingerprint, retire_page
 from pipeline.results.frequency_range import Resonance, missing_warnings, stored_resonances
 from pipeline.results.outputs import LISTED, curve_summary, write_results, write_summary

@@ -1,23 +1,32 @@
-"""`shroud new DIR --mesh FILE`: a look at a mesh file, a scene to start from, and a picture with coloured faces."""
+"""`shroud new DIR --mesh FILE`: a look at a mesh file, a scene to start from, and a picture with coloured faces.
+
+The picture shows contact faces and root from two sides; it needs no GL library.
+"""
 
 from __future__ import annotations
 
+import json
 import os
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from pipeline.errors import input_error, reason_of
-from pipeline.new_scene.mesh_picture import mesh_picture
+from pipeline.figures.style import drawn, styled
 from pipeline.new_scene.mesh_survey import Guess, guess, set_nodes, survey
-from pipeline.new_scene.scene_of_mesh import StartingValues, scene_of_mesh
+from pipeline.new_scene.templates import PRESET, SCENE, SCHEMA, new_files
+from pipeline.render.ring import LEFT_DARK, RIGHT_COLOUR
+from pipeline.report.viewer import triangles_of
 from pipeline.scene.given_in_python import given_scene
+from pipeline.scene.presets import PRESETS
 from pipeline.scene.reading import Member, parameter_error
-from pipeline.scene.templates import SCENE, new_files
 from pipeline.stages.build_full_model import FULL_MODEL, make_full_model
 from pipeline.stages.build_mesh import SECTOR, findings_of, read_mesh_file, sector_choice, write_findings
 from pipeline.stages.build_reduced_model import make_reduced_model
@@ -25,8 +34,233 @@ from pipeline.stages.model_files import REDUCED_MODEL
 from pipeline.stages.scene_materials import check_materials, materials_of_file
 
 if TYPE_CHECKING:
-    from geometry import ImportedMesh, OwnSector
+    from geometry import ElementBlock, ImportedMesh, OwnSector
+    from pipeline.new_scene.mesh_survey import Guess
     from pipeline.scene.schema import Scene
+
+
+STEEL = {"young_modulus": 210e9, "poisson_ratio": 0.3, "density": 7850.0}
+UNITS = {"young_modulus": "Pa", "density": "kg/m^3"}
+SOFT = 1e-4  # contact stiffness to start with, over E sqrt(A)
+COLUMN = 30
+
+
+@dataclass(frozen=True)
+class StartingValues:
+    """Numbers of a scene that are told from the mesh."""
+
+    material: Mapping[str, float] | None = None  # A material of the file in SI units, where it has all numbers
+    area: float | None = None  # area of a contact face, m^2
+    frequency: tuple[float, float] | None = None  # range around the first natural frequency, Hz
+    general: bool = True  # whether elements need [material]
+    # by material of the file: numbers that the user has to give
+    incomplete: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    modulus: float | None = None  # young's modulus of a material of the file, Pa
+
+
+def scene_of_mesh(name: str, title: str, file: str, guess: Guess, values: StartingValues) -> str:
+    """The scene as TOML."""
+    blades = guess.n_blades
+    order = 1 if blades is None else blades // 2
+    material = {key: (values.material or STEEL)[key] for key in STEEL}
+    modulus = material["young_modulus"] if values.modulus is None else values.modulus
+    area = 6e-5 if values.area is None else values.area
+    normal = float(f"{SOFT * modulus * area**0.5:.2g}")
+    low, high = values.frequency or (100.0, 2000.0)
+    lines = [
+        f"#:schema ./{SCHEMA}",
+        "#",
+        f"# A scene for the mesh of a sector from another program; run it with `shroud run {SCENE}`.",
+        "#",
+        *_keys(
+            {"name": name, "title": title, "accuracy": PRESET}, {"accuracy": " or ".join(map(json.dumps, PRESETS))}
+        ),
+        *_mesh_lines(file, guess),
+        "",
+        *_material_lines(material, values),
+        *_named_materials(guess, values),
+        "[load]",
+        *_keys({"speed_rpm": 0.0}, {"speed_rpm": "rotation; 0 = none"}),
+        "",
+        "[contact]",
+        *_keys(
+            {"normal_stiffness": normal, "tangential_stiffness": float(f"{0.75 * normal:.2g}"), "friction": 0.4},
+            {"normal_stiffness": 'N/m for the whole face, to be set; or "punch"', "friction": "friction coefficient"},
+        ),
+        *_keys({"interference": 5e-6}, {"interference": "m; below 0: gap"}),
+        "",
+        "[excitation]",
+        *_keys(
+            {"engine_order": order, "force": 1.0, "direction": "y"}, {"force": "N", "direction": "circumferential"}
+        ),
+        "",
+        "[response]",
+        *_keys({"frequency": [low, high]}, {"frequency": _frequency_comment(values)}),
+        *_keys({"damping_ratio": 0.003}, {"damping_ratio": "of every mode, besides the friction"}),
+        "",
+        "[render]                      # without this section nothing is rendered",
+        "modes = [1, 2, 3]",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _mesh_lines(file: str, guess: Guess) -> list[str]:
+    """[mesh] and [mesh.sets]."""
+    blades = guess.n_blades
+    return [
+        "",
+        "[mesh]",
+        *_keys({"file": file}, {"file": "relative to this file"}),
+        *_keys({"unit": guess.unit}, {"unit": "of the file and its materials"}),
+        *(
+            []
+            if blades is not None
+            else ["# n_blades = ...              # of the ring: to be set, the file does not say"]
+        ),
+        *(_keys({"n_blades": blades}, {"n_blades": "of the ring"}) if blades is not None else []),
+        *_keys({"axis": guess.axis}, {"axis": "engine axis in the file"}),
+        *(
+            _keys({"axis_point": [*guess.axis_point]}, {"axis_point": "a point of it"})
+            if any(guess.axis_point)
+            else []
+        ),
+        *_keys({"contact_grid": [3, 3]}, {"contact_grid": "contact nodes on a face, along it and along the radius"}),
+        *(
+            ['# bore = "free"               # nothing holds the disk: without a root']
+            if "cyclic_right" in guess.sets
+            else []
+        ),
+        "",
+        "[mesh.sets]                   # node sets or surfaces of the file; what is left out is found by geometry",
+        *(f"{role} = {json.dumps(chosen, ensure_ascii=False)}" for role, chosen in guess.sets.items()),
+        *(f'# {role} = "..."' for role in ("root", "contact_right", "contact_left", "tip") if role not in guess.sets),
+    ]
+
+
+def _named_materials(guess: Guess, values: StartingValues) -> list[str]:
+    """[materials.NAME]: numbers that are in other units in the file, and those that it lacks, to be set."""
+    lines = []
+    for name in dict.fromkeys([*guess.numbers, *values.incomplete]):
+        given, missing = guess.numbers.get(name, {}), values.incomplete.get(name, ())
+        table = f"[materials.{name if name.replace('-', '').replace('_', '').isalnum() else json.dumps(name)}]"
+        lines += [f"{table.ljust(COLUMN - 1)} # takes precedence over what the file says of it", *_keys(given, UNITS)]
+        lines += [
+            f"# {key} = ...".ljust(COLUMN - 1) + f" # {UNITS.get(key, '')}: to be set".replace(" : ", " ")
+            for key in missing
+            if key not in given
+        ]
+        lines.append("")
+    return lines
+
+
+def _keys(values: Mapping[str, object], comments: Mapping[str, str]) -> list[str]:
+    """A line for each key, with its comment; an empty text is left out."""
+    lines = []
+    for key, value in values.items():
+        if value == "":
+            continue
+        text = f"{key} = {_toml(value)}"
+        lines.append(f"{text.ljust(COLUMN - 1)} # {comments[key]}" if key in comments else text)
+    return lines
+
+
+def _toml(value: object) -> str:
+    if isinstance(value, float):
+        return f"{value:g}" if "e" in f"{value:g}" or "." in f"{value:g}" else f"{value:.1f}"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(_toml, value)) + "]"
+    return json.dumps(value, ensure_ascii=False)
+
+
+def _material_lines(material: Mapping[str, float], values: StartingValues) -> list[str]:
+    """[material], where a number of it may be needed."""
+    if not (values.material or values.general):
+        return []
+    comment = "# for elements without one; as in the file" if values.material else "# steel: set yours"
+    return ["[material]" + " " * 20 + comment, *_keys(material, UNITS), ""]
+
+
+def _frequency_comment(values: StartingValues) -> str:
+    return "Hz, around the first natural frequency" if values.frequency else "Hz, to be set"
+
+
+Array = NDArray[np.float64]
+ROOT_COLOUR, BODY = "#009E73", (0.78, 0.82, 0.86)
+COLOURS = {"contact_right": RIGHT_COLOUR, "contact_left": LEFT_DARK, "root": ROOT_COLOUR}
+NAMES = {"contact_right": "right contact face (+y)", "contact_left": "left contact face (-y)", "root": "clamped root"}
+MOST_EDGES = 20_000  # triangles above which edges of elements are not drawn
+
+
+def mesh_picture(
+    points: Array, blocks: tuple[ElementBlock, ...], marked: Mapping[str, NDArray[np.int64]], title: str
+) -> bytes:
+    """PNG of the boundary of a mesh from both sides.
+
+    Shapes: `points` (N, 3), `marked` (k,).
+    """
+    from matplotlib.figure import Figure
+
+    triangles = triangles_of(blocks)
+    rows: dict[str, NDArray[np.bool_]] = {}
+    colours = np.tile(np.array(BODY), (len(triangles), 1))
+    for role, nodes in marked.items():
+        rows[role] = np.asarray(np.isin(triangles, nodes).all(axis=1))
+        colours[rows[role]] = _rgb(COLOURS[role])
+    with styled():
+        figure: Any = Figure(figsize=(9.0, 5.6), layout="constrained")
+        views = (("contact_right", 1.0, "from above"), ("contact_left", -1.0, "from below"))
+        for axes, (role, side, where) in zip(figure.subplots(1, 2), views, strict=True):
+            view = _towards(points, triangles[rows[role]]) if role in rows else np.array([-0.6, 0.8, 0.0]) * side
+            view = view + np.array([0.45 * view[1], -0.45 * view[0], 0.45 * side])  # a little from the side
+            _draw(axes, points, triangles, colours, view / np.linalg.norm(view))
+            axes.set_title(f"{NAMES[role]}, {where}" if role in rows else where)
+        _legend(figure, marked)
+        figure.suptitle(title)
+        return drawn(figure, "png")
+
+
+def _towards(points: Array, triangles: NDArray[np.int64]) -> Array:
+    """The horizontal direction (3,) that some triangles face on average."""
+    corners = points[triangles]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]).sum(axis=0) * [1.0, 1.0, 0.0]
+    return np.asarray(normal / max(float(np.linalg.norm(normal)), 1e-300))
+
+
+def _draw(axes: Any, points: Array, triangles: NDArray[np.int64], colours: Array, view: Array) -> None:
+    """The triangles that face the viewer, from back to front, shaded."""
+    from matplotlib.collections import PolyCollection
+
+    right = np.cross((0.0, 0.0, 1.0), view)
+    right /= np.linalg.norm(right)
+    screen = np.stack([right, np.cross(view, right)])
+    corners = points[triangles]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    facing = normal @ view / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)
+    seen = np.flatnonzero(facing > 0.0)
+    seen = seen[np.argsort((corners[seen] @ view).mean(axis=1), kind="stable")]
+    shade = colours[seen] * (0.55 + 0.45 * facing[seen, None])
+    edge = shade if len(triangles) > MOST_EDGES else 0.75 * shade
+    axes.add_collection(
+        PolyCollection(list(corners[seen] @ screen.T), facecolors=shade, edgecolors=edge, linewidths=0.25)
+    )
+    axes.set_aspect("equal")
+    axes.autoscale_view()
+    axes.set_axis_off()
+
+
+def _legend(figure: Any, marked: Mapping[str, Any]) -> None:
+    from matplotlib.patches import Patch
+
+    handles = [Patch(color=COLOURS[role], label=NAMES[role]) for role in COLOURS if role in marked]
+    if handles:
+        figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
+
+
+def _rgb(colour: str) -> Array:
+    from matplotlib.colors import to_rgb
+
+    return np.array(to_rgb(colour))
+
 
 PICTURE = "mesh.png"
 MOST_POINTS = 12_000  # nodes of a mesh of which the first natural frequency is computed

@@ -1,4 +1,4 @@
-"""Progress of a run on stderr: a live line at a terminal, plain lines elsewhere, nothing when quiet."""
+"""Progress of a run on stderr: a live line at a terminal, plain lines elsewhere, nothing when quiet; elapsed time."""
 
 from __future__ import annotations
 
@@ -11,11 +11,16 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TextIO
 
-from pipeline.process.clock import seconds_since
 from pipeline.process.interrupts import Interrupts
 
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
+
+
+def seconds_since(start: float) -> float:
+    """Seconds since `start`, a value of `time.perf_counter`; never negative, even where that clock is set back."""
+    return max(0.0, time.perf_counter() - start)
+
 
 _PAUSE = 0.1  # seconds between two updates of a live line
 _FIRST_LINE = 5.0  # seconds after which a plain line reports that a single piece of work still goes on

@@ -17,8 +17,7 @@ from multiprocessing.context import SpawnProcess
 from typing import Any, Generic, ParamSpec, TypeVar
 
 from pipeline.errors import SAVES_MEMORY
-from pipeline.process.forked_workers import ForkedWorker, can_fork, fork_workers
-from pipeline.process.worker_loop import serve, start_process
+from pipeline.process.worker_processes import ForkedWorker, can_fork, fork_workers, serve, start_process
 
 P = ParamSpec("P")
 T = TypeVar("T")

@@ -21,9 +21,8 @@ from typing import Self, TypeVar
 
 from pipeline.bootstrap import missing_packages
 from pipeline.errors import one_line
-from pipeline.process.deferred_modules import defer_unused
-from pipeline.process.garbage_collection import loading
 from pipeline.process.interrupts import kept_from_children
+from pipeline.process.program import defer_unused, loading
 
 
 @dataclass(frozen=True)

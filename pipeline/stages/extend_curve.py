@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipeline.process.clock import seconds_since
+from pipeline.process.progress import seconds_since
 from pipeline.scene import schema
 from pipeline.stages.curve_file import CURVE, section_from_attributes
 from pipeline.stages.curve_summary import keep_summary

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
 
-from pipeline.process.clock import seconds_since
+from pipeline.process.progress import seconds_since
 
 
 class Stage(StrEnum):

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from pipeline.errors import InputError, StageError, reason_of
 from pipeline.executor.task import Progress, Task, TaskFailed, TaskResult
-from pipeline.process.clock import seconds_since
+from pipeline.process.progress import seconds_since
 from pipeline.process.workers import WorkerDied
 from pipeline.scene.consistency import unfit_node_lists
 from pipeline.scene.labels import member_label

@@ -10,10 +10,8 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from pipeline.executor.cluster_address import local_workers
-from pipeline.executor.local import LocalExecutor
-from pipeline.executor.task import ROOM, Executor, Preparation
-from pipeline.process.deferred_modules import defer_unused
-from pipeline.process.garbage_collection import loading
+from pipeline.executor.task import ROOM, Executor, LocalExecutor, Preparation
+from pipeline.process.program import defer_unused, loading
 from pipeline.process.workers import Call, kept_workers
 from pipeline.stages.cache_keys import CURVE_CODE, EXTENSION_CODE, REDUCED_MODEL_CODE, curve_key, model_keys
 from pipeline.stages.code_fingerprint import code_versions

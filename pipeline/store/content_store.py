@@ -21,7 +21,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Self
 
-from pipeline.process.clock import seconds_since
+from pipeline.process.progress import seconds_since
 from pipeline.store.disk_errors import storage_error
 from pipeline.store.fingerprints import file_sha256
 

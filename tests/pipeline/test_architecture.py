@@ -82,10 +82,9 @@ LAYERS = {
         {"figures", "render", "export", "verify"},
         {"stress"},
         {"report"},
-        {"run", "terminal"},
+        {"run"},
         {"check", "new_scene", "optimise"},
-        {"python_interface", "command_usage", "scene_commands"},
-        {"command_options", "command_execution"},
+        {"python_interface", "command_usage", "terminal"},
         {"cli"},
     ],
 }

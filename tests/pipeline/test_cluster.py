@@ -17,10 +17,9 @@ import pytest
 from faults_support import broken_entries, entries, wait_until
 from pipeline_support import ground_scene, shroud, small_scene, write_ground_model, write_scene
 
-import pipeline.executor.cluster_connection
+import pipeline.executor.cluster
 from pipeline import run_scene
-from pipeline.executor.cluster import ClusterExecutor
-from pipeline.executor.cluster_connection import version_line
+from pipeline.executor.cluster import ClusterExecutor, version_line
 from pipeline.executor.cluster_task import other_versions
 from pipeline.stages.worker_start import versions
 
@@ -202,8 +201,8 @@ def test_workers_and_schedulers_that_are_lost(local: Path, tmp_path: Path) -> No
     """Programs apart, without a common folder: a worker is killed, then the scheduler, then the client."""
     out, scene, rom = tmp_path / "out", local / "scene.toml", local / "model.h5"
     code = (
-        "import sys, pipeline.cli, pipeline.executor.cluster_connection\n"
-        "pipeline.executor.cluster_connection.PATIENCE = 2.0\n"
+        "import sys, pipeline.cli, pipeline.executor.cluster\n"
+        "pipeline.executor.cluster.PATIENCE = 2.0\n"
         "sys.exit(pipeline.cli.command(sys.argv[1:]))\n"
     )
     command = [sys.executable, "-c", code, "respond", scene, "--rom", rom, "--out", out, "--quiet"]
@@ -288,7 +287,7 @@ def test_reduced_models_are_built_by_workers_too(tmp_path: Path) -> None:
 def test_a_cluster_that_is_none_is_one_line(
     local: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, options: list[str], said: str
 ) -> None:
-    monkeypatch.setattr(pipeline.executor.cluster_connection, "PATIENCE", 0.5)
+    monkeypatch.setattr(pipeline.executor.cluster, "PATIENCE", 0.5)
     monkeypatch.chdir(tmp_path)
     (tmp_path / "empty.json").write_text("{}")
     (tmp_path / "device.json").symlink_to("/dev/zero")
@@ -302,14 +301,14 @@ def test_a_cluster_that_is_none_is_one_line(
 def test_workers_that_do_not_come_or_run_several_tasks_are_refused(
     local: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(pipeline.executor.cluster_connection, "WAIT_FOR_WORKERS", 0.5)
+    monkeypatch.setattr(pipeline.executor.cluster, "WAIT_FOR_WORKERS", 0.5)
     arguments = ["respond", local / "scene.toml", "--rom", local / "model.h5", "--out", tmp_path / "out", "--quiet"]
     with programs(tmp_path, 0) as (file, processes):
         status, _, error = shroud(*arguments, "--scheduler", file)
         assert (status, error.count("\n")) == (2, 1)
         assert "no worker at tcp://127.0.0.1:" in error
         processes.append(start_worker(tmp_path, file, "--nthreads", "2"))
-        monkeypatch.setattr(pipeline.executor.cluster_connection, "WAIT_FOR_WORKERS", 30.0)
+        monkeypatch.setattr(pipeline.executor.cluster, "WAIT_FOR_WORKERS", 30.0)
         status, _, error = shroud(*arguments, "--scheduler", file)
         assert (status, error.count("\n")) == (2, 1)
         assert "runs 2 tasks at the same time, allowed: one: start it with --nthreads 1" in error

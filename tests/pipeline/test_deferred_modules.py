@@ -5,9 +5,7 @@ import sys
 
 import pytest
 
-SCIPY = (
-    "from pipeline.process.deferred_modules import defer_unused; defer_unused(); import scipy.linalg, sys, numpy\n"
-)
+SCIPY = "from pipeline.process.program import defer_unused; defer_unused(); import scipy.linalg, sys, numpy\n"
 LOADED = "assert any(name.startswith('numpy.{}.') for name in sys.modules)\n"
 
 

@@ -94,7 +94,7 @@ def test_a_signal_is_heeded_within_a_long_point(tmp_path: Path, work: str) -> No
     program.write_text(
         "import sys\n"
         "from pipeline import cli\n"
-        "from pipeline.command_execution import stoppable\n"
+        "from pipeline.terminal import stoppable\n"
         "from pipeline.process import interrupts\n"
         "interrupts.PATIENCE = 0.3\n"
         "@cli.app.command()\n"

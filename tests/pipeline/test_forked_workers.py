@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.process.forked_workers import can_fork, fork_workers
+from pipeline.process.worker_processes import can_fork, fork_workers
 from pipeline.process.workers import Call, WorkerDied, Workers, kept_workers, workers
 
 pytestmark = pytest.mark.skipif(not can_fork(), reason="processes are forked on Linux only")
@@ -77,7 +77,7 @@ def test_where_the_prepared_process_dies_its_workers_go_on() -> None:
 
 def test_they_end_with_the_process_that_started_them(tmp_path: Path) -> None:
     code = (
-        "import os, sys\nfrom pathlib import Path\nfrom pipeline.process.forked_workers import fork_workers\n"
+        "import os, sys\nfrom pathlib import Path\nfrom pipeline.process.worker_processes import fork_workers\n"
         "found = fork_workers(2, abs, (-1,), True)\n"
         "pids = []\n"
         "for worker, pipe in found:\n"

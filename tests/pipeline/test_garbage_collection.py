@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from pipeline.process.garbage_collection import loading
+from pipeline.process.program import loading
 
 
 def test_garbage_is_collected_again_after_loading_though_that_failed() -> None:

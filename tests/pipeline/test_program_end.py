@@ -19,7 +19,7 @@ def ended(code: str, **settings: str) -> subprocess.CompletedProcess[str]:
 @pytest.mark.parametrize("status", [0, 3])
 def test_output_is_complete_and_what_was_registered_is_done(status: int) -> None:
     code = (
-        "import atexit, sys\nfrom pipeline.process.program_end import end_program\n"
+        "import atexit, sys\nfrom pipeline.process.program import end_program\n"
         "atexit.register(lambda: print('registered'))\n"
         "sys.stdout.write('x' * 100_000 + '\\n'); sys.stderr.write('error')\n"
         f"end_program({status})\nprint('never')"
@@ -32,7 +32,7 @@ def test_output_is_complete_and_what_was_registered_is_done(status: int) -> None
 
 def test_other_threads_are_waited_for() -> None:
     code = (
-        "import threading, time\nfrom pipeline.process.program_end import end_program\n"
+        "import threading, time\nfrom pipeline.process.program import end_program\n"
         "threading.Thread(target=lambda: (time.sleep(0.2), print('done'))).start()\nend_program(4)"
     )
     result = ended(code)
@@ -41,7 +41,7 @@ def test_other_threads_are_waited_for() -> None:
 
 def test_threads_of_blas_are_set_before_numpy_is_loaded_unless_the_user_has_set_them() -> None:
     code = (
-        "import os, sys\nfrom pipeline.process.program_start import prepare_libraries\nprepare_libraries()\n"
+        "import os, sys\nfrom pipeline.process.program import prepare_libraries\nprepare_libraries()\n"
         "assert 'numpy' not in sys.modules\nimport numpy\nfrom threadpoolctl import threadpool_info\n"
         "print({each['num_threads'] for each in threadpool_info() if each['user_api'] == 'blas'})\n"
         "print(os.environ['OPENBLAS_NUM_THREADS'])"

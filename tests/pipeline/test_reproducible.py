@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from pipeline_support import ground_scene, shroud, small_scene, statuses, summary_of, write_ground_model, write_scene
 
-import pipeline.process.clock
+import pipeline.process.progress
 
 SWEEP = {"contact.interference": [1e-5, 1e-3]}
 NOT_NUMBERS_OF_THE_SOLUTION = {"seconds"}
@@ -71,8 +71,8 @@ def test_a_clock_that_jumps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ste
         looks.append(looks[-1] + step)
         return looks[-1]
 
-    monkeypatch.setattr(pipeline.process.clock.time, "perf_counter", jumping)
-    monkeypatch.setattr(pipeline.process.clock.time, "time", jumping)
+    monkeypatch.setattr(pipeline.process.progress.time, "perf_counter", jumping)
+    monkeypatch.setattr(pipeline.process.progress.time, "time", jumping)
     assert shroud(*arguments) == (0, "", "")
     assert statuses(tmp_path / "out")["respond"] == "reused"
     assert shroud(*arguments, "--force") == (0, "", "")

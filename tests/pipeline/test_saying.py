@@ -8,7 +8,6 @@ import pytest
 from faults_support import wait_until
 from pipeline_support import ground_scene, shroud, small_scene, summary_of, write_ground_model, write_scene
 
-import pipeline.process.clock
 import pipeline.process.progress
 from pipeline.process.progress import Reporter, duration, time_left
 
@@ -31,7 +30,7 @@ class Closed(io.StringIO):
 def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     """A clock that shows what the list holds."""
     shown = [0.0]
-    monkeypatch.setattr(pipeline.process.clock.time, "perf_counter", lambda: shown[0])
+    monkeypatch.setattr(pipeline.process.progress.time, "perf_counter", lambda: shown[0])
     return shown
 
 

@@ -10,8 +10,8 @@ import pytest
 from pipeline_support import RAW_TEXT, small_scene, write_scene
 
 from pipeline import read_results
+from pipeline.process.program import prepare_streams
 from pipeline.process.progress import Reporter
-from pipeline.process.streams import prepare_streams
 from pipeline.terminal import print_error
 
 REPOSITORY = Path(__file__).parents[2]

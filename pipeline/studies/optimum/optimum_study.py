@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from nonlinear import NO_PEAK, JointOptimum, Optimum
-from pipeline.process.clock import seconds_since
+from pipeline.process.progress import seconds_since
 from pipeline.scene.key_values import key_value
 from pipeline.scene.optimum_checks import SOLVER_KEYS
 from pipeline.stages.scene_to_solver import face_area, resolved_contact

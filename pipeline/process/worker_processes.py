@@ -1,22 +1,90 @@
-"""Worker processes forked from one that is prepared for all of them: what it has loaded is loaded once."""
+"""Worker processes: calls that come through a pipe, one after the other, as long as the parent lives.
+
+They are started alone, or forked from one process that is prepared for all: what it has loaded is loaded once.
+"""
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import signal
 import sys
+import threading
 import time
 import traceback
 import warnings
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
-from multiprocessing import Pipe
+from multiprocessing import Pipe, resource_tracker
 from multiprocessing.connection import Connection
-from multiprocessing.context import SpawnProcess
+from multiprocessing.context import SpawnContext, SpawnProcess
 from typing import Any
 
-from pipeline.process.worker_loop import end_with_parent, serve, start_process
+from pipeline.errors import reason_of
+from pipeline.process.interrupts import kept_from_children
+from rom import one_blas_thread_in_children
+
+
+@contextmanager
+def without_main() -> Iterator[None]:
+    """Within the block a process is started that does not import `__main__`.
+
+    multiprocessing imports the file of `__main__` in the child, so that functions of it can be called there. Ours
+    stand in our packages. A script that runs a scene would run it again, and would wait for its own output folder.
+    """
+    main = sys.modules["__main__"]
+    hidden: dict[str, Any] = {name: vars(main).get(name) for name in ("__spec__", "__file__") if name in vars(main)}
+    vars(main).pop("__file__", None)
+    vars(main)["__spec__"] = None
+    try:
+        yield
+    finally:
+        vars(main).update(hidden)
+
+
+def start_process(target: Callable[..., None], *args: Any) -> SpawnProcess:
+    """A process of Python's own that calls a function, with one BLAS thread; signals from the keyboard pass it by."""
+    context: SpawnContext = multiprocessing.get_context("spawn")
+    with kept_from_children():
+        resource_tracker.ensure_running()  # also a process, the start of which undoes the block
+    with kept_from_children(), one_blas_thread_in_children(), without_main():
+        process = context.Process(target=target, args=args)
+        process.start()
+    return process
+
+
+def serve(pipe: Connection) -> None:
+    """In a worker: take calls, send (whether there is a result, result or exception) for each."""
+    end_with_parent()
+    with suppress(EOFError, OSError):
+        while True:
+            function, args, kwargs = pipe.recv()
+            pipe.send(_outcome(function, args, kwargs))
+
+
+def end_with_parent() -> None:
+    """Have this process end when the one ends that all workers are started for."""
+    threading.Thread(target=_wait_for_parent, name="watch parent", daemon=True).start()
+
+
+def _outcome(function: Callable[..., Any], args: tuple[Any, ...], kwargs: dict[str, Any]) -> tuple[bool, Any]:
+    """Whether there is a result, and the result or the exception."""
+    try:
+        return True, function(*args, **kwargs)
+    except Exception as error:
+        try:
+            multiprocessing.reduction.ForkingPickler.loads(multiprocessing.reduction.ForkingPickler.dumps(error))
+        except Exception:  # some exceptions cannot leave their process
+            return False, RuntimeError(reason_of(error))
+        return False, error
+
+
+def _wait_for_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def can_fork() -> bool:
