@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pipeline.errors import reason_of
-from pipeline.process.progress import Reporter
 from pipeline.process.workers import Call, WorkerDied, workers
 
 if TYPE_CHECKING:
