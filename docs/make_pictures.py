@@ -86,12 +86,12 @@ def pictures() -> dict[str, Picture]:
         ),
         Picture(
             "backbone",
-            (DUMMY, STYLE, "pipeline/figures/backbone_figure.py", "pipeline/figures/backbone_lines.py"),
+            (DUMMY, STYLE, "pipeline/studies/backbone/figure.py"),
             _of_straight_shrouds("backbone"),
         ),
         Picture(
             "backbone_response",
-            (DUMMY, *CURVES, "pipeline/figures/backbone_lines.py"),
+            (DUMMY, *CURVES, "pipeline/studies/backbone/figure.py"),
             _of_straight_shrouds("response"),
         ),
         Picture(
@@ -101,12 +101,12 @@ def pictures() -> dict[str, Picture]:
         ),
         Picture(
             "uncertainty",
-            (DUMMY, UNCERTAIN, STYLE, "pipeline/figures/uncertainty_figure.py"),
+            (DUMMY, UNCERTAIN, STYLE, "pipeline/studies/uncertainty/figure.py"),
             _uncertainty,
         ),
         Picture("bladed_disk", ("docs/bladed_disk.md#disk_effect", STYLE), _disk_effect),
-        Picture("mistuning", (DUMMY, STYLE, "pipeline/figures/mistuning_figure.py"), _mistuning),
-        Picture("mistuned_disk", (DISK, STYLE, "pipeline/figures/mistuning_figure.py"), _mistuned_disk),
+        Picture("mistuning", (DUMMY, STYLE, "pipeline/studies/mistuning/figure.py"), _mistuning),
+        Picture("mistuned_disk", (DISK, STYLE, "pipeline/studies/mistuning/figure.py"), _mistuned_disk),
         Picture("report", (DUMMY, STYLE, "pipeline/report/templates", "pipeline/report/error_budget.py"), _report),
         Picture("first_blade_shrouds", (f"{tutorials}/first_blade.md",), _of_page("first_blade")),
         *(
@@ -116,9 +116,9 @@ def pictures() -> dict[str, Picture]:
                 _of_page("designing_a_shroud"),
             )
             for name, drawn in (
-                ("map", ("pipeline/figures/map_figure.py", "pipeline/figures/map_contours.py")),
-                ("optimum", ("pipeline/figures/optimum_figure.py",)),
-                ("uncertainty", ("pipeline/figures/uncertainty_figure.py",)),
+                ("map", ("pipeline/studies/map/figure.py",)),
+                ("optimum", ("pipeline/studies/optimum/figure.py",)),
+                ("uncertainty", ("pipeline/studies/uncertainty/figure.py",)),
             )
         ),
         Picture("first_blade_response", (f"{tutorials}/first_blade.md", STYLE, LINE), _of_page("first_blade")),

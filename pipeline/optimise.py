@@ -25,14 +25,14 @@ from pipeline.results.publishing import PicturesMissing
 from pipeline.run import solved_members
 from pipeline.scene.given_in_python import given_scene
 from pipeline.scene.key_values import as_in_scene, key_value
-from pipeline.scene.optimum_checks import OPTIMISED_KEYS, PLACE, unfit_optimum_keys
-from pipeline.scene.optimum_section import MOST_KEYS, Objective, Optimum, Range
 from pipeline.scene.reading import SceneFile
 from pipeline.scene.sweep import SWEPT_KEYS
 from pipeline.scene.validation_errors import meant
 from pipeline.stages.request import Request
 from pipeline.stages.scene_to_solver import contact_on_model
 from pipeline.stages.stored_curve import read_curve
+from pipeline.studies.optimum.checks import OPTIMISED_KEYS, PLACE, unfit_optimum_keys
+from pipeline.studies.optimum.section import MOST_KEYS, Objective, Optimum, Range
 from pipeline.studies.registry import study_named
 from pipeline.studies.study import StudyContext, StudyError
 from pipeline.studies.study_stage import studied

@@ -271,7 +271,7 @@ def _publish(run: Run, models: Models, outcome: RunOutcome) -> None:
 def _retire_studies(run: Run, models: Models, outcome: RunOutcome) -> None:
     """Remove results and figures of studies about other curves; nothing is imported where there are none."""
     if any((run.request.out / f"{name}.json").is_file() for name in STUDIES):
-        from pipeline.figures.figure_stage import figure_file
+        from pipeline.studies.registry import figure_file
         from pipeline.studies.study import StudyContext
         from pipeline.studies.study_stage import remove_outdated_studies
 

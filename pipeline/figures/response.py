@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pipeline.figures.backbone_lines import broken
 from pipeline.figures.curve_line import (
     THIN,
     draw_line,
@@ -29,12 +28,13 @@ from pipeline.figures.style import (
     write_heading,
 )
 from pipeline.scene.labels import prefixed, value_label
+from pipeline.studies.backbone.figure import broken
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from pipeline.studies.backbone.backbone_result import BackboneResult
+    from pipeline.studies.backbone.result import BackboneResult
 
 
 MOST_OUTPUTS = 12

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from pipeline.stages.respond import CurveResult
-    from pipeline.studies.worst_motion_map.map_result import WorstMotionMap
+    from pipeline.studies.map.result import WorstMotionMap
 
 FEWEST = 3  # values of the key with the most
 FEWEST_FOR_CONTOURS = 4  # values of either key
@@ -32,7 +32,7 @@ def sweep_map_figure(curves: Sequence[CurveResult], points: Sequence[SweepPoint]
     found = map_of_sweep(curves)
     if found is None:
         return cell_figure(points, title)
-    from pipeline.figures.map_figure import map_figure
+    from pipeline.studies.map.figure import map_figure
 
     return map_figure(found, title)
 
@@ -49,9 +49,8 @@ def map_of_sweep(curves: Sequence[CurveResult]) -> WorstMotionMap | None:
         return None
     if not all(key.numeric and takes_fractions(key.name) for key in keys):
         return None
-    from pipeline.studies.worst_motion_map.map_grid import MapAxis, MapGrid, even_in_logarithm
-    from pipeline.studies.worst_motion_map.map_point import map_point
-    from pipeline.studies.worst_motion_map.map_result import worst_motion_map
+    from pipeline.studies.map.grid import MapAxis, MapGrid, even_in_logarithm, map_point
+    from pipeline.studies.map.result import worst_motion_map
 
     first, second = (MapAxis(key.name, tuple(map(float, key.values)), even_in_logarithm(key.values)) for key in keys)
     points = []

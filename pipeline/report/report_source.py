@@ -15,6 +15,7 @@ from pipeline.stages.request import Run, RunOutcome, StudyOutcome
 from pipeline.stages.respond import CurveResult
 from pipeline.stages.sweep_models import Models
 from pipeline.store.fingerprints import content_fingerprint, fingerprint
+from pipeline.studies.registry import module_of
 from pipeline.verify.stage import VerifiedCase, Verifier, distinct_cases
 
 _PAGE_MODULE = "pipeline.report.page"
@@ -78,7 +79,7 @@ class ReportSource:
                 "numbers": dict(self.results),
                 "problems": list(self.problems),
                 "results": self.results_key,
-                "code": code_fingerprint(_PAGE_MODULE),
+                "code": code_fingerprint(_PAGE_MODULE, *(module_of(name, "report") for name in self.studies)),
             }
         )
 

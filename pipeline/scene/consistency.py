@@ -7,21 +7,18 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Iterator, Mapping, Set
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nonlinear import least_samples
 from pipeline.errors import InputError, input_error, shown
-from pipeline.scene.backbone_checks import unfit_backbone_keys
 from pipeline.scene.geometry_parameters import disk_parameters, geometry_parameters
 from pipeline.scene.loads_section import files_of
-from pipeline.scene.map_checks import unfit_map_keys
 from pipeline.scene.material_section import USUAL_MATERIAL
 from pipeline.scene.mesh_section import check_mesh_file
-from pipeline.scene.mistuning_checks import unfit_mistuning_keys
 from pipeline.scene.model_section import unfit_beside_matrices, unfit_matrix_keys
 from pipeline.scene.nodal_table import force_table, temperature_table
-from pipeline.scene.optimum_checks import unfit_optimum_keys
 from pipeline.scene.plausibility import far_beyond, hints_first
 from pipeline.scene.presets import SIZE
 from pipeline.scene.reading import Member, SceneFile, parameter_error, scene_of_tables
@@ -30,7 +27,6 @@ from pipeline.scene.size_limits import check_balance, check_modes, check_size, c
 from pipeline.scene.stress_section import unfit_stress_keys
 from pipeline.scene.sweep import read_sweep
 from pipeline.scene.toml_text import key_lines, line_of, load_tables, plain_key, with_line
-from pipeline.scene.uncertainty_checks import unfit_uncertainty_keys
 from pipeline.scene.validation_errors import MOST_ERRORS, allowed_values
 
 if TYPE_CHECKING:
@@ -95,12 +91,7 @@ def unfit_keys(file: SceneFile, broken: Mapping[int, Set[str]], force: bool = Fa
         yield from _raised(_check_pictured_curves, file)
         yield from unfit_stress_keys(file)
         yield from unfit_beside_disk(file)
-        if not any(broken.values()):
-            yield from unfit_backbone_keys(file)
-        yield from unfit_optimum_keys(file)
-        yield from unfit_map_keys(file)
-        yield from unfit_uncertainty_keys(file)
-        yield from unfit_mistuning_keys(file)
+        yield from _unfit_studies(file)
     has_matrices = file.first.model is not None or "model" in broken.get(0, ())
     absent = set() if has_matrices else _absent_sections(file.first) - set(broken.get(0, ()))
     for section in BLADE_SECTIONS:
@@ -198,14 +189,7 @@ def _raised(check: Callable[..., Any], *arguments: Any) -> Unfit:
 
 def check_scene_for_model(file: SceneFile, n_contacts: int, has_area: bool) -> None:
     """Check every member of a scene that runs on a given reduced model with `n_contacts` nodes on a face."""
-    of_studies = (
-        *unfit_optimum_keys(file, given_model=True),
-        *unfit_map_keys(file, given_model=True),
-        *unfit_uncertainty_keys(file),
-        *unfit_backbone_keys(file),
-        *unfit_mistuning_keys(file),
-    )
-    for error in of_studies:
+    for error in _unfit_studies(file, given_model=True):
         raise error
     for member in file.members:
         for error in _unfit_keys(file.path, member, set()):
@@ -216,6 +200,12 @@ def check_scene_for_model(file: SceneFile, n_contacts: int, has_area: bool) -> N
         if member.scene.contact.uses_punch and (member.scene.material is None or not has_area):
             allowed = "numbers (the punch formula needs [material] and contact/area in the reduced model)"
             raise input_error(file.path, "contact.normal_stiffness", '"punch"', allowed)
+
+
+def _unfit_studies(file: SceneFile, given_model: bool = False) -> Unfit:
+    """Keys of the sections of studies that do not fit the scene; each study has its checks in its folder."""
+    for name in file.first.studies:
+        yield from getattr(import_module(f"pipeline.studies.{name}.checks"), f"unfit_{name}_keys")(file, given_model)
 
 
 def _check_pictured_curves(file: SceneFile) -> None:

@@ -62,3 +62,7 @@ class Section(BaseModel):
     """Base of all sections: unknown keys are refused, values are frozen. Its validator is built when first used."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
+
+
+class StudyKeys(Section):
+    """Base of the sections that ask for a study, see `pipeline.studies.registry`."""

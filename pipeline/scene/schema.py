@@ -6,13 +6,13 @@ quote the latter.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from types import UnionType
+from typing import Annotated, Any, Literal, get_args
 
 from pydantic import Field, PrivateAttr, field_validator
 
-from pipeline.scene.backbone_section import Backbone
 from pipeline.scene.fields import (
     BLADES,
     FILLET,
@@ -28,6 +28,7 @@ from pipeline.scene.fields import (
     Positives,
     Ratio,
     Section,
+    StudyKeys,
     Truth,
     Vector,
     Whole,
@@ -44,14 +45,15 @@ from pipeline.scene.loads_section import (
     placed,
     unit_vector,
 )
-from pipeline.scene.map_section import Map
 from pipeline.scene.material_section import Material, NamedMaterial
 from pipeline.scene.mesh_section import Mesh
-from pipeline.scene.mistuning_section import Mistuning
 from pipeline.scene.model_section import Model
-from pipeline.scene.optimum_section import Optimum
 from pipeline.scene.stress_section import Fatigue, Stress
-from pipeline.scene.uncertainty_section import Uncertainty
+from pipeline.studies.backbone.section import Backbone
+from pipeline.studies.map.section import Map
+from pipeline.studies.mistuning.section import Mistuning
+from pipeline.studies.optimum.section import Optimum
+from pipeline.studies.uncertainty.section import Uncertainty
 
 
 class Disk(Section):
@@ -401,8 +403,8 @@ class Scene(Section):
     stress: Stress | None = _key("", "a table", None)
     fatigue: Fatigue | None = _key("", "a table", None)
     optimum: Optimum | None = _key("", "a table", None)
-    backbone: Backbone | None = _key("", "a table", None)
     map: Map | None = _key("", "a table", None)
+    backbone: Backbone | None = _key("", "a table", None)
     uncertainty: Uncertainty | None = _key("", "a table", None)
     mistuning: Mistuning | None = _key("", "a table", None)
     render: Render | None = _key("", "a table", None)
@@ -457,7 +459,17 @@ class Scene(Section):
         return None if self.blade is None else self.blade.n_blades
 
 
-STUDIES = ("optimum", "map", "backbone", "uncertainty", "mistuning")  # each has a section of its name
+def _sections() -> Iterator[tuple[str, type[Section]]]:
+    """Names and classes of the sections, those that a scene may lack among them."""
+    for name, field in Scene.model_fields.items():
+        asked: Any = field.annotation
+        for kind in get_args(asked) if isinstance(asked, UnionType) else (asked,):
+            if isinstance(kind, type) and issubclass(kind, Section):
+                yield name, kind
+
+
+SECTIONS = dict(_sections())
+STUDIES = tuple(name for name, kind in SECTIONS.items() if issubclass(kind, StudyKeys))
 NOT_SWEPT = ("stress", "fatigue", *STUDIES, "render", "figures")  # made of solved curves
 NOT_SWEPT_KEYS = (  # tables, and lists of tables
     "disk.profile",
@@ -469,25 +481,3 @@ NOT_SWEPT_KEYS = (  # tables, and lists of tables
     "load.pressure",
     "load.temperature",
 )
-SECTIONS: dict[str, type[Section]] = {
-    "blade": Blade,
-    "shroud": Shroud,
-    "disk": Disk,
-    "material": Material,
-    "mesh": Mesh,
-    "model": Model,
-    "rom": Rom,
-    "load": Load,
-    "contact": Contact,
-    "excitation": Excitation,
-    "response": Response,
-    "stress": Stress,
-    "fatigue": Fatigue,
-    "optimum": Optimum,
-    "backbone": Backbone,
-    "map": Map,
-    "uncertainty": Uncertainty,
-    "mistuning": Mistuning,
-    "render": Render,
-    "figures": Figures,
-}

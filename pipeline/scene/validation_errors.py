@@ -16,8 +16,8 @@ from pipeline.scene.loads_section import Temperature
 from pipeline.scene.mesh_section import MeshSets
 from pipeline.scene.model_section import ModelSets
 from pipeline.scene.schema import SECTIONS, Material, Scene
-from pipeline.scene.uncertainty_section import UncertainParameter
 from pipeline.scene.units import number_in_text
+from pipeline.studies.uncertainty.section import UncertainParameter
 
 # symbols and other words of the field -> dotted key; compared without case, "_" and "-"
 MEANINGS = {

@@ -4,8 +4,7 @@ import math
 
 import numpy as np
 
-from pipeline.studies.worst_motion_map.map_grid import MapGrid
-from pipeline.studies.worst_motion_map.map_point import SLIPPING, STUCK, MapPoint
+from pipeline.studies.map.grid import SLIPPING, STUCK, MapGrid, MapPoint
 from rom import ReducedModel
 
 STIFFNESS, DAMPING = 1.0, 0.02  # of a unit mass: frequency 1 / (2 pi) Hz, damping ratio 0.01

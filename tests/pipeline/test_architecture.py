@@ -88,6 +88,8 @@ LAYERS = {
         {"cli"},
     ],
 }
+# A file of a study, pipeline/studies/NAME, with one of these names stands with the folder that it is a part of.
+PARTS_OF_STUDIES = {"section": "scene", "checks": "scene", "figure": "figures", "report": "report"}
 LONGEST_FILE, LONGEST_FUNCTION = 600, 70
 MOST_PARAMETERS = 8
 DEEPEST = 4
@@ -151,17 +153,23 @@ def test_packages_import_one_way_and_public_names_only() -> None:
     no_faults(foreign_imports)
 
 
+def place_of(module: str) -> str:
+    """The name in LAYERS of a module of a package: its folder or file."""
+    _, place, _, part, *_ = [*module.split("."), "", "", ""]
+    return PARTS_OF_STUDIES.get(part, place) if place == "studies" else place
+
+
 def imports_from_above(path: Path) -> Iterator[str]:
     """Imports from folders of the same package that do not stand on an earlier line of LAYERS."""
-    package, own, *inner = path.relative_to(PROJECT).with_suffix("").parts
+    parts = path.relative_to(PROJECT).with_suffix("").parts
+    package, own, inner = parts[0], place_of(".".join(parts)), parts[2:]
     layers = {name: layer for layer, names in enumerate(LAYERS[package]) for name in names}
     if own not in layers:
         if inner:  # else __init__, __main__
             yield f"{package}/{own} has no place in LAYERS"
         return
     for module, _, _ in imports(path):
-        other_package, _, rest = module.partition(".")
-        other = rest.partition(".")[0]
+        other_package, other = module.partition(".")[0], place_of(module)
         if other_package != package or other in ("", own):
             continue
         if other not in layers:

@@ -10,11 +10,11 @@ import pytest
 from pipeline_support import ground_scene, shroud, to_toml, write_ground_model
 
 from pipeline import run_scene
-from pipeline.figures.backbone_figure import backbone_figure
-from pipeline.report.backbone import backbone_section
 from pipeline.results.results import Results
-from pipeline.studies.backbone.backbone_result import BackboneResult
-from pipeline.studies.backbone.backbone_study import BackboneStudy
+from pipeline.studies.backbone.figure import backbone_figure
+from pipeline.studies.backbone.report import backbone_section
+from pipeline.studies.backbone.result import BackboneResult
+from pipeline.studies.backbone.study import BackboneStudy
 from pipeline.studies.plain import plain, restored
 
 

@@ -50,7 +50,7 @@ DATA = [
     path.relative_to(REPOSITORY).as_posix()
     for package in PACKAGES
     for path in sorted((REPOSITORY / package).rglob("*"))
-    if path.is_file() and path.suffix != ".py" and "__pycache__" not in path.parts
+    if path.is_file() and path.suffix not in (".py", ".typed") and "__pycache__" not in path.parts
 ]
 FILES = [path for package in PACKAGES for path in sorted((REPOSITORY / package).rglob("*.py"))]
 

@@ -11,11 +11,11 @@ from map_support import DAMPING, FORCE, KT, STIFFNESS, exact_point, one_mass, pe
 from pipeline_support import shroud, write_scene
 
 from pipeline import run_scene
-from pipeline.report.map_section import map_section
 from pipeline.results.results import Results, read_results
+from pipeline.studies.map.grid import FREE, SEPARATING, SLIPPING, STUCK
+from pipeline.studies.map.report import map_section
+from pipeline.studies.map.result import WorstMotionMap
 from pipeline.studies.plain import restored
-from pipeline.studies.worst_motion_map.map_point import FREE, SEPARATING, SLIPPING, STUCK
-from pipeline.studies.worst_motion_map.map_result import WorstMotionMap
 from rom import write_reduced_model
 
 LOAD, FRICTION, GAP, EXCITATION = "contact.preload", "contact.friction", "contact.interference", "excitation.force"

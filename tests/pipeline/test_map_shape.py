@@ -8,17 +8,18 @@ import pytest
 from map_support import exact_point, peak
 from matplotlib.tri import LinearTriInterpolator, Triangulation
 
-from pipeline.figures.map_contours import MapShape, draw_contours, levels_of
-from pipeline.figures.map_figure import map_figure
 from pipeline.figures.style import styled, subplots
-from pipeline.studies.worst_motion_map.basin import cell_areas
-from pipeline.studies.worst_motion_map.continuity import continue_each_other
-from pipeline.studies.worst_motion_map.lattice import circumcentres, triangulated
-from pipeline.studies.worst_motion_map.map_grid import MapAxis, MapGrid, even_in_logarithm, spaced
-from pipeline.studies.worst_motion_map.map_point import SLIPPING, STUCK, MapPoint
-from pipeline.studies.worst_motion_map.map_result import WorstMotionMap, worst_motion_map
-from pipeline.studies.worst_motion_map.map_study import conclusion
-from pipeline.studies.worst_motion_map.refinement import base_cells, missing_places, refined
+from pipeline.studies.map.figure import MapShape, draw_contours, levels_of, map_figure
+from pipeline.studies.map.grid import SLIPPING, STUCK, MapAxis, MapGrid, MapPoint, even_in_logarithm, spaced
+from pipeline.studies.map.result import (
+    WorstMotionMap,
+    cell_areas,
+    circumcentres,
+    continue_each_other,
+    triangulated,
+    worst_motion_map,
+)
+from pipeline.studies.map.study import base_cells, conclusion, missing_places, refined
 
 X, Y = "contact.interference", "contact.friction"
 

@@ -10,12 +10,11 @@ import pytest
 from pipeline_support import shroud, small_scene, to_toml, write_scene
 
 from pipeline import run_scene
-from pipeline.figures.mistuning_figure import mistuning_figure
-from pipeline.report.mistuning import mistuning_section
 from pipeline.results.results import Results
-from pipeline.studies.mistuning.factor_quantiles import factor_quantiles
-from pipeline.studies.mistuning.mistuning_result import MistuningResult
-from pipeline.studies.mistuning.mistuning_study import MistuningStudy
+from pipeline.studies.mistuning.figure import mistuning_figure
+from pipeline.studies.mistuning.report import mistuning_section
+from pipeline.studies.mistuning.result import MistuningResult
+from pipeline.studies.mistuning.study import MistuningStudy, factor_quantiles
 from pipeline.studies.plain import plain, restored
 from rom import ReducedModel, write_reduced_model
 

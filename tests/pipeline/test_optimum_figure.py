@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from nonlinear import Optimum, PeakCurve, PerformanceCurve, SolvedResponse, WorstEnvelope
-from pipeline.figures.optimum_figure import optimum_figure
 from pipeline.figures.performance_figure import MULTIPLES, performance_figure
-from pipeline.report.optimum import optimum_section
-from pipeline.studies.optimum.optimum_result import OptimumResult, Trial
+from pipeline.studies.optimum.figure import optimum_figure
+from pipeline.studies.optimum.report import optimum_section
+from pipeline.studies.optimum.result import OptimumResult, Trial
 
 BEST = math.pi / 2.0  # r / F of the lowest peak of a mass on a slider, X = r^2 / (r - pi/4 F)
 

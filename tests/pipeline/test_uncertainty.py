@@ -14,17 +14,15 @@ from scipy import stats
 
 from pipeline import run_scene
 from pipeline.figures.style import styled
-from pipeline.figures.uncertainty_figure import uncertainty_figure
-from pipeline.report.uncertainty import uncertainty_section
-from pipeline.scene.marginal import Marginal
 from pipeline.studies.plain import plain, restored
-from pipeline.studies.uncertainty.polynomial_chaos import polynomial_chaos
-from pipeline.studies.uncertainty.quantiles import exceedance, quantile
+from pipeline.studies.uncertainty.figure import uncertainty_figure
+from pipeline.studies.uncertainty.quantiles import exceedance, mixed_values, quantile, sampled_values
 from pipeline.studies.uncertainty.remarks import headline, remarks_on
-from pipeline.studies.uncertainty.samples import mixed_values, sampled_values
-from pipeline.studies.uncertainty.sobol_indices import sobol_indices
-from pipeline.studies.uncertainty.uncertainty_result import UncertaintyResult
-from pipeline.studies.uncertainty.uncertainty_study import _without_derivative
+from pipeline.studies.uncertainty.report import uncertainty_section
+from pipeline.studies.uncertainty.result import UncertaintyResult
+from pipeline.studies.uncertainty.section import Marginal
+from pipeline.studies.uncertainty.sensitivities import polynomial_chaos, sobol_indices
+from pipeline.studies.uncertainty.study import _without_derivative
 from rom import ReducedModel, write_reduced_model
 
 FRICTION = {"key": "contact.friction", "distribution": "normal", "deviation": 0.05}

@@ -11,10 +11,10 @@ from nonlinear import ContactError, JointOptimum, Optimum, find_joint_optimum, f
 from pipeline.errors import InputError
 from pipeline.results.worst import number_error
 from pipeline.scene.key_values import WHOLE_FACE, as_in_scene
-from pipeline.scene.optimum_checks import PLACE, SOLVER_KEYS
 from pipeline.stages.scene_to_solver import nonlinear_problem
 from pipeline.stages.stored_curve import read_curve
-from pipeline.studies.optimum.optimum_result import Trial
+from pipeline.studies.optimum.checks import PLACE, SOLVER_KEYS
+from pipeline.studies.optimum.result import Trial
 from pipeline.studies.study import StudyContext, StudyError
 
 if TYPE_CHECKING:

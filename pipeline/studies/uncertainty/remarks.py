@@ -11,7 +11,7 @@ from pipeline.scene.labels import prefixed
 from pipeline.studies.uncertainty.quantiles import LEVELS, Estimate
 
 if TYPE_CHECKING:
-    from pipeline.studies.uncertainty.uncertainty_result import UncertaintyResult
+    from pipeline.studies.uncertainty.result import UncertaintyResult
 
 MISSED = 0.1  # share of the variance that a polynomial may miss for its indices to be more than rough
 CLOSE = 0.01  # the same, for its quantiles to be given beside those of the samples

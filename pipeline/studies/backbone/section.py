@@ -1,0 +1,51 @@
+"""Section [backbone] of a scene: nonlinear modes, their resonances beside the peaks of the curves."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from pipeline.scene.fields import Number, StudyKeys, Whole, key
+
+MODES = "a list of 1 to 20 different whole numbers, 1 to 1000"
+DIAMETERS = "a list of 1 to 20 different whole numbers, 0 to 100000"
+AMPLITUDES = "a list of two numbers, 1e-12 to 1000, the second above the first"
+Amplitude = Annotated[Number, Field(ge=1e-12, le=1e3)]
+Curves = Annotated[tuple[Annotated[Whole, Field(ge=0)], ...], Field(min_length=1, max_length=100)]
+
+
+class Backbone(StudyKeys):
+    """[backbone]: frequency and damping of nonlinear modes over amplitude. Not computed without this section."""
+
+    modes: Annotated[tuple[Annotated[Whole, Field(ge=1, le=1000)], ...], Field(min_length=1, max_length=20)] = key(
+        "numbers of the modes, 1 is the lowest at the smallest amplitude", MODES, (1,)
+    )
+    nodal_diameters: (
+        Annotated[tuple[Annotated[Whole, Field(ge=0, le=100000)], ...], Field(min_length=1, max_length=20)] | None
+    ) = key("nodal diameters of the modes; none: the engine order of each curve", DIAMETERS, None)
+    amplitudes: tuple[Amplitude, Amplitude] | None = key(
+        "smallest and largest amplitude of the default output, m; none: from a tenth of the peak of a curve, or of "
+        "its lowest branch, to 1.5 times its highest motion",
+        AMPLITUDES,
+        None,
+    )
+    curves: Literal["all"] | Curves = key(
+        '"all" (of more than 24 those with the highest and the lowest worst motion), or the numbers of curves from 0',
+        '"all" or a list of 1 to 100 numbers of curves, the first is 0',
+        "all",
+    )
+    damping: Literal["first_harmonic", "all_harmonics"] = key(
+        'harmonics in which a negative damping makes up for what is dissipated: "first_harmonic", whose resonances '
+        'are nearest to traced peaks, or "all_harmonics", the published definition (Krack 2015)',
+        '"first_harmonic" or "all_harmonics"',
+        "first_harmonic",
+    )
+    tolerance: Number = key(
+        "relative deviation of a resonance from the traced peak above which reasons are given: of the amplitude, or "
+        "four times that of the frequency",
+        "a number, 1e-6 to 1",
+        0.02,
+        ge=1e-6,
+        le=1.0,
+    )

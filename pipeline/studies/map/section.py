@@ -1,0 +1,55 @@
+"""Section [map] of a scene: two keys, over a grid of which the worst motion is mapped."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+from pydantic import Field, field_validator
+
+from pipeline.scene.fields import Number, StudyKeys, Whole, key
+
+OVER = (
+    "a table of two dotted keys, each with [low, high] or with three to 200 ascending numbers, which are the values "
+    "themselves"
+)
+COUNT = "a whole number, 3 to 200, or two of them, one for each key"
+LOGARITHMIC = "a list of keys of `over` whose numbers are above 0"
+Count = Annotated[Whole, Field(ge=3, le=200)]
+Values = Annotated[tuple[Number, ...], Field(min_length=2, max_length=200)]
+
+
+class Map(StudyKeys):
+    """[map]: worst motion over two keys. Not computed unless this section is there."""
+
+    over: Annotated[dict[str, Values], Field(min_length=2, max_length=2)] = key(
+        "the two keys of the scene, columns first, with their range or their values", OVER
+    )
+    values: Count | tuple[Count, Count] = key("number of values of each range", COUNT, 15)
+    logarithmic: tuple[str, ...] = key("keys whose range is divided evenly in its logarithm", LOGARITHMIC, ())
+    refine: Whole = key(
+        "how often cells of the grid are halved where the worst motion changes",
+        "a whole number, 0 to 4",
+        0,
+        ge=0,
+        le=4,
+    )
+    tolerance: Number = key(
+        "relative error of the interpolated amplitude above which a cell is halved",
+        "a number from 0.001 to 1",
+        0.05,
+        ge=0.001,
+        le=1.0,
+    )
+
+    @field_validator("over", mode="before")
+    @classmethod
+    def _dotted(cls, value: Any) -> Any:
+        """Keys as dotted keys, also where they stand in tables such as [map.over.contact]."""
+        if not isinstance(value, Mapping):
+            return value
+        found: dict[str, Any] = {}
+        for name, item in value.items():
+            nested = isinstance(item, Mapping)
+            found |= {f"{name}.{last}": each for last, each in item.items()} if nested else {name: item}
+        return found

@@ -1,0 +1,78 @@
+"""Checks of [optimum] beyond the schema: keys that are numbers of this scene, ranges that rise and are allowed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from pipeline.errors import InputError, input_error, shown, shown_key
+from pipeline.scene.reading import IGNORED_WITH_MODEL, SceneFile
+from pipeline.scene.sweep import SWEPT_KEYS, takes_fractions
+from pipeline.scene.validation_errors import unknown_key
+from pipeline.studies.optimum.section import Range
+
+PLACE = "optimum.over"
+SOLVER_KEYS = {  # key of a scene -> parameter of the solver, over which peaks are followed
+    "contact.interference": "interference",
+    "contact.friction": "friction",
+    "contact.normal_stiffness": "normal_stiffness",
+    "contact.tangential_stiffness": "tangential_stiffness",
+    "contact.preload": "preload",
+    "excitation.force": "force",
+    "response.damping_ratio": "damping",
+}
+_DESIGN = ("blade", "shroud", "material")  # sections whose numbers can be optimised
+OPTIMISED_KEYS = (
+    *SOLVER_KEYS,
+    *(key for key in SWEPT_KEYS if key.partition(".")[0] in _DESIGN and takes_fractions(key)),
+    "load.speed_rpm",
+)
+LEAST_RANGE = 1e-9  # width of a range relative to its ends
+
+
+def unfit_optimum_keys(file: SceneFile, given_model: bool = False) -> Iterator[InputError]:
+    """Keys of [optimum] that do not fit the rest of a scene, and ranges that are not allowed."""
+    from pipeline.scene.given_in_python import derived_member
+
+    section = file.first.optimum
+    if section is None:
+        return
+    for key, (low, high) in section.ranges.items():
+        error = _unfit_key(file, key, given_model) or _unfit_range(file, key, (low, high))
+        if error is not None:
+            yield error
+            continue
+        for end in (low, high):
+            try:
+                derived_member(file, {key: end}, PLACE, given_model)
+            except InputError as refused:
+                yield refused
+                break
+
+
+def _unfit_key(file: SceneFile, key: str, given_model: bool) -> InputError | None:
+    """The error of a key that is unknown, no number, or not of this scene."""
+    place = f"{PLACE}.{shown_key(key)}"
+    if key not in OPTIMISED_KEYS:
+        if key not in SWEPT_KEYS:
+            return unknown_key(file.path, key, OPTIMISED_KEYS, PLACE)
+        return input_error(file.path, place, "not a design parameter", ", ".join(OPTIMISED_KEYS))
+    section = key.partition(".")[0]
+    if given_model and section in IGNORED_WITH_MODEL:
+        allowed = "keys of contact, excitation and response"
+        return input_error(file.path, place, "has no effect on a given reduced model", allowed)
+    if section in _DESIGN and getattr(file.first, section) is None:
+        return input_error(file.path, place, f"the scene has no [{section}]", "keys of sections that it has")
+    damping, rayleigh = file.first.response.damping_ratio, file.first.response.rayleigh
+    if key == "response.damping_ratio" and not isinstance(damping, float):
+        found = "rayleigh is given" if rayleigh else "a list mode by mode"
+        return input_error(file.path, place, found, "a scene whose response.damping_ratio is one number")
+    return None
+
+
+def _unfit_range(file: SceneFile, key: str, limits: Range) -> InputError | None:
+    """The error of a range that does not rise, or is too narrow to search."""
+    low, high = limits
+    if not high - low > LEAST_RANGE * max(abs(low), abs(high)):
+        allowed = "two numbers, the second above the first"
+        return input_error(file.path, f"{PLACE}.{shown_key(key)}", shown([low, high]), allowed)
+    return None

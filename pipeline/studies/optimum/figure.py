@@ -1,0 +1,287 @@
+"""The worst motion over a parameter: peaks, envelope, frequency, the optimum; derivatives by all parameters."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipeline.figures.data import SweepKey
+from pipeline.figures.style import DISTINCT, LOG_FROM, plain_log_labels, scale, subplots, write_heading
+from pipeline.scene.labels import quantity
+from pipeline.studies.optimum.checks import SOLVER_KEYS
+from pipeline.studies.optimum.section import OBJECTIVES
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from nonlinear import PeakCurve, SolvedResponse, WorstEnvelope
+    from pipeline.studies.optimum.result import OptimumResult
+
+
+@dataclass(frozen=True)
+class OptimumCurves:
+    """The worst motion over one key; values in the unit of the key."""
+
+    key: str  # dotted key
+    envelope: WorstEnvelope  # the worst motion
+    peaks: tuple[PeakCurve, ...]  # the peaks followed
+    responses: tuple[SolvedResponse, ...]  # the responses solved
+    # relative derivatives of the worst motion at the optimum by dotted keys, in % per %; those of parameters that are
+    # 0 are left out, and all where it is no followed peak
+    elasticities: Mapping[str, float]
+
+
+def optimum_curves(result: OptimumResult) -> OptimumCurves | None:
+    """What there is to show of an optimum; None where no peaks were followed."""
+    found, factor = result.search, result.per_unit
+    if found is None:
+        return None
+    return OptimumCurves(
+        key=next(key for key, name in SOLVER_KEYS.items() if name == found.name),
+        envelope=replace(found.envelope, value=found.envelope.value * factor),
+        peaks=tuple(replace(each, value=each.value * factor, slope=each.slope / factor) for each in found.curves),
+        responses=tuple(replace(each, value=each.value * factor) for each in found.responses),
+        elasticities=elasticities_of(result),
+    )
+
+
+def elasticities_of(result: OptimumResult) -> dict[str, float]:
+    """Relative derivatives of the worst motion by dotted keys, in % per %, without parameters that are 0."""
+    found = result.search if result.search is not None else result.joint
+    keys = {name: key for key, name in SOLVER_KEYS.items()}
+    return {} if found is None else {keys[name]: size for name, size in found.elasticities.items() if size != 0.0}
+
+
+Array = NDArray[np.float64]
+
+KINDS = {
+    "smooth": "smooth minimum",
+    "kink": "kink, two peaks exchange",
+    "jump": "beside a jump",
+    "sampled": "lowest of the responses solved",
+    "edge": "end of the range",
+    "flat": "flat",
+}
+DECADES_FROM = 20.0  # ratio of the ends of the range above which the parameter has a logarithmic axis
+HEADROOM = 1.35  # of a logarithmic axis above the highest worst motion
+JUMP, VISIBLE = 5.0, 0.004  # a jump of the frequency: beside its neighbours, and beside the frequency
+SMALL = 5e-3  # a logarithmic derivative that counts as none
+_NAMES = {
+    "contact.interference": "interference",
+    "contact.normal_stiffness": "normal\nstiffness",
+    "contact.tangential_stiffness": "tangential\nstiffness",
+    "contact.friction": "friction",
+    "response.damping_ratio": "damping",
+}
+_PEAKS: dict[str, dict[str, Any]] = {
+    "followed peak, stable": {"color": "0.45", "linewidth": 0.9},
+    "followed peak, unstable": {"color": "0.45", "linewidth": 0.9, "linestyle": (0, (4, 2))},
+    "followed peak, stability not computed": {"color": "0.7", "linewidth": 0.9, "linestyle": (0, (1, 1.5))},
+}
+_ENVELOPE: dict[str, dict[str, Any]] = {
+    "followed": {"color": DISTINCT[0], "linewidth": 2.6, "zorder": 3, "label": "worst motion"},
+    "responses": {
+        "color": DISTINCT[4],
+        "linewidth": 2.6,
+        "zorder": 3,
+        "label": "worst motion, between responses",
+    },
+    "open": {
+        "color": DISTINCT[4],
+        "linewidth": 2.2,
+        "linestyle": (0, (1, 0.8)),
+        "zorder": 3,
+        "label": "left open: highest solution",
+    },
+}
+_RESPONSE: dict[str, Any] = {
+    "color": DISTINCT[0],
+    "markerfacecolor": "white",
+    "markersize": 5,
+    "linestyle": "none",
+    "zorder": 4,
+    "clip_on": False,
+}
+_MARK: dict[str, Any] = {"markeredgecolor": "white", "markeredgewidth": 0.8, "linestyle": "none", "zorder": 6}
+_OPTIMUM: dict[str, Any] = {**_MARK, "marker": "*", "markersize": 15, "color": DISTINCT[1], "clip_on": False}
+_OWN: dict[str, Any] = {**_MARK, "marker": "D", "markersize": 7, "color": DISTINCT[3], "clip_on": False}
+_RANGE: dict[str, Any] = {"color": DISTINCT[2], "alpha": 0.13, "linewidth": 0.0, "zorder": 0}
+
+
+def optimum_figure(result: OptimumResult, title: str) -> Figure | None:
+    """The figure of the study: the worst motion over one key, or the values tried of several."""
+    curves = optimum_curves(result)
+    if curves is not None:
+        return curves_figure(result, curves, title)
+    return trials_figure(result, title) if result.trials else None
+
+
+def curves_figure(result: OptimumResult, curves: OptimumCurves, title: str) -> Figure:
+    """Amplitude and frequency of the worst motion over a key; beside them the logarithmic derivatives."""
+    figure, axes = subplots(2, 2, size=(10.4, 6.2), sharex="col")
+    upper, lower, grid = axes[0, 0], axes[1, 0], axes[0, 0].get_gridspec()
+    grid.set_width_ratios((2.5, 1.0))
+    grid.set_height_ratios((1.7, 1.0))
+    for unused in axes[:, 1]:
+        unused.remove()
+    factor, unit = scale(curves.envelope.amplitude_m, "m")
+    at = quantity(curves.key).factor
+    for panel, name, size in ((upper, "amplitude_m", factor), (lower, "frequency_hz", 1.0)):
+        _draw_peaks(panel, curves, name, at, size)
+        _draw_envelope(panel, curves.envelope, name, at, size)
+        _draw_responses(panel, curves, name, at, size)
+        draw_marks(panel, result, curves.key, name, size)
+    _set_axes(upper, lower, curves.envelope, at, factor)
+    upper.set_ylabel(f"{OBJECTIVES[result.objective]} [{unit}]")
+    lower.set(xlabel=SweepKey(curves.key, ()).axis, ylabel="its frequency [Hz]")
+    if curves.elasticities:
+        draw_elasticities(figure.add_subplot(grid[:, 1]), curves.elasticities)
+    else:
+        grid.set_width_ratios((1.0, 1e-3))
+    figure.legend(*upper.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=9)
+    write_heading(figure, title)
+    return figure
+
+
+def _draw_peaks(axes: Axes, curves: OptimumCurves, name: str, at: float, size: float) -> None:
+    """Thin lines of the followed peaks by their stability."""
+    for curve in curves.peaks:
+        known = np.isfinite(curve.growth_rate)
+        masks = (known & curve.stable, known & ~curve.stable, ~known)
+        for (label, look), mask in zip(_PEAKS.items(), masks, strict=True):
+            if mask.any():
+                shown = np.where(_with_neighbours(mask), getattr(curve, name), np.nan)
+                axes.plot(curve.value * at, shown * size, **look, label=_new(axes, label))
+
+
+def _with_neighbours(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Points of a mask and the next one after each stretch, so that lines have no gaps."""
+    return mask | np.r_[False, mask[:-1]]
+
+
+def _new(axes: Axes, label: str) -> str | None:
+    return None if label in axes.get_legend_handles_labels()[1] else label
+
+
+def _draw_envelope(axes: Axes, envelope: WorstEnvelope, name: str, at: float, size: float) -> None:
+    """Thick lines of the worst motion by where it comes from, open at its jumps."""
+    values = getattr(envelope, name).astype(float) * size
+    for source, look in _ENVELOPE.items():
+        mask = envelope.source == source
+        if mask.any() and (source, name) != ("open", "frequency_hz"):  # the frequency is that of the motion found
+            heights = _without_jumps(envelope, np.where(_with_neighbours(mask), values, np.nan), name)
+            axes.plot(envelope.value * at, heights, **look, solid_capstyle="butt")
+
+
+def _without_jumps(envelope: WorstEnvelope, values: Array, name: str) -> Array:
+    """A gap where the worst motion jumps; in the frequency also where two peaks exchange."""
+    jumps = np.diff(envelope.value) == 0.0
+    if name == "frequency_hz":
+        steps = np.abs(np.diff(values))
+        beside = np.fmax(np.r_[0.0, steps[:-1]], np.r_[steps[1:], 0.0])
+        with np.errstate(invalid="ignore"):
+            jumps |= steps > np.fmax(JUMP * beside, VISIBLE * float(np.nanmax(values, initial=0.0)))
+    places = np.flatnonzero(jumps)
+    drawn = values.copy()
+    drawn[places + 1] = np.nan
+    return drawn
+
+
+def _draw_responses(axes: Axes, curves: OptimumCurves, name: str, at: float, size: float) -> None:
+    """Dots; triangles where the worst motion may be higher than found."""
+    for is_open, marker, label in ((False, "o", "response solved"), (True, "^", "response solved, may be higher")):
+        chosen = [each for each in curves.responses if bool(each.unresolved) == is_open]
+        if chosen:
+            heights = [getattr(each, name) * size for each in chosen]
+            axes.plot([each.value * at for each in chosen], heights, marker=marker, label=label, **_RESPONSE)
+
+
+def draw_marks(axes: Axes, result: OptimumResult, key: str, name: str, size: float, others: bool = True) -> None:
+    """The range within 10 %, the scene's own value and the optimum."""
+    named = quantity(key)
+    at = named.factor
+    if key in result.within:
+        low, high = (edge * at for edge in result.within[key])
+        said = f"at most 10 % higher: {low:.4g} to {high:.4g} {named.unit}".rstrip()
+        axes.axvspan(low, high, label=said, **_RANGE)
+    own, (low, high) = result.base.values.get(key, math.nan), result.ranges[key]
+    if low <= own <= high and math.isfinite(result.base.amplitude_m) and not (others and len(result.values) > 1):
+        label = f"the scene's value, {own * at:.4g} {named.unit}".rstrip()
+        axes.plot(own * at, getattr(result.base, name) * size, label=label, **_OWN)
+    value = f"{result.values[key] * at:.4g} {named.unit}".rstrip()
+    label = f"optimum, {value} ({KINDS.get(result.kind, result.kind)})"
+    axes.plot(result.values[key] * at, getattr(result, name) * size, label=label, **_OPTIMUM)
+
+
+def _set_axes(upper: Axes, lower: Axes, envelope: WorstEnvelope, at: float, factor: float) -> None:
+    low, high = float(envelope.value[0]) * at, float(envelope.value[-1]) * at
+    if low > 0.0 and high > DECADES_FROM * low:
+        lower.set_xscale("log")
+        plain_log_labels(lower.xaxis)
+    lower.set_xlim(low, high)
+    least, largest = (float(edge(envelope.amplitude_m)) * factor for edge in (np.nanmin, np.nanmax))
+    if largest > LOG_FROM * least > 0.0:
+        upper.set_yscale("log")
+        plain_log_labels(upper.yaxis)
+        upper.set_ylim(least / HEADROOM**2, largest * HEADROOM)
+    else:
+        upper.set_ylim(0.0, 1.08 * largest)
+    first, last = (float(edge(envelope.frequency_hz)) for edge in (np.nanmin, np.nanmax))
+    room = max(0.08 * (last - first), VISIBLE * last)
+    lower.set_ylim(first - room, last + room)
+
+
+def draw_elasticities(axes: Axes, elasticities: Mapping[str, float]) -> None:
+    """Horizontal bars of the logarithmic derivatives, the largest on top, with their sizes beside them."""
+    ranked = sorted(elasticities.items(), key=lambda item: abs(item[1]))
+    sizes = np.array([size for _, size in ranked])
+    keys = [key for key, _ in ranked]
+    axes.barh(range(len(ranked)), sizes, color=[DISTINCT[1] if size > 0.0 else DISTINCT[0] for size in sizes])
+    axes.set_yticks(range(len(ranked)), [_NAMES.get(key) or quantity(key).symbol for key in keys])
+    axes.tick_params(axis="y", length=0.0)
+    axes.spines["left"].set_visible(False)
+    axes.axvline(0.0, color="0.0", linewidth=0.8)
+    axes.grid(visible=False, axis="y")
+    for place, size in enumerate(sizes):
+        side = 1.0 if size >= 0.0 else -1.0
+        look: dict[str, Any] = {"va": "center", "ha": "left" if side > 0.0 else "right", "fontsize": 8.5}
+        text = f"{size:+.2f}".replace("-", "\u2212") if abs(size) >= SMALL else "0"
+        axes.annotate(text, (size, place), (4.0 * side, 0.0), textcoords="offset points", **look)
+    largest = float(np.abs(sizes).max(initial=SMALL))
+    below, above = ((1.5 if side.any() else 0.15) * largest for side in (sizes < -SMALL, sizes > SMALL))
+    axes.set_xlim(-below, above)
+    axes.set_xlabel("change of the worst motion in %\nper % of each parameter")
+
+
+def trials_figure(result: OptimumResult, title: str) -> Figure:
+    """The worst motion with the values that were tried, over each of the keys."""
+    keys = list(result.values)
+    figure, axes = subplots(1, len(keys), size=(4.6 * len(keys) + 1.4, 4.6), sharey="row", squeeze=False)
+    known = [trial for trial in result.trials if math.isfinite(trial.amplitude_m)]
+    factor, unit = scale([trial.amplitude_m for trial in known], "m")
+    heights = np.array([trial.amplitude_m for trial in known]) * factor
+    for key, panel in zip(keys, axes[0], strict=True):
+        at, named = quantity(key).factor, quantity(key)
+        places = np.array([trial.values[key] for trial in known]) * at
+        is_open = np.array([bool(trial.unresolved) or trial.motion == "peak" for trial in known])
+        for mask, marker, label in ((~is_open, "o", "values tried"), (is_open, "^", "values tried, may be higher")):
+            if mask.any():
+                panel.plot(places[mask], heights[mask], marker=marker, label=label, **_RESPONSE)
+        draw_marks(panel, result, key, "amplitude_m", factor, others=False)
+        panel.set_xlabel(named.axis() if len(keys) > 1 else SweepKey(key, ()).axis)
+        panel.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), fontsize=8.5)
+    first = axes[0, 0]
+    first.set_ylabel(f"{OBJECTIVES[result.objective]} [{unit}]")
+    if heights.max(initial=0.0) > LOG_FROM * heights.min(initial=math.inf):
+        first.set_yscale("log")
+        plain_log_labels(first.yaxis)
+    else:
+        first.set_ylim(bottom=0.0)
+    write_heading(figure, title)
+    return figure

@@ -1,0 +1,111 @@
+"""Section of the page about an optimum: what to choose, how much better it is, how flat; picture and table."""
+
+from __future__ import annotations
+
+import math
+
+from pipeline.results.worst import truncation_mark, with_unit
+from pipeline.scene.labels import quantity, value_label
+from pipeline.studies.optimum.figure import elasticities_of
+from pipeline.studies.optimum.result import OptimumResult
+from pipeline.studies.optimum.section import OBJECTIVES
+from pipeline.studies.registry import StudySection
+
+CAPTION = (
+    "Height and frequency of the worst motion over the parameter. Thin: followed peaks, dashed where "
+    "they are unstable. Dotted: the search left open what the ring does there, the highest solution counts. Circles: "
+    "responses solved with all options; triangles: the worst motion may be higher. Shaded: at most 10 % higher than "
+    "at the optimum. Bars: change of the worst motion in % where a parameter grows by 1 %."
+)
+TRIED = "Height of the worst motion with the values tried, over each of the keys."
+HEADINGS = ("key", "optimum", "scene", "range searched", "at most 10 % higher", "% for 1 %")
+KINDS = {
+    "smooth": "The minimum is smooth",
+    "kink": "Two peaks exchange there: the worst motion rises on both sides at once",
+    "jump": "It lies beside a jump: on one side of it a much higher motion persists",
+    "sampled": "No stable peak could be followed there: it is the lowest of the responses solved",
+    "edge": "There is no minimum inside the range: it is lowest at an end",
+    "flat": "The parameter hardly changes the worst motion",
+}
+NONE = 5e-4  # % for 1 % that count as none
+ALIKE = 1.02  # ratio of two amplitudes that are said to be the same
+
+
+def optimum_section(result: OptimumResult) -> StudySection:
+    """Conclusion, caption and table of an optimum."""
+    return StudySection(
+        heading="Optimum",
+        conclusion=tuple(filter(None, (_choice(result), _sharpness(result), _remarks(result)))),
+        caption=CAPTION if result.search is not None else TRIED,
+        headings=HEADINGS,
+        rows=tuple(_rows(result)),
+    )
+
+
+def _choice(result: OptimumResult) -> str:
+    """What to choose, and how much better than the scene's own values it is."""
+    chosen = ", ".join(value_label(key, _rounded(value)) for key, value in result.values.items())
+    what = f"worst motion ({OBJECTIVES[result.objective]}) {with_unit(result.amplitude_m)}"
+    text = f"Choose {chosen}: {what} at {result.frequency_hz:.5g} Hz{truncation_mark(result.truncation_error)}"
+    if not math.isfinite(result.gain):
+        return f"{text}."
+    own = ", ".join(quantity(key).value(_rounded(value)) for key, value in result.base.values.items())
+    if result.gain < ALIKE:
+        return f"{text}; the scene's {own} is as good."
+    lower = f"{'at least ' * bool(result.base.unresolved)}{_times(result.gain)} lower"
+    return f"{text}, {lower} than with the scene's {own} ({with_unit(result.base.amplitude_m)})."
+
+
+def _times(ratio: float) -> str:
+    return f"{ratio:.3g} times" if ratio >= 2.0 else f"{100.0 * (1.0 - 1.0 / ratio):.2g} %"
+
+
+def _sharpness(result: OptimumResult) -> str:
+    """How flat it is."""
+    kind = KINDS.get(result.kind, "")
+    ranges = [f"{_range(key, edges)}" for key, edges in result.within.items() if all(map(math.isfinite, edges))]
+    within = f"at most 10 % higher with {', '.join(ranges)}" if ranges else ""
+    said = "; ".join(filter(None, (kind, within)))
+    return f"{said[:1].upper()}{said[1:]}." if said else ""
+
+
+def _remarks(result: OptimumResult) -> str:
+    """What was searched and left open."""
+    return "".join(f"{remark[:1].upper()}{remark[1:].rstrip('.')}. " for remark in result.remarks).rstrip()
+
+
+def _range(key: str, edges: tuple[float, float]) -> str:
+    named = quantity(key)
+    low, high = (f"{edge * named.factor:.4g}" for edge in edges)
+    return f"{named.symbol} from {low} to {high} {named.unit}".rstrip()
+
+
+def _rows(result: OptimumResult) -> list[tuple[str, ...]]:
+    """The keys that were varied, then the other parameters by the size of their influence."""
+    influence = elasticities_of(result)
+    rows: list[tuple[str, ...]] = []
+    for key, value in result.values.items():
+        own = quantity(key).value(_rounded(result.base.values[key])) if key in result.base.values else "-"
+        searched, within = (_edges(key, table.get(key)) for table in (result.ranges, result.within))
+        rows.append(
+            (key, quantity(key).value(_rounded(value)), own, searched, within, _size(influence.pop(key, None)))
+        )
+    others = sorted(influence.items(), key=lambda item: -abs(item[1]))
+    return rows + [(key, "-", "-", "-", "-", _size(size)) for key, size in others]
+
+
+def _edges(key: str, edges: tuple[float, float] | None) -> str:
+    if edges is None or not all(map(math.isfinite, edges)):
+        return "-"
+    named = quantity(key)
+    return f"{edges[0] * named.factor:.4g} to {edges[1] * named.factor:.4g} {named.unit}".rstrip()
+
+
+def _size(elasticity: float | None) -> str:
+    if elasticity is None or not math.isfinite(elasticity):
+        return "-"
+    return "0" if abs(elasticity) < NONE else f"{elasticity:+.3f}".replace("-", "\u2212")
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.4g}")
