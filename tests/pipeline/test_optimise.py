@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pipeline.studies.optimum.optimum_study import TOLERANCE, Point, UnitSearch
 from pipeline_support import shroud, small_scene, write_scene
 
 from pipeline import run_scene
 from pipeline.results.results import Results
+from pipeline.studies.optimum.study import TOLERANCE, Point, UnitSearch
 from rom import ReducedModel, write_reduced_model
 
 QUICK = {"detached": False, "truncation": False, "time_integration": False, "stability": "wave"}

@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 from nonlinear import JointOptimum, Optimum
 from pipeline.results.worst import END_MARK, truncation_mark
 from pipeline.scene.labels import prefixed, quantity
-from pipeline.scene.optimum_section import OBJECTIVES
 from pipeline.scene.units import key_unit
+from pipeline.studies.optimum.section import OBJECTIVES
 
 KINDS = {
     "smooth": "smooth minimum",

@@ -20,6 +20,7 @@ from nonlinear import NO_PEAK, JointOptimum, Optimum
 from pipeline.process.progress import seconds_since
 from pipeline.scene.key_values import key_value
 from pipeline.stages.scene_to_solver import face_area, resolved_contact
+from pipeline.studies.optimum.checks import SOLVER_KEYS
 from pipeline.studies.optimum.result import OptimumResult, Trial, message_of, result_lines
 from pipeline.studies.optimum.trials import CurveTrials, FollowedPeaks, objective_of, per_unit, trial_of
 from pipeline.studies.study import StudyContext, StudyError

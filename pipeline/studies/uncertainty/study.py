@@ -15,6 +15,7 @@ from pipeline.results.worst import number_error
 from pipeline.scene.key_values import as_in_scene, key_value
 from pipeline.scene.schema import Scene
 from pipeline.stages.respond import CurveResult
+from pipeline.studies.optimum.checks import SOLVER_KEYS
 from pipeline.studies.optimum.trials import per_unit
 from pipeline.studies.study import StudyError
 from pipeline.studies.uncertainty.quantiles import (
