@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipeline.errors import InputError, input_error, one_line, reason_of
 from pipeline.process.isolated_reading import read_apart, read_model
-from pipeline.results.outputs import number_or_null
 from pipeline.results.overview import MOST_ROWS, end_lines, statistics
 from pipeline.results.worst import END_MARK, truncation_mark
+from pipeline.stages.codec import plain
 from pipeline.stages.curve_summary import CurveSummary, read_summary
 from pipeline.stages.curve_table import TABLE, CurveTable, read_table
 
@@ -126,20 +125,15 @@ def _rows(table: CurveTable) -> Iterator[dict[str, Any]]:
     for number in range(len(table)):
         facts = table.summary_of(number)
         if facts is not None:
-            yield {"curve": str(number), "parameters": table.parameters_of(number), **_outcome(facts)}
-
-
-def _outcome(facts: CurveSummary) -> dict[str, Any]:
-    """A summary as values for JSON."""
-    return {key: number_or_null(value) if isinstance(value, float) else value for key, value in asdict(facts).items()}
+            yield {"curve": str(number), "parameters": table.parameters_of(number), **plain(facts)}
 
 
 def _curves(group: h5py.Group) -> Iterator[dict[str, Any]]:
     names = set(CurveSummary.__dataclass_fields__)
     for name in sorted(group, key=lambda n: (len(n), n)):
         attributes = group[name].attrs
-        values = {key: _plain(attributes[key]) for key in sorted(attributes) if key not in names}
-        yield {"curve": name, "parameters": values, **_outcome(read_summary(group[name]))}
+        values = {key: _value(attributes[key]) for key in sorted(attributes) if key not in names}
+        yield {"curve": name, "parameters": values, **plain(read_summary(group[name]))}
 
 
 def _curve_lines(curve: dict[str, Any]) -> Iterator[str]:
@@ -163,12 +157,9 @@ def _harmonics_said(curve: dict[str, Any]) -> str:
     return truncation_mark(math.nan if error is None else error)
 
 
-def _plain(value: Any) -> Any:
+def _value(attribute: Any) -> Any:
     """An attribute as a value for JSON."""
-    plain = value.tolist() if hasattr(value, "tolist") else value
-    if isinstance(plain, bytes):
-        return plain.decode("utf-8", errors="replace")
-    return number_or_null(plain) if isinstance(plain, float) else plain
+    return attribute.decode("utf-8", errors="replace") if isinstance(attribute, bytes) else plain(attribute)
 
 
 def _reduced_model(path: Path, model: ReducedModel) -> dict[str, Any]:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipeline.stages.code_fingerprint import code_fingerprint
+from pipeline.stages.codec import plain, restored
 from pipeline.stages.modal_truncation import HELD
 from pipeline.store.fingerprints import fingerprint
 
@@ -141,11 +142,12 @@ def stored_resonances(store: Store, reduced_model: str, scene: Scene, rom: Path 
     else:
         entry = store.get(KIND, key, lambda folder: _write(folder / FILE, rom, scene))
     values = [] if entry is None else json.loads(entry.file(FILE).read_text(encoding="utf-8"))
-    return [Resonance(**item) for item in values]
+    found: list[Resonance] = [restored(Resonance, item) for item in values]
+    return found
 
 
 def _write(path: Path, rom: Path, scene: Scene) -> None:
-    path.write_text(json.dumps([asdict(each) for each in resonances_of(rom, scene)]), encoding="utf-8")
+    path.write_text(json.dumps(plain(resonances_of(rom, scene))), encoding="utf-8")
 
 
 def resonances_of(rom: Path, scene: Scene) -> list[Resonance]:

@@ -13,8 +13,9 @@ from pipeline.results.frames import WHOLE, csv_names, number_columns, recorded_o
 from pipeline.results.run_folder import TABLE_HASH
 from pipeline.scene.units import column_name
 from pipeline.stages.code_fingerprint import code_fingerprint
+from pipeline.stages.codec import plain
 from pipeline.stages.curve_file import BRANCHES, cell_value
-from pipeline.stages.curve_summary import NO_RESIDUAL, NO_STATIC
+from pipeline.stages.curve_summary import NO_RESIDUAL, NO_STATIC, NO_WORST
 from pipeline.stages.curve_table import TABLE, CurveTable, write_table
 from pipeline.stages.respond import CurveResult
 from pipeline.stages.stored_curve import ADDED
@@ -181,31 +182,36 @@ def _rows(head: list[Any], branch: int, source: h5py.Group, names: Iterable[str]
         yield [*head, *row, branch]
 
 
+# Keys of an entry of `curves` in summary.json by name, and their values where there is no curve.
+_NUMBERS: dict[str, Any] = {
+    **dict.fromkeys(("peak_frequency_hz", "peak_amplitude_m", "energy_error")),
+    **dict.fromkeys(("truncation_error", "sampling_error", "sampling_frequency_error")),
+    **dict.fromkeys(("truncation_branch", "truncation_frequency_hz", "motion_truncation_error")),
+    "peak_at_end": False,
+    "points": 0,
+    "iterations": 0,
+    "seconds": 0.0,
+    "harmonics": 0,
+    "bifurcations": (),
+    "detached": (),
+    **{name: None for name in NO_WORST if name != "worst_index"},
+    "free_nodes": None,
+    **dict.fromkeys(NO_RESIDUAL),
+    **dict.fromkeys(NO_STATIC),
+}
+# What is said of the search stands there even where no motion is known to persist.
+_OF_SEARCH = ("worst_searched", "worst_unresolved", "worst_at_end", "worst_not_counted", "worst_truncation_error")
+
+
 def curve_summary(curve: CurveResult, out: Path) -> dict[str, Any]:
     """One entry of `curves` in summary.json; what is not known is null."""
-    facts = curve.facts
-    numbers: dict[str, Any] = dict.fromkeys(("peak_frequency_hz", "peak_amplitude_m", "energy_error"))
-    numbers |= dict.fromkeys(("truncation_error", "sampling_error", "sampling_frequency_error"))
-    numbers |= dict.fromkeys(("truncation_branch", "truncation_frequency_hz", "motion_truncation_error"))
-    numbers |= {"peak_at_end": False, "points": 0, "iterations": 0, "seconds": 0.0}
-    numbers["harmonics"] = curve.member.scene.response.harmonics
-    numbers |= {"bifurcations": [], "detached": []}
-    numbers |= worst_summary(facts) | residual_summary(facts) | static_summary(facts)
-    if facts is not None:
-        names = ["peak_frequency_hz", "peak_amplitude_m", "energy_error", "truncation_error"]
-        names += ["truncation_frequency_hz", "motion_truncation_error", "sampling_error", "sampling_frequency_error"]
-        for name in names:
-            numbers[name] = number_or_null(getattr(facts, name))
-        numbers["truncation_branch"] = facts.truncation_branch or None
-        numbers["peak_at_end"] = facts.peak_at_end
-        numbers["points"], numbers["iterations"] = facts.points, facts.total_iterations
-        numbers["seconds"], numbers["harmonics"] = facts.seconds, facts.harmonics
-        numbers["bifurcations"], numbers["detached"] = list(facts.bifurcations), list(facts.detached)
-        if facts.outputs:
-            units = {output.name: output.unit for output in curve.member.scene.output}
-            numbers["outputs"] = [{**item, "unit": units.get(item["name"], "m")} for item in facts.outputs]
+    found = {"harmonics": curve.member.scene.response.harmonics} if curve.facts is None else _known(curve.facts)
+    numbers = plain({name: found.get(name, none) for name, none in _NUMBERS.items()})
+    if curve.facts is not None and curve.facts.outputs:
+        units = {output.name: output.unit for output in curve.member.scene.output}
+        numbers["outputs"] = [{**item, "unit": units.get(item["name"], "m")} for item in curve.facts.outputs]
     return {
-        "parameters": {key: _plain_list(value) for key, value in curve.member.parameters.items()},
+        "parameters": plain(curve.member.parameters),
         "carried_from": list(curve.carried_from),
         "rom": None if curve.rom is None else relative_path(curve.rom, out),
         **numbers,
@@ -214,30 +220,23 @@ def curve_summary(curve: CurveResult, out: Path) -> dict[str, Any]:
     }
 
 
-def worst_summary(facts: CurveSummary | None) -> dict[str, Any]:
-    """The worst motion of a curve as in summary.json; null where there is none."""
-    found = ("amplitude_m", "frequency_hz", "branch", "motion", "scatter", "nodal_diameter", "ring_blades")
-    names = (*found, "searched", "unresolved", "at_end", "not_counted", "truncation_error")
-    if facts is None or not facts.worst_searched:
-        return {f"worst_{name}": None for name in names}
-    values = {f"worst_{name}": getattr(facts, f"worst_{name}") for name in names}
-    values["worst_truncation_error"] = number_or_null(facts.worst_truncation_error)
-    if not math.isfinite(facts.worst_amplitude_m):
-        values |= {f"worst_{name}": None for name in found}
-    return values
-
-
-def residual_summary(facts: CurveSummary | None) -> dict[str, Any]:
-    """What residual tractions leave open, as in summary.json; null where it is not known."""
-    values = {name: None if facts is None else number_or_null(getattr(facts, name)) for name in NO_RESIDUAL}
-    return {"free_nodes": None if facts is None or facts.free_nodes < 0 else facts.free_nodes, **values}
-
-
-def static_summary(facts: CurveSummary | None) -> dict[str, Any]:
-    """The static contact as in summary.json; null where it is not known."""
-    if facts is None or not math.isfinite(facts.static_force_n):
-        return dict.fromkeys(NO_STATIC)
-    return {name: getattr(facts, name) for name in NO_STATIC}
+def _known(facts: CurveSummary) -> dict[str, Any]:
+    """The numbers of a curve that are known, by their keys in summary.json."""
+    values = {
+        **vars(facts),
+        "iterations": facts.total_iterations,
+        "truncation_branch": facts.truncation_branch or None,
+    }
+    unknown: set[str] = set()
+    if not facts.worst_searched:
+        unknown |= set(NO_WORST)
+    elif not math.isfinite(facts.worst_amplitude_m):
+        unknown |= set(NO_WORST) - set(_OF_SEARCH)
+    if facts.free_nodes < 0:
+        unknown.add("free_nodes")
+    if not math.isfinite(facts.static_force_n):
+        unknown |= set(NO_STATIC)
+    return {name: value for name, value in values.items() if name not in unknown}
 
 
 def write_summary(store: Store, out: Path, summary: dict[str, Any]) -> None:
@@ -258,7 +257,3 @@ def _write_summary(path: Path, summary: dict[str, Any]) -> None:
 def number_or_null(value: float) -> float | None:
     """The value, or None in place of NaN and infinity, which JSON does not have."""
     return value if math.isfinite(value) else None
-
-
-def _plain_list(value: Any) -> Any:
-    return list(value) if isinstance(value, tuple) else value

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.stages.codec import attributes_of, from_attributes
 from pipeline.stages.curve_summary import CurveSummary
 from pipeline.store.fingerprints import content_fingerprint
 from pipeline.store.output_folder import relative_path
@@ -86,9 +87,7 @@ class CurveTable:
         """The summary of a curve; None without a result."""
         if not self.columns["solved"][curve]:
             return None
-        values: dict[str, Any] = {name: _plain(self.columns[name][curve]) for name in _TYPES}
-        values |= {name: tuple(json.loads(values[name])) for name in TUPLES}
-        return CurveSummary(**values)
+        return from_attributes(CurveSummary, {name: self.columns[name][curve] for name in _TYPES})
 
     @property
     def lower_bounds(self) -> NDArray[np.bool_]:
@@ -118,7 +117,8 @@ def plain_value(value: Any) -> Any:
 
 def table_of(curves: Sequence[CurveResult], swept: Sequence[str], out: Path) -> CurveTable:
     """The table of the curves of a run with the output folder `out`."""
-    columns = {name: _column(kind, [_field(curve, name, kind) for curve in curves]) for name, kind in _TYPES.items()}
+    rows = [_row(curve) for curve in curves]
+    columns = {name: _column(kind, [row[name] for row in rows]) for name, kind in _TYPES.items()}
     columns["solved"] = np.array([curve.facts is not None for curve in curves], dtype=bool)
     roms = ["" if curve.rom is None else relative_path(curve.rom, out) for curve in curves]
     columns["rom"] = _column("str", roms)
@@ -152,12 +152,11 @@ def read_table(group: h5py.Group) -> CurveTable:
     return CurveTable(columns, LazyArrays(list(parameters), lambda key: _read(parameters[key])))
 
 
-def _field(curve: CurveResult, name: str, kind: str) -> Any:
-    """A field of a curve's summary as the table holds it."""
+def _row(curve: CurveResult) -> dict[str, Any]:
+    """The summary of a curve as the table holds it."""
     if curve.facts is None:
-        return curve.reason if name == "reason" else _NONE.get(kind, "[]")
-    value = getattr(curve.facts, name)
-    return json.dumps(value) if name in TUPLES else value
+        return {name: _NONE.get(kind, "[]") for name, kind in _TYPES.items()} | {"reason": curve.reason}
+    return attributes_of(curve.facts)
 
 
 def _column(kind: str, values: list[Any]) -> Array:

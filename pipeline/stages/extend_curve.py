@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipeline.process.progress import seconds_since
 from pipeline.scene import schema
+from pipeline.stages.codec import plain, restored
 from pipeline.stages.curve_file import CURVE, section_from_attributes
 from pipeline.stages.curve_summary import keep_summary
 from pipeline.stages.scene_to_solver import contact_parameters, nonlinear_problem, section_excitation
@@ -53,8 +54,8 @@ class ExtensionFacts:
     @classmethod
     def read(cls, folder: Path) -> ExtensionFacts:
         """What `extend_curve` has written into a folder."""
-        values = json.loads((folder / FACTS).read_text(encoding="utf-8"))
-        return cls(values["added"], tuple(LostBranch(**item) for item in values["lost"]))
+        found: ExtensionFacts = restored(cls, json.loads((folder / FACTS).read_text(encoding="utf-8")))
+        return found
 
 
 def extend_curve(
@@ -84,7 +85,7 @@ def extend_curve(
         write_extended(folder / CURVE, base, before, replace(after, seconds=seconds))
         keep_summary(folder / CURVE)
     facts = ExtensionFacts(added, tuple(_lost(offers, found)))
-    (folder / FACTS).write_text(json.dumps(asdict(facts)), encoding="utf-8")
+    (folder / FACTS).write_text(json.dumps(plain(facts)), encoding="utf-8")
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.stages.codec import restored
 from pipeline.stages.curve_file import BRANCHES, COLUMNS, OUTPUT, write_branch
 from pipeline.stages.curve_summary import stored_static, stored_worst, summary_attributes
 from pipeline.store.fingerprints import content_fingerprint
@@ -106,7 +107,7 @@ def _is_same(one: ResponseCurve, other: ResponseCurve) -> bool:
 
 def _read(group: h5py.Group) -> ResponseCurve:
     """One branch, without those beside it."""
-    from nonlinear import Bifurcation, BifurcationKind, Peak, ResponseCurve, TerminationReason
+    from nonlinear import Bifurcation, Peak, ResponseCurve, TerminationReason
 
     values = {attribute: group[column][()] for column, attribute in COLUMNS.items() if column in group}
     for name in ("relative_displacement", "contact_force", "output", "energy_error"):
@@ -123,11 +124,8 @@ def _read(group: h5py.Group) -> ResponseCurve:
             attributes["termination"], float(attributes["termination_hz"]), attributes["reason"]
         ),
         peak=_peak(attributes),
-        peaks=tuple(Peak(**item) for item in json.loads(attributes["peaks"])),
-        bifurcations=tuple(
-            Bifurcation(**{**item, "kind": BifurcationKind(item["kind"])})
-            for item in json.loads(attributes["bifurcations"])
-        ),
+        peaks=restored(tuple[Peak, ...], json.loads(attributes["peaks"])),
+        bifurcations=restored(tuple[Bifurcation, ...], json.loads(attributes["bifurcations"])),
         harmonics=n_harmonics,
         origin=str(attributes["origin"]),
         truncation_branch=str(attributes["truncation_branch"]),

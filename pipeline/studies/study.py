@@ -16,6 +16,7 @@ from pipeline.scene.reading import Member, SceneFile
 from pipeline.scene.schema import Scene
 from pipeline.stages.cache_keys import curve_key, model_keys
 from pipeline.stages.code_fingerprint import code_fingerprint
+from pipeline.stages.codec import plain, restored
 from pipeline.stages.model_chain import BuiltModel
 from pipeline.stages.request import Run, RunOutcome
 from pipeline.stages.respond import CurveResult
@@ -23,7 +24,6 @@ from pipeline.stages.stage import Stage, StageLog
 from pipeline.stages.sweep_curves import member_curves, member_models
 from pipeline.stages.sweep_models import Models
 from pipeline.store.fingerprints import fingerprint
-from pipeline.studies.plain import plain, restored
 
 RESULT = "result.json"
 T = TypeVar("T")
@@ -37,7 +37,7 @@ class Study(Protocol):
     """A result of a scene beside its curves."""
 
     name: str  # its name: that of its section in the scene and of its file in the output folder
-    # A frozen dataclass that `pipeline.studies.plain` can write and read: numbers, texts, arrays of one dimension,
+    # A frozen dataclass that `pipeline.stages.codec` can write and read: numbers, texts, arrays of one dimension,
     # tuples, mappings and such dataclasses
     result: type[Any]
 

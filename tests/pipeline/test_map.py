@@ -12,10 +12,10 @@ from pipeline_support import shroud, write_scene
 
 from pipeline import run_scene
 from pipeline.results.results import Results, read_results
+from pipeline.stages.codec import restored
 from pipeline.studies.map.grid import FREE, SEPARATING, SLIPPING, STUCK
 from pipeline.studies.map.report import map_section
 from pipeline.studies.map.result import WorstMotionMap
-from pipeline.studies.plain import restored
 from rom import write_reduced_model
 
 LOAD, FRICTION, GAP, EXCITATION = "contact.preload", "contact.friction", "contact.interference", "excitation.force"

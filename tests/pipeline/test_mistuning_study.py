@@ -11,11 +11,11 @@ from pipeline_support import shroud, small_scene, to_toml, write_scene
 
 from pipeline import run_scene
 from pipeline.results.results import Results
+from pipeline.stages.codec import plain, restored
 from pipeline.studies.mistuning.figure import mistuning_figure
 from pipeline.studies.mistuning.report import mistuning_section
 from pipeline.studies.mistuning.result import MistuningResult
 from pipeline.studies.mistuning.study import MistuningStudy, factor_quantiles
-from pipeline.studies.plain import plain, restored
 from rom import ReducedModel, write_reduced_model
 
 SLIPS = {"preload": 0.2}

@@ -14,7 +14,7 @@ from scipy import stats
 
 from pipeline import run_scene
 from pipeline.figures.style import styled
-from pipeline.studies.plain import plain, restored
+from pipeline.stages.codec import plain, restored
 from pipeline.studies.uncertainty.figure import uncertainty_figure
 from pipeline.studies.uncertainty.quantiles import exceedance, mixed_values, quantile, sampled_values
 from pipeline.studies.uncertainty.remarks import headline, remarks_on

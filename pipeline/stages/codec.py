@@ -1,12 +1,17 @@
-"""Results of studies as plain values of JSON, and back."""
+"""Dataclasses as plain values of JSON and as attributes of HDF5, and back."""
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import MISSING, fields, is_dataclass
+from enum import Enum
+from functools import cache
 from types import NoneType, UnionType
-from typing import Any, Union, get_args, get_origin, get_type_hints
+from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
+
+T = TypeVar("T")
 
 
 def plain(value: Any) -> Any:
@@ -15,6 +20,8 @@ def plain(value: Any) -> Any:
         return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
     if hasattr(value, "tolist"):  # arrays and numbers of NumPy
         return plain(value.tolist())
+    if isinstance(value, Enum):
+        return value.value
     if isinstance(value, Mapping):
         return {str(name): plain(item) for name, item in value.items()}
     if isinstance(value, list | tuple):
@@ -28,6 +35,8 @@ def restored(kind: Any, value: Any) -> Any:
     if is_dataclass(kind) and isinstance(kind, type):
         hints = get_type_hints(kind)
         return kind(**{name: restored(hints[name], item) for name, item in value.items()})
+    if isinstance(kind, type) and issubclass(kind, Enum):
+        return kind(value)
     if origin in (Union, UnionType):
         others = [each for each in inner if each is not NoneType]
         return None if value is None and len(others) < len(inner) else restored(others[0], value)
@@ -42,3 +51,27 @@ def restored(kind: Any, value: Any) -> Any:
     if isinstance(origin, type) and issubclass(origin, Mapping):
         return {name: restored(inner[1], item) for name, item in value.items()}
     return (math.nan if value is None else float(value)) if kind is float else value
+
+
+def attributes_of(record: Any) -> dict[str, Any]:
+    """The fields of a record as attributes of HDF5: numbers and texts as they are, tuples as JSON texts."""
+    values = {field.name: getattr(record, field.name) for field in fields(record)}
+    return {name: json.dumps(value) if isinstance(value, tuple) else value for name, value in values.items()}
+
+
+def from_attributes(kind: type[T], attributes: Mapping[str, Any]) -> T:
+    """The record of `attributes_of`; a field that is missing has its default. KeyError where it has none."""
+    return kind(
+        **{
+            name: tuple(json.loads(attributes[name])) if read is tuple else read(attributes[name])
+            for name, read, optional in _readers(kind)
+            if not optional or name in attributes
+        }
+    )
+
+
+@cache
+def _readers(kind: Any) -> list[tuple[str, Any, bool]]:
+    """Name and type of each field, and whether it has a default."""
+    hints = get_type_hints(kind)
+    return [(f.name, get_origin(hints[f.name]) or hints[f.name], f.default is not MISSING) for f in fields(kind)]
