@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
@@ -16,8 +16,9 @@ from pipeline.errors import input_error, shown
 from pipeline.results.run_folder import RESPONSE, PointReader
 from pipeline.results.worst import END_MARK, truncation_mark
 from pipeline.scene.labels import prefixed, value_label
+from pipeline.stages.codec import restored
 from pipeline.stages.curve_file import BRANCHES
-from pipeline.stages.curve_summary import stored_static, stored_worst
+from pipeline.stages.curve_summary import CurveSummary, stored_peak, stored_static, stored_worst
 from pipeline.stages.curve_table import TABLE, CurveTable, LazyArrays
 from pipeline.store.output_folder import path_inside
 
@@ -25,22 +26,9 @@ if TYPE_CHECKING:
     import h5py
 
     from nonlinear import Bifurcation, Peak, StaticContact, WorstMotion
-    from pipeline.stages.curve_summary import CurveSummary
 
 Array = NDArray[Any]
 _NAN = float("nan")
-_NUMBERS = (
-    "energy_error",
-    "truncation_error",
-    "truncation_frequency_hz",
-    "motion_truncation_error",
-    "sampling_error",
-    "sampling_frequency_error",
-    "residual_lowest_m",
-    "residual_highest_m",
-    "residual_least_vibration_m",
-    "residual_most_vibration_m",
-)
 
 
 class _Points:
@@ -221,6 +209,10 @@ class Curve(_Points):
         return f"<Curve {self.number}{': ' if swept else ''}{swept}, {peak}{worst}{end}>"
 
 
+_OTHER = ("bifurcations", "detached")  # fields of a summary that a curve has as records of their own
+_IN_SUMMARY = [f.name for f in fields(Curve) if f.name in CurveSummary.__dataclass_fields__ and f.name not in _OTHER]
+
+
 class Curves(Sequence[Curve]):
     """The curves of a run, each made when it is asked for."""
 
@@ -246,24 +238,21 @@ class Curves(Sequence[Curve]):
 
     def _curve(self, number: int) -> Curve:
         """One curve; without points where there is no result."""
-        facts, columns = self._table.summary_of(number), self._table.columns
+        from nonlinear import Bifurcation
+
+        facts, columns = self._table.row(number), self._table.columns
         source = _Source(self._reader, number, "")
         return Curve(
             number=number,
             parameters=self._table.parameters_of(number),
-            datasets={} if facts is None else source.datasets,
-            peak=_peak(facts),
-            worst=None if facts is None or not math.isfinite(facts.worst_amplitude_m) else stored_worst(vars(facts)),
-            complete=facts is not None and facts.complete,
-            reason=str(columns["reason"][number]),
-            **{name: _NAN if facts is None else getattr(facts, name) for name in _NUMBERS},
-            truncation_branch="" if facts is None else facts.truncation_branch,
-            harmonics=0 if facts is None else facts.harmonics,
-            detached=() if facts is None else _detached(self._reader, number, facts),
-            bifurcations=() if facts is None else _bifurcations(facts),
+            datasets=source.datasets if columns["solved"][number] else {},
+            peak=stored_peak(facts),
+            worst=stored_worst(facts) if math.isfinite(facts.worst_amplitude_m) else None,
+            detached=_detached(self._reader, number, facts),
+            bifurcations=restored(tuple[Bifurcation, ...], facts.bifurcations),
             rom=self._rom(str(columns["rom"][number])),
-            static_contact=None if facts is None else stored_static(vars(facts)),
-            outputs=() if facts is None else facts.outputs,
+            static_contact=stored_static(facts),
+            **{name: getattr(facts, name) for name in _IN_SUMMARY},
         )
 
     def _rom(self, text: str) -> Path | None:
@@ -323,21 +312,6 @@ class _Datasets(Mapping[str, Array]):
 
     def __repr__(self) -> str:
         return repr(self._arrays)
-
-
-def _peak(facts: CurveSummary | None) -> Peak | None:
-    from nonlinear import Peak
-
-    if facts is None or facts.peak_index < 0:
-        return None
-    at = facts.peak_frequency_hz, facts.peak_amplitude_m, facts.peak_index
-    return Peak(*at, facts.peak_located, facts.peak_at_end)
-
-
-def _bifurcations(facts: CurveSummary) -> tuple[Bifurcation, ...]:
-    from nonlinear import Bifurcation, BifurcationKind
-
-    return tuple(Bifurcation(**{**item, "kind": BifurcationKind(item["kind"])}) for item in facts.bifurcations)
 
 
 def _detached(reader: PointReader, curve: int, facts: CurveSummary) -> tuple[DetachedBranch, ...]:

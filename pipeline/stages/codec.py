@@ -61,10 +61,11 @@ def attributes_of(record: Any) -> dict[str, Any]:
 
 def from_attributes(kind: type[T], attributes: Mapping[str, Any]) -> T:
     """The record of `attributes_of`; a field that is missing has its default. KeyError where it has none."""
+    hashable: Any = kind
     return kind(
         **{
             name: tuple(json.loads(attributes[name])) if read is tuple else read(attributes[name])
-            for name, read, optional in _readers(kind)
+            for name, read, optional in _readers(hashable)
             if not optional or name in attributes
         }
     )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,7 +13,7 @@ from pipeline.stages.codec import attributes_of, from_attributes, plain
 if TYPE_CHECKING:
     import h5py
 
-    from nonlinear import ResidualBounds, ResponseCurve, StaticContact, WorstMotion
+    from nonlinear import Peak, ResidualBounds, ResponseCurve, StaticContact, WorstMotion
 
 # Names of the bounds over residual tractions, of each its numbers: the field residual_BOUND_NAME, and its attribute.
 _OF_DISPLACEMENT = {"m": "amplitude_m", "hz": "frequency_hz", "vibration_m": "vibration_m", "static_m": "static_m"}
@@ -160,27 +159,30 @@ def _flat(prefix: str, record: WorstMotion | StaticContact | None) -> dict[str, 
     return {name: type(none)(getattr(record, name.removeprefix(prefix))) for name, none in _unknown(prefix).items()}
 
 
-def _values(prefix: str, attributes: Mapping[str, Any]) -> dict[str, Any]:
+def _values(prefix: str, facts: CurveSummary) -> dict[str, Any]:
     """The values of a record from the fields with a prefix."""
-    return {
-        name.removeprefix(prefix): type(none)(attributes.get(name, none)) for name, none in _unknown(prefix).items()
-    }
+    return {name.removeprefix(prefix): value for name, value in vars(facts).items() if name.startswith(prefix)}
 
 
-def stored_static(attributes: Mapping[str, Any]) -> StaticContact | None:
-    """The static contact from the attributes of a curve; None where it is not known."""
+def stored_peak(facts: CurveSummary) -> Peak | None:
+    """The highest peak of the main branch; None without points."""
+    from nonlinear import Peak
+
+    return Peak(**_values("peak_", facts)) if facts.points and facts.peak_index >= 0 else None
+
+
+def stored_static(facts: CurveSummary) -> StaticContact | None:
+    """The static contact; None where it is not known."""
     from nonlinear import StaticContact
 
-    found = StaticContact(**_values(STATIC, attributes))
-    return None if math.isnan(found.force_n) else found
+    return None if math.isnan(facts.static_force_n) else StaticContact(**_values(STATIC, facts))
 
 
-def stored_worst(attributes: Mapping[str, Any]) -> WorstMotion | None:
-    """The worst motion from the attributes of a curve; None where there is none."""
+def stored_worst(facts: CurveSummary) -> WorstMotion | None:
+    """The worst motion; None where there is none."""
     from nonlinear import WorstMotion
 
-    found = WorstMotion(**_values(WORST, attributes))
-    return found if found.searched else None
+    return WorstMotion(**_values(WORST, facts)) if facts.worst_searched else None
 
 
 def _residual(bounds: ResidualBounds | None) -> dict[str, Any]:

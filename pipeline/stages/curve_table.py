@@ -85,8 +85,10 @@ class CurveTable:
 
     def summary_of(self, curve: int) -> CurveSummary | None:
         """The summary of a curve; None without a result."""
-        if not self.columns["solved"][curve]:
-            return None
+        return self.row(curve) if self.columns["solved"][curve] else None
+
+    def row(self, curve: int) -> CurveSummary:
+        """The numbers of a curve; without a result nan, zeros and empty texts, and the reason."""
         return from_attributes(CurveSummary, {name: self.columns[name][curve] for name in _TYPES})
 
     @property

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,17 +11,22 @@ from numpy.typing import NDArray
 
 from pipeline.stages.codec import restored
 from pipeline.stages.curve_file import BRANCHES, COLUMNS, OUTPUT, write_branch
-from pipeline.stages.curve_summary import stored_static, stored_worst, summary_attributes
+from pipeline.stages.curve_summary import read_summary, stored_peak, stored_static, stored_worst, summary_attributes
 from pipeline.store.fingerprints import content_fingerprint
 
 if TYPE_CHECKING:
     import h5py
 
-    from nonlinear import Peak, ResponseCurve
+    from nonlinear import ResponseCurve
 
-NUMBERS = (
+# Attributes of `ResponseCurve` that its summary has under the same names.
+IN_SUMMARY = (
     "seconds",
+    "harmonics",
+    "origin",
+    "free_nodes",
     "truncation_error",
+    "truncation_branch",
     "truncation_frequency_hz",
     "motion_truncation_error",
     "sampling_error",
@@ -43,9 +47,9 @@ def read_curve(path: Path) -> ResponseCurve:
     import h5py
 
     with h5py.File(path, "r") as file:
-        branches = tuple(_read(group) for group in branch_groups(file))
-        found = replace(_read(file), detached=branches, static_contact=stored_static(file.attrs))
-        return replace(found, worst=stored_worst(file.attrs))
+        facts, branches = read_summary(file), tuple(_read(group) for group in branch_groups(file))
+        worst, static = stored_worst(facts), stored_static(facts)
+        return replace(_read(file), worst=worst, static_contact=static, detached=branches)
 
 
 def read_added(path: Path) -> ResponseCurve:
@@ -109,42 +113,24 @@ def _read(group: h5py.Group) -> ResponseCurve:
     """One branch, without those beside it."""
     from nonlinear import Bifurcation, Peak, ResponseCurve, TerminationReason
 
+    facts = read_summary(group)
     values = {attribute: group[column][()] for column, attribute in COLUMNS.items() if column in group}
     for name in ("relative_displacement", "contact_force", "output", "energy_error"):
         values[name] = group[name][()]
-    attributes = group.attrs
-    n_harmonics = int(attributes["harmonics"])
-    columns = [group[f"harmonic_{h + 1}_m"][()] for h in range(n_harmonics)]
+    ended: Any = facts.termination
+    columns = [group[f"harmonic_{h + 1}_m"][()] for h in range(facts.harmonics)]
     values["harmonic_m"] = np.column_stack(columns) if columns else np.empty((values["frequency_hz"].size, 0))
-    for name in NUMBERS:
-        values[name] = float(attributes[name])
     return ResponseCurve(
         **values,
-        termination=TerminationReason(
-            attributes["termination"], float(attributes["termination_hz"]), attributes["reason"]
-        ),
-        peak=_peak(attributes),
-        peaks=restored(tuple[Peak, ...], json.loads(attributes["peaks"])),
-        bifurcations=restored(tuple[Bifurcation, ...], json.loads(attributes["bifurcations"])),
-        harmonics=n_harmonics,
-        origin=str(attributes["origin"]),
-        truncation_branch=str(attributes["truncation_branch"]),
-        branches_left_out=int(attributes["branches_left_out"]),
-        free_nodes=int(attributes["free_nodes"]),
+        **{name: getattr(facts, name) for name in IN_SUMMARY},
+        termination=TerminationReason(ended, facts.termination_hz, facts.reason),
+        peak=stored_peak(facts),
+        peaks=restored(tuple[Peak, ...], facts.peaks),
+        bifurcations=restored(tuple[Bifurcation, ...], facts.bifurcations),
+        branches_left_out=int(group.attrs["branches_left_out"]),
         outputs={
             name.removeprefix(OUTPUT): values[()].reshape(*values.shape[:2], -1)
             for name, values in group.items()
             if name.startswith(OUTPUT)
         },
     )
-
-
-def _peak(attributes: Mapping[str, Any]) -> Peak | None:
-    from nonlinear import Peak
-
-    index = int(attributes["peak_index"])
-    if index < 0:
-        return None
-    height, located = float(attributes["peak_amplitude_m"]), bool(attributes["peak_located"])
-    at_end = bool(attributes["peak_at_end"])
-    return Peak(float(attributes["peak_frequency_hz"]), height, index, located, at_end)
