@@ -106,7 +106,7 @@ def _parameter(keyword: str, word: str) -> str | None:
     return word if word in known else close[0] if len(close) == 1 else None
 
 
-def included_names(lines: list[str]) -> list[str]:
+def abaqus_includes(lines: list[str]) -> list[str]:
     """Files that an input file includes or takes data lines from, as written."""
     starts = _keyword_lines(lines)
     heads = [

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from geometry.mesh_files import abaqus_keywords, nastran_cards
+from geometry.mesh_files.abaqus_keywords import abaqus_includes
+from geometry.mesh_files.nastran_cards import nastran_includes
 from geometry.mesh_files.text_files import plain_name, text_lines
 
 _RULES = {
-    ".inp": abaqus_keywords.included_names,
-    ".bdf": nastran_cards.included_names,
-    ".nas": nastran_cards.included_names,
-    ".dat": nastran_cards.included_names,
+    ".inp": abaqus_includes,
+    ".bdf": nastran_includes,
+    ".nas": nastran_includes,
+    ".dat": nastran_includes,
 }
 
 

@@ -149,7 +149,7 @@ def _statements(lines: list[str]) -> Iterator[tuple[int, str, str | None]]:
         yield number, text, None if found is None else found[2].strip()
 
 
-def included_names(lines: list[str]) -> list[str]:
+def nastran_includes(lines: list[str]) -> list[str]:
     """Files that the `INCLUDE`s of a deck name, as written."""
     return [name for _, _, name in _statements(lines) if name is not None]
 
