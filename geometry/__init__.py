@@ -17,12 +17,10 @@ if TYPE_CHECKING:
     from geometry.frames import NAMED_AXES, axes_through, contact_frames, rotate_about_axis
     from geometry.hdf5_content import check_dataset, check_links
     from geometry.imported_mesh import ImportedMesh
-    from geometry.mesh_files.includes import included_names
-    from geometry.mesh_files.read import read_mesh
+    from geometry.mesh_files.read import included_names, read_mesh
     from geometry.mesh_files.write import write_mesh
-    from geometry.own_mesh.cut_faces import named_cuts
-    from geometry.own_mesh.findings import SectorFindings
-    from geometry.own_mesh.own_sector import OwnSector, sector_from_mesh
+    from geometry.own_mesh.matching_faces import named_cuts
+    from geometry.own_mesh.own_sector import OwnSector, SectorFindings, sector_from_mesh
     from geometry.own_mesh.ring import SectorRing, fitting_ring, ring_of_faces
     from geometry.own_mesh.sector_choice import SectorChoice
     from geometry.quality import hexahedron_scaled_jacobian, scaled_jacobian
@@ -102,7 +100,7 @@ _PLACES = {
     "ParameterError": "geometry.errors",
     "SectorChoice": "geometry.own_mesh.sector_choice",
     "SectorFileError": "geometry.errors",
-    "SectorFindings": "geometry.own_mesh.findings",
+    "SectorFindings": "geometry.own_mesh.own_sector",
     "SectorMesh": "geometry.sector",
     "SectorRing": "geometry.own_mesh.ring",
     "ShroudParameters": "geometry.blade.parameters",
@@ -119,8 +117,8 @@ _PLACES = {
     "fitting_ring": "geometry.own_mesh.ring",
     "hexahedron_scaled_jacobian": "geometry.quality",
     "import_sector": "geometry.exchange",
-    "included_names": "geometry.mesh_files.includes",
-    "named_cuts": "geometry.own_mesh.cut_faces",
+    "included_names": "geometry.mesh_files.read",
+    "named_cuts": "geometry.own_mesh.matching_faces",
     "read_mesh": "geometry.mesh_files.read",
     "ring_of_faces": "geometry.own_mesh.ring",
     "rotate_about_axis": "geometry.frames",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -9,14 +11,12 @@ import numpy as np
 
 from geometry.errors import MeshFileError
 from geometry.hdf5_content import check_dataset, check_links
-from geometry.mesh_files.cells import CellBlock, add_cells_to_set, mesh_of_cells
-from geometry.mesh_files.file_mesh import FileMesh
-from geometry.mesh_files.libraries import optional_library
+from geometry.mesh_files.file_mesh import CellBlock, FileMesh, add_cells_to_set, mesh_of_cells
 
 
 def read_med(path: str | Path) -> FileMesh:
     """Nodes, elements and groups of a MED file."""
-    meshlane = optional_library("meshlane", path)
+    meshlane = _optional_library("meshlane", path)
     try:
         _check_content(path)
         grid = meshlane.med.read(str(path))
@@ -42,9 +42,17 @@ def read_med(path: str | Path) -> FileMesh:
     return mesh
 
 
+def _optional_library(name: str, path: object) -> Any:
+    """A module of the extra "meshes"."""
+    if find_spec(name) is None:
+        package = name.replace("_", "-")
+        raise MeshFileError(path, f"needs the package {package}: pip install 'shroud[meshes]', or another format")
+    return import_module(name)
+
+
 def _check_content(path: str | Path) -> None:
     """Refuse links and data in other files, which meshlane would follow. Raises ValueError."""
-    h5py = optional_library("h5py", path)
+    h5py = _optional_library("h5py", path)
 
     def check(name: str, item: Any) -> None:
         if isinstance(item, h5py.Dataset):

@@ -1,24 +1,50 @@
-"""Nastran bulk data (.bdf, .nas, .dat): solid elements, coordinate systems, MAT1 and sets.
+"""Nastran bulk data (.bdf, .nas, .dat): solid elements, coordinate systems, MAT1, sets and units.
 
 meshio and meshlane lose coordinate systems, sets and materials, so the cards are read here. The name of a material is
-the number of its MAT1; the elements of a property are the element set PSOLID_number.
+the number of its MAT1; the elements of a property are the element set PSOLID_number. Sets are SET in the case control
+and SET1, SET3 and SPC1 in the bulk data. A set has a number; the comment ``$HMSET number kind "name"`` (kind 1:
+nodes, 2: elements), as HyperMesh writes it, gives it a name. Without one it is called SET_number, and is a set of
+nodes or elements, by which labels it holds.
 """
 
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from geometry.elements import ELEMENT_KINDS
+from geometry.errors import MeshFileError
 from geometry.mesh_files.file_mesh import FileElements, FileMesh
-from geometry.mesh_files.nastran_cards import Card, cards, nastran_deck
-from geometry.mesh_files.nastran_coordinates import NastranCoordinates
-from geometry.mesh_files.nastran_materials import add_materials
-from geometry.mesh_files.nastran_sets import add_sets
-from geometry.sector import IntArray
+from geometry.mesh_files.nastran_cards import Card, NastranDeck, card_of, cards, nastran_deck
+from geometry.mesh_files.text_files import LARGEST_LABEL
+from geometry.sector import FloatArray, IntArray
+from geometry.units import UNIT_SYSTEMS
 
+NAMES = {"E": "young_modulus", "nu": "poisson_ratio", "rho": "density", "A": "expansion"}
+OTHERS = ("MAT2", "MAT3", "MAT8", "MAT9", "MAT10", "MAT11", "MATHE", "MATHP")
+DEPENDENT = {"MATT1": "depends on temperature", "MATS1": "depends on stress", "MATF1": "depends on frequency"}
+SCALES = {"WTMASS": "density", "CM1": "density", "CK1": "young_modulus"}
+MISFIT = 0.01  # of E from 2 G (1 + nu), beyond which Nastran warns too
+# PARAM,UNITSYS and the comment "$* UNITS:" of Simcenter
+_UNITSYS = {
+    "MN-MM": "mm-kg-s", "N-MM": "mm", "N-M": "m", "KGF-MM": "mm-kgf-s", "LBF-IN": "in", "LBF-FT": "ft-lbf-s",
+}  # fmt: skip
+_COMMENT = re.compile(r"\$\*\s*UNITS:\s*(\w+)\s*\(([^)]*)\)", re.IGNORECASE)
+_LENGTHS = {"M": 1.0, "METER": 1.0, "MM": 1e-3, "MILLIMETER": 1e-3, "CM": 1e-2, "IN": 0.0254, "INCH": 0.0254} | {
+    "CENTIMETER": 1e-2, "FT": 0.3048, "FOOT": 0.3048,
+}  # fmt: skip
+_FORCES = {"N": 1.0, "NEWTON": 1.0, "KN": 1e3, "LBF": 4.4482216152605, "DYNE": 1e-5, "KGF": 9.80665} | {
+    "MILLI-NEWTON": 1e-3, "MN": 1e-3, "POUND F": 4.4482216152605, "POUNDS-FORCE": 4.4482216152605,
+}  # fmt: skip
+Ranges = list[tuple[int, int]]
+_NAMED = re.compile(r'\$HMSET\s+(\d+)\s+(\d+)\s+"([^"]*)"')
+_OUTPUT = re.compile(r"\s*OUTPUT\s*\(\s*(\w+)\s*\)", re.IGNORECASE)
+_REAL = re.compile(r"[+-]?(\d+\.\d*|\.\d+)([EeDd]?[+-]?\d+)?")
+_MOST_STEPS = 1_000_000
+_SET = re.compile(r"\s*SET\s+(\d+)\s*=\s*(.*)$", re.IGNORECASE)
 FAMILIES = {"CTETRA": ("tet4", "tet10"), "CPENTA": ("wedge6", "wedge15"), "CHEXA": ("hex8", "hex20")}
 # CPENTA and CHEXA count the edges between the lower and the upper side before those of the upper side
 COLUMNS = {
@@ -48,6 +74,279 @@ _KNOWN = re.compile(
     r"|DTI|DMI$|[ABCOQRU]SET|OMIT|[SE]POINT|ECHO|SPCADD|MPCADD|SPCD|LSEQ|NSMADD|D(ESVAR|RESP|V|CON|EQATN|OPT|LINK)|TF$"
     r"|NOLIN|CHBDY|CONV|QBDY|QVOL|QHBDY|VIEW|RADM|TIC|BCBODY|BCPARA|BCPROP|BSURF|BLSEG|BCTADD|BGADD|BEGIN|CYAX|CYSUP|SYS|NASTRAN)"
 )
+
+
+@dataclass(frozen=True)
+class _System:
+    shape: str  # "R", "C" or "S"
+    origin: FloatArray
+    axes: FloatArray  # columns
+
+
+class NastranCoordinates:
+    """Places of nodes in the basic system.
+
+    Shapes: `labels` (N,), `systems` (N,), `numbers` (N, 3).
+    """
+
+    def __init__(self, cards: list[Card], labels: IntArray, systems: IntArray, numbers: FloatArray) -> None:
+        self._cards: dict[int, tuple[Card, int]] = {}
+        for card in cards:
+            for place in (0, 4) if card.name[4] == "1" else (0,):
+                if card.text(place):
+                    self._cards[card.label(place)] = (card, place)
+        self._known: dict[int, _System] = {0: _System("R", np.zeros(3), np.eye(3))}
+        self._open: list[int] = []
+        self._labels, self._systems, self._numbers = labels, systems, numbers
+
+    def basic(self) -> FloatArray:
+        """Positions of all nodes (N, 3)."""
+        points = np.empty_like(self._numbers)
+        for system in np.unique(self._systems):
+            rows = self._systems == system
+            points[rows] = self._moved(self._system(int(system), None), self._numbers[rows])
+        return points
+
+    def defined(self, number: int) -> bool:
+        """Whether there is a system of this number."""
+        return number == 0 or number in self._cards
+
+    def _moved(self, system: _System, values: FloatArray) -> FloatArray:
+        first, second, third = values.T
+        if system.shape == "C":
+            angle = np.radians(second)
+            values = np.column_stack([first * np.cos(angle), first * np.sin(angle), third])
+        elif system.shape == "S":
+            polar, angle = np.radians(second), np.radians(third)
+            flat = first * np.sin(polar)
+            values = np.column_stack([flat * np.cos(angle), flat * np.sin(angle), first * np.cos(polar)])
+        return values @ system.axes.T + system.origin
+
+    def _system(self, number: int, asked: Card | None) -> _System:
+        if number in self._known:
+            return self._known[number]
+        card, place = self._cards[number]
+        if number in self._open:
+            raise card.refuse(f"coordinate system {number} is defined by itself")
+        self._open.append(number)
+        if card.name[4] == "1":
+            points = np.vstack([self._node(card, place + k) for k in (1, 2, 3)])
+        else:
+            reference = card.label(1, 0)
+            if not self.defined(reference):
+                raise card.refuse(f"coordinate system {reference} is not defined")
+            given = np.array([card.number(k, 0.0) for k in range(2, 11)]).reshape(3, 3)
+            points = self._moved(self._system(reference, card), given)
+        third = points[1] - points[0]
+        second = np.cross(third, points[2] - points[0])
+        if not np.linalg.norm(second) > 1e-12 * np.linalg.norm(third) * np.linalg.norm(points[2] - points[0]):
+            raise card.refuse(f"the three points of coordinate system {number} are on a line")
+        axes = np.column_stack([np.cross(second, third), second, third])
+        self._known[number] = _System(card.name[5], points[0], axes / np.linalg.norm(axes, axis=0))
+        return self._known[number]
+
+    def _node(self, card: Card, place: int) -> FloatArray:
+        rows = np.flatnonzero(self._labels == card.label(place))
+        if not len(rows):
+            raise card.refuse(f"node {card.text(place)} is not defined")
+        row = int(rows[0])
+        system = int(self._systems[row])
+        if not self.defined(system):
+            raise card.refuse(f"coordinate system {system} is not defined")
+        return self._moved(self._system(system, card), self._numbers[row : row + 1])
+
+
+def add_materials(mesh: FileMesh, deck: NastranDeck, by_name: dict[str, list[Card]]) -> None:
+    """Properties by the number of the material, masses and stiffness as the parameters of the deck scale them."""
+    for card in by_name.get("MAT1", []):
+        mesh.materials[card.text(0)] = _isotropic(mesh, card)
+    for name in OTHERS:
+        for card in by_name.get(name, []):
+            mesh.unread_materials[card.text(0)] = name
+    for name, what in DEPENDENT.items():
+        for card in by_name.get(name, []):
+            number = card.text(0)
+            mesh.remark(number, f"material {number}: {what} ({name}): the numbers of its MAT1 are taken")
+    in_case = [card for line in deck.case_control if (card := card_of(deck.path, line)).name == "PARAM"]
+    parameters = [*in_case, *by_name.get("PARAM", [])]
+    for name, key in SCALES.items():
+        _scale(mesh, [card for card in parameters if card.text(0).upper() == name], key)
+    _add_units(mesh, deck, parameters, by_name)
+
+
+def _isotropic(mesh: FileMesh, card: Card) -> dict[str, float]:
+    """Numbers of a MAT1: E, G, nu, rho, A; of E, G and nu one may be blank."""
+    given = {name: card.number(k) for k, name in enumerate(("E", "G", "nu", "rho", "A"), 1) if card.text(k)}
+    if "E" not in given and {"G", "nu"} <= given.keys():
+        given["E"] = 2 * given["G"] * (1 + given["nu"])
+    if "nu" not in given and {"E", "G"} <= given.keys():
+        if not given["G"] > 0:
+            raise card.refuse(f"G = {given['G']:g}: must be positive")
+        given["nu"] = given["E"] / (2 * given["G"]) - 1
+    if {"E", "G", "nu"} <= given.keys() and abs(2 * given["G"] * (1 + given["nu"]) - given["E"]) > MISFIT * given[
+        "E"
+    ]:
+        number = card.text(0)
+        mesh.remark(
+            number, f"material {number}: G = {given['G']:g} is not E / (2 + 2 nu): left out, E and nu are taken"
+        )
+    return {name: given[key] for key, name in NAMES.items() if key in given}
+
+
+def _scale(mesh: FileMesh, cards: list[Card], key: str) -> None:
+    """Multiply a number of all materials by a parameter."""
+    if not cards:
+        return
+    card = cards[0]
+    factor = card.number(1)
+    if any(other.number(1) != factor for other in cards):
+        raise card.refuse(f"{card.text(0)} is given with several values: must have one")
+    if not factor > 0:
+        raise card.refuse(f"{card.text(0)} is {factor:g}: must be positive")
+    if factor == 1.0:
+        return
+    for name, numbers in mesh.materials.items():
+        if key in numbers:
+            numbers[key] *= factor
+            what = key.replace("_", " ")
+            said = f"multiplied by PARAM,{card.text(0).upper()} {factor:g}: {numbers[key]:.6g}"
+            mesh.remark(name, f"material {name}: {what} {said}")
+
+
+def _add_units(mesh: FileMesh, deck: NastranDeck, parameters: list[Card], by_name: dict[str, list[Card]]) -> None:
+    """The systems of units that fit what the deck says of them."""
+    for comment in deck.comments:
+        if found := _COMMENT.match(comment):
+            _take_units(mesh, found[0].strip(), _fitting(found[1], found[2]))
+    for card in parameters:
+        if card.text(0).upper() == "UNITSYS":
+            system = _UNITSYS.get(card.text(1).upper())
+            _take_units(mesh, f"PARAM,UNITSYS,{card.text(1)}", () if system is None else (system,))
+    for card in by_name.get("DTI", []):  # DTI, UNITS, 1, mass, force, length, time
+        if card.text(0).upper() == "UNITS" and card.text(1) == "1":
+            _take_units(
+                mesh, f"DTI,UNITS with {card.text(3)} and {card.text(4)}", _fitting(card.text(4), card.text(3))
+            )
+
+
+def _take_units(mesh: FileMesh, said: str, systems: tuple[str, ...]) -> None:
+    mesh.notes.append(
+        f"{said}: " + (f"unit {' or '.join(systems)}" if systems else "no system of units that is known")
+    )
+    mesh.units = mesh.units or systems
+
+
+def _fitting(length: str, force: str) -> tuple[str, ...]:
+    """The systems with these units of length and force."""
+    metres, newtons = _LENGTHS.get(length.upper(), 0.0), _FORCES.get(force.upper(), 0.0)
+    return tuple(
+        name
+        for name, system in UNIT_SYSTEMS.items()
+        if abs(system.length - metres) < 1e-6 * metres and abs(system.force - newtons) < 1e-6 * newtons
+    )
+
+
+def add_sets(mesh: FileMesh, deck: NastranDeck, set_cards: list[Card]) -> None:
+    """Put the sets of a deck into its mesh."""
+    named = {int(found[1]): (found[3], found[2]) for line in deck.comments if (found := _NAMED.match(line))}
+    nodes = np.unique(mesh.node_labels)
+    elements = np.unique(np.concatenate([np.empty(0, np.int64), *(group.labels for group in mesh.elements)]))
+    cards = [card for card in set_cards if card.name != "SET3" or card.text(1).upper() in ("GRID", "ELEM")]
+    if len(cards) < len(set_cards):
+        mesh.leave_out("unknown", {"SET3 of neither GRID nor ELEM": len(set_cards) - len(cards)})
+    for number, ranges, what in [*_case_control_sets(mesh, deck), *map(_bulk_set, cards)]:
+        name, kind = named.get(number, (f"SET_{number}", "")) if what != "SPC1" else (f"SPC1_{number}", "1")
+        kind = {"GRID": "1", "ELEM": "2"}.get(what, kind)
+        of_nodes, of_elements = _members(nodes, ranges), _members(elements, ranges)
+        whole = all(last == first for first, last in ranges) and len(of_elements) == len(set(ranges))
+        if kind != "2":
+            before = mesh.node_sets.get(name, np.empty(0, np.int64))
+            mesh.node_sets[name] = np.concatenate([before, of_nodes])
+        if kind == "2" or (kind == "" and (whole or (len(of_elements) and not len(of_nodes)))):
+            before = mesh.element_sets.get(name, np.empty(0, np.int64))
+            mesh.element_sets[name] = np.concatenate([before, of_elements])
+
+
+def _members(labels: IntArray, ranges: Ranges) -> IntArray:
+    """Those of sorted labels that lie in ranges, in the order of the ranges."""
+    if not ranges:
+        return np.empty(0, dtype=np.int64)
+    table = np.array(ranges, dtype=np.int64)
+    first, last = np.searchsorted(labels, table[:, 0]), np.searchsorted(labels, table[:, 1], side="right")
+    return np.concatenate([labels[a:b] for a, b in zip(first, last, strict=True)])
+
+
+def _case_control_sets(mesh: FileMesh, deck: NastranDeck) -> list[tuple[int, Ranges, str]]:
+    found = []
+    lines = iter(deck.case_control)
+    plots = False  # sets of the plotter are of another kind
+    for line in lines:
+        section = _OUTPUT.match(line)
+        plots = plots if section is None else section[1].upper() in ("PLOT", "XYPLOT", "XYOUT")
+        head = _SET.match(line)
+        if head is None or plots:
+            continue
+        parts = [head[2]]
+        while parts[-1].rstrip().endswith(","):
+            parts.append(next(lines, ""))
+        words = " ".join(parts).replace(",", " ").split()
+        if any(_REAL.fullmatch(word) for word in words):
+            mesh.notes.append(f"SET {head[1]} left out: holds frequencies or times, not labels")
+            continue
+        found.append((int(head[1]), _ranges(deck.path, f"SET {head[1]}", words), "SET"))
+    return found
+
+
+def _bulk_set(card: Card) -> tuple[int, Ranges, str]:
+    """Number, ranges and what the members are, of SET1, SET3 or SPC1."""
+    skip = 1 if card.name == "SET1" else 2
+    what = card.text(1).upper() if card.name == "SET3" else card.name
+    words = [word for word in card.fields[skip:] if word]
+    return card.label(0), _ranges(card.path, f"line {card.line}, {card.name}", words), what
+
+
+def _ranges(path: str, where: str, words: list[str]) -> Ranges:
+    ranges: Ranges = []
+    excepted: set[int] = set()
+    place, excluding = 0, False
+    while place < len(words):
+        word = words[place].upper()
+        if word == "ALL":
+            ranges.append((1, LARGEST_LABEL))
+        elif word == "EXCEPT":
+            excluding = True
+        elif word == "THRU" and ranges and place + 1 < len(words):
+            place += 1
+            ranges[-1] = (ranges[-1][0], _label(path, where, words[place]))
+            excluding = False
+        elif word == "BY" and ranges and place + 1 < len(words):
+            place += 1
+            (first, last), step = ranges.pop(), _label(path, where, words[place])
+            if step < 1 or (last - first) // step > _MOST_STEPS:
+                raise MeshFileError(path, f"{where}: BY {step} must be a step with {_MOST_STEPS} labels at most")
+            ranges += [(label, label) for label in range(first, last + 1, step)]
+        elif excluding:
+            excepted.add(_label(path, where, word))
+        else:
+            ranges.append((_label(path, where, word),) * 2)
+        place += 1
+    return [part for first, last in ranges for part in _without(first, last, sorted(excepted))]
+
+
+def _without(first: int, last: int, excepted: list[int]) -> Ranges:
+    parts: Ranges = []
+    for label in excepted:
+        if first <= label <= last:
+            if first < label:
+                parts.append((first, label - 1))
+            first = label + 1
+    return [*parts, (first, last)] if first <= last else parts
+
+
+def _label(path: str, where: str, word: str) -> int:
+    if not word.isdecimal() or len(word) > 10 or int(word) > LARGEST_LABEL:
+        raise MeshFileError(path, f"{where}: {word!r} must be a positive integer, THRU or EXCEPT")
+    return int(word)
 
 
 def read_nastran(path: str | Path) -> FileMesh:

@@ -1,4 +1,4 @@
-"""Mesh files of other programs, by their suffix."""
+"""Reads mesh files of other programs, by their suffix, and names the files that they include."""
 
 from __future__ import annotations
 
@@ -9,15 +9,23 @@ from pathlib import Path
 from geometry.errors import MeshFileError
 from geometry.imported_mesh import ImportedMesh
 from geometry.mesh_files.abaqus import read_abaqus
+from geometry.mesh_files.abaqus_blocks import abaqus_includes
 from geometry.mesh_files.ansys import read_ansys
 from geometry.mesh_files.file_mesh import FileMesh
 from geometry.mesh_files.gmsh import read_gmsh
 from geometry.mesh_files.med import read_med
 from geometry.mesh_files.nastran import read_nastran
+from geometry.mesh_files.nastran_cards import nastran_includes
 from geometry.mesh_files.resolve import imported_mesh
-from geometry.mesh_files.text_files import check_file
+from geometry.mesh_files.text_files import check_file, plain_name, text_lines
 from geometry.mesh_files.vtu import read_vtu
 
+_RULES = {
+    ".inp": abaqus_includes,
+    ".bdf": nastran_includes,
+    ".nas": nastran_includes,
+    ".dat": nastran_includes,
+}
 _APDL = re.compile(
     rb"^\s*(/(PREP7|COM|BATCH|CLEAR|TITLE|NOPR|UNITS|WB)\b|(NBLOCK|ET),)", re.IGNORECASE | re.MULTILINE
 )
@@ -31,6 +39,37 @@ READERS: dict[str, Callable[[str | Path], FileMesh]] = {
     ".vtu": read_vtu,
     ".med": read_med,
 }
+
+
+def included_names(path: str | Path, suffix: str) -> tuple[str, ...]:
+    """Names of the files that a mesh file includes directly, with slashes, by the rule of its reader.
+
+    Parameters
+    ----------
+    path : str or path
+        The mesh file, or a file that it includes.
+    suffix : str
+        Suffix of the mesh file, which tells the format: ".inp", ".bdf", ...
+
+    Returns
+    -------
+    tuple of str
+        The names; those of another folder and of files that are not there too.
+
+    Raises
+    ------
+    MeshFileError
+        The file cannot be read, or is no text.
+
+    Examples
+    --------
+    >>> from geometry import included_names
+    >>> _ = open("main.inp", "w").write("*Include, Input = nodes.inc\\n*NODE\\n1, 0., 0., 0.\\n")
+    >>> included_names("main.inp", ".inp")
+    ('nodes.inc',)
+    """
+    rule = _RULES.get(suffix.lower())
+    return () if rule is None else tuple(map(plain_name, rule(text_lines(path))))
 
 
 def read_mesh(path: str | Path) -> ImportedMesh:

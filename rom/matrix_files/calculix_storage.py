@@ -13,7 +13,7 @@ from rom.errors import MatrixFileError
 from rom.matrix_files.labelled_matrix import LARGEST, DofLabels, LabelledMatrix, from_entries
 
 SUFFIXES = (".sti", ".mas")
-_ALLOWED = "lines of row, column and value, as CalculiX writes them with SOLVER=MATRIXSTORAGE"
+_STORAGE_ALLOWED = "lines of row, column and value, as CalculiX writes them with SOLVER=MATRIXSTORAGE"
 
 
 def read_calculix(path: str | os.PathLike[str]) -> LabelledMatrix:
@@ -23,7 +23,7 @@ def read_calculix(path: str | os.PathLike[str]) -> LabelledMatrix:
     """
     from scipy.sparse import coo_matrix
 
-    rows, columns, values = numbers_in(path, 3, _ALLOWED).T
+    rows, columns, values = numbers_in(path, 3, _STORAGE_ALLOWED).T
     size = order_of(path, rows, columns)
     beside = Path(path).with_suffix(".dof")
     labels = read_calculix_dofs(beside) if beside.is_file() else None

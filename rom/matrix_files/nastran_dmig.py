@@ -15,7 +15,7 @@ from rom.matrix_files.labelled_matrix import DofLabels, LabelledMatrix, from_ent
 from rom.matrix_files.matrix_names import chosen_name
 
 SQUARE, SYMMETRIC = 1, 6
-_ALLOWED = "DMIG entries in small, large or free field"
+_DMIG_ALLOWED = "DMIG entries in small, large or free field"
 # parameters of the bulk data, and factors of the case control section, that scale the matrices: M2GG = 0.5*MAAX
 _PARAMETER = re.compile(r"\s*PARAM\*?[\s,]+(CK2|CM2)[\s,]+([^\s,]+)", re.IGNORECASE)
 _FACTOR = re.compile(r"\s*([KM]2GG)\s*=.*?([0-9.][0-9.+\-ED]*)\s*\*", re.IGNORECASE)
@@ -49,7 +49,7 @@ def read_dmig(path: str | os.PathLike[str], name: str | None, usual: tuple[str, 
     if found.kind in (3, 4):
         raise MatrixFileError(path, f"{chosen} is complex", "real numbers: stiffness and mass without damping")
     if not found.entries:
-        raise MatrixFileError(path, f"{chosen} has no entries", _ALLOWED)
+        raise MatrixFileError(path, f"{chosen} has no entries", _DMIG_ALLOWED)
     table = np.array([entry[:4] for entry in found.entries], dtype=np.int64)
     values = np.array([entry[4] for entry in found.entries])
     pairs, place = np.unique(np.concatenate([table[:, :2], table[:, 2:]]), axis=0, return_inverse=True)
@@ -76,11 +76,11 @@ def _take(path: str | os.PathLike[str], matrices: dict[str, _Dmig], fields: list
                 matrices[name].entries.append((*row, *column, _number(fields[k + 2])))
     except KeyError:
         raise MatrixFileError(
-            path, f"a column of {name} before its header (DMIG, {name}, 0, ...)", _ALLOWED
+            path, f"a column of {name} before its header (DMIG, {name}, 0, ...)", _DMIG_ALLOWED
         ) from None
     except (ValueError, IndexError):
         shown = ", ".join(fields[:8])
-        raise MatrixFileError(path, f"an entry that cannot be read: {shown}", _ALLOWED) from None
+        raise MatrixFileError(path, f"an entry that cannot be read: {shown}", _DMIG_ALLOWED) from None
 
 
 def _cards(path: str | os.PathLike[str]) -> Iterator[list[str]]:
@@ -89,7 +89,7 @@ def _cards(path: str | os.PathLike[str]) -> Iterator[list[str]]:
     try:
         lines = Path(path).read_text(encoding="ascii").splitlines()
     except UnicodeDecodeError:
-        raise MatrixFileError(path, "not a text file", _ALLOWED) from None
+        raise MatrixFileError(path, "not a text file", _DMIG_ALLOWED) from None
     for line in lines:
         text = line.split("$")[0]
         _refuse_factor(path, text)
@@ -98,12 +98,12 @@ def _cards(path: str | os.PathLike[str]) -> Iterator[list[str]]:
             card += _fields(text)[1:] if card and text.strip() else []
         else:
             if card and start[:1] == "=":
-                raise MatrixFileError(path, f"a replicated entry: {' '.join(text.split())[:40]}", _ALLOWED)
+                raise MatrixFileError(path, f"a replicated entry: {' '.join(text.split())[:40]}", _DMIG_ALLOWED)
             if card:
                 yield card
             card = _fields(text) if start == "DMIG" else []
         if card and any(map(str.strip, text.split(",")[10:])):
-            raise MatrixFileError(path, f"a line of more than 10 fields: {' '.join(text.split())[:40]}", _ALLOWED)
+            raise MatrixFileError(path, f"a line of more than 10 fields: {' '.join(text.split())[:40]}", _DMIG_ALLOWED)
     if card:
         yield card
 

@@ -18,7 +18,7 @@ from rom.matrix_files.matrix_names import chosen_name
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
-_ALLOWED = "a complete OP4 file"
+_OP4_ALLOWED = "a complete OP4 file"
 _LONGEST_NAME = 8
 
 
@@ -36,9 +36,9 @@ def read_op4(path: str | os.PathLike[str], name: str | None, usual: tuple[str, .
         try:
             names, shapes, _, _ = op4.dir(os.fspath(path), verbose=False)
         except Exception as error:  # the library raises whatever a damaged record makes of its arithmetic
-            raise MatrixFileError(path, f"not readable as OP4: {_reason(error)}", _ALLOWED) from None
+            raise MatrixFileError(path, f"not readable as OP4: {_reason(error)}", _OP4_ALLOWED) from None
         if not names:
-            raise MatrixFileError(path, "no matrix, or cut off in the first one", _ALLOWED)
+            raise MatrixFileError(path, "no matrix, or cut off in the first one", _OP4_ALLOWED)
         chosen = chosen_name(path, name, tuple(names), usual)
         rows, columns = shapes[list(names).index(chosen)]
         if not min(rows, columns) > 0 or max(rows, columns) > min(LARGEST, 64 * size):
@@ -46,9 +46,9 @@ def read_op4(path: str | os.PathLike[str], name: str | None, usual: tuple[str, .
         try:
             matrix = op4.load(os.fspath(path), chosen, into="dct", justmatrix=True, sparse=True)[chosen.lower()]
         except Exception as error:
-            raise MatrixFileError(path, f"{chosen} is not readable: {_reason(error)}", _ALLOWED) from None
+            raise MatrixFileError(path, f"{chosen} is not readable: {_reason(error)}", _OP4_ALLOWED) from None
     if matrix.shape != (rows, columns):
-        raise MatrixFileError(path, f"{chosen} is cut off", _ALLOWED)
+        raise MatrixFileError(path, f"{chosen} is cut off", _OP4_ALLOWED)
     found = csr_matrix(matrix)
     check_numbers(path, found.data)
     return LabelledMatrix(found.astype(np.float64))

@@ -282,7 +282,7 @@ def test_damaged_grids(tmp_path, old, new, found):
 @pytest.mark.parametrize("cell", ["tetra", "wedge", "hexahedron", "tetra10", "wedge15", "hexahedron20"])
 def test_vtk_cells_of_either_orientation(tmp_path, cell):
     """Programs differ in which triangle of a wedge comes first."""
-    from geometry.mesh_files.cells import KINDS
+    from geometry.mesh_files.file_mesh import KINDS
 
     kind = KINDS[cell]
     points = element_points(kind)
@@ -309,18 +309,18 @@ def test_groups_of_med_written_by_meshlane(tmp_path):
 
 
 def test_an_optional_library_that_is_missing(tmp_path, monkeypatch):
-    from geometry.mesh_files import libraries
+    from geometry.mesh_files import med
 
     (tmp_path / "a.med").write_text("HDF")
-    monkeypatch.setattr(libraries, "find_spec", lambda name: None)
+    monkeypatch.setattr(med, "find_spec", lambda name: None)
     with pytest.raises(MeshFileError, match=r"needs the package meshlane: pip install 'shroud\[meshes\]'"):
         read_mesh(tmp_path / "a.med")
 
 
 def test_grids_without_meshlane(tmp_path, monkeypatch):
-    from geometry.mesh_files import libraries
+    from geometry.mesh_files import med
 
-    monkeypatch.setattr(libraries, "find_spec", lambda name: None)
+    monkeypatch.setattr(med, "find_spec", lambda name: None)
     points = element_points("tet10")
     meshlane.vtu.write(str(tmp_path / "a.vtu"), meshlane.Mesh(points, [("tetra10", [list(range(10))])]))
     assert read_mesh(tmp_path / "a.vtu").blocks[0].kind == "tet10"

@@ -9,8 +9,7 @@ from mesh_file_support import area, every_kind, straight_middles, volumes
 
 from geometry import MeshFileError, read_mesh, write_mesh
 from geometry.mesh_files.nastran_cards import real
-from geometry.mesh_files.write_abaqus import abaqus_number
-from geometry.mesh_files.write_nastran import nastran_number
+from geometry.mesh_files.write import abaqus_number, nastran_number
 from rom import Material, assemble
 
 SUFFIXES = [".inp", ".bdf", ".cdb", ".msh", ".vtu"]
