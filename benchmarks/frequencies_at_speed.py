@@ -37,10 +37,9 @@ from rom import (
     reduce_sector,
     stiffen_by_rotation,
 )
-from rom.finite_elements.assembly import stress_at_quadrature
+from rom.finite_elements.assembly import ElasticBody, stress_at_quadrature
 from rom.finite_elements.discretisation import discretise
-from rom.finite_elements.static_equilibrium import RotatingBody
-from rom.finite_elements.total_lagrangian import ElasticBody
+from rom.finite_elements.rotation import RotatingBody
 
 NAME = "frequencies_at_speed"
 SPEEDS = (3000.0, 6000.0, 9000.0)  # rev/min

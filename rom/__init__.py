@@ -52,50 +52,43 @@ if TYPE_CHECKING:
         RomParameterError,
     )
     from rom.files.full_model_file import load_full_model, save_full_model
-    from rom.files.hdf5_reading import UNREADABLE, opened, stored_array, why_unreadable
-    from rom.files.hdf5_writing import new_hdf5
+    from rom.files.hdf5 import UNREADABLE, new_hdf5, opened, stored_array, why_unreadable
     from rom.files.reduced_model_file import read_reduced_model, write_reduced_model
     from rom.files.sector_file import load_sector, save_sector
-    from rom.finite_elements.element_warnings import element_warnings
+    from rom.finite_elements.discretisation import element_warnings
     from rom.finite_elements.full_model import FullModel, assemble
+    from rom.finite_elements.loads import nearest_vertices, nodal_force, pressure_force, thermal_force, traction_force
     from rom.finite_elements.material import Material
-    from rom.finite_elements.nodal_forces import nearest_vertices, nodal_force
     from rom.finite_elements.rotation import centrifugal_displacement, stiffen_by_rotation
     from rom.finite_elements.strain_gauge import strain_row
-    from rom.finite_elements.surface_loads import pressure_force, traction_force
-    from rom.finite_elements.thermal_load import thermal_force
     from rom.linear_algebra.blas_kernels import processor
     from rom.linear_algebra.factorisation import Factor, factorise
     from rom.linear_algebra.threads import one_blas_thread, one_blas_thread_in_children, require_memory
     from rom.matrix_files.labelled_matrix import DofLabels, LabelledMatrix
     from rom.matrix_files.matrix_choice import MatrixChoice
+    from rom.matrix_files.matrix_file import read_matrix, write_matrices
     from rom.matrix_files.matrix_model import MatrixModel, model_from_matrices
-    from rom.matrix_files.matrix_reading import read_matrix
-    from rom.matrix_files.matrix_writing import write_matrices
     from rom.matrix_files.node_table import NodeTable, read_dofs, read_nodes
     from rom.matrix_files.superelement import model_from_superelement
-    from rom.reduction.boundary_dofs import BoundaryChoice
+    from rom.reduction.boundary_dofs import BoundaryChoice, LoadVectors
     from rom.reduction.contact_dofs import contact_areas
-    from rom.reduction.coriolis_error import coriolis_error
     from rom.reduction.craig_bampton import Reduction, ReductionOptions, reduce_sector
-    from rom.reduction.load_vectors import LoadVectors
     from rom.reduction.modal_forces import with_modal_forces
     from rom.reduction.mode_selection import reduce_to_tolerance, reduction_errors
     from rom.reduction.model_comparison import (
         LinearError,
         LinearOperation,
         LinearResponse,
+        coriolis_error,
         linear_errors,
         linear_responses,
     )
     from rom.reduction.reference_model import FullReference, full_reference, held_frequencies, static_error
     from rom.stress.fatigue import FatigueLimits, StressCycle, stress_cycle
-    from rom.stress.hot_spots import Surroundings, hot_spots
+    from rom.stress.hot_spots import Surroundings, hot_spots, singular_vertices
     from rom.stress.mesh_motion import SolvedPoint
     from rom.stress.operating_stress import OperatingStress, nodal_stress, operating_stress
-    from rom.stress.singular_places import singular_vertices
-    from rom.stress.stress_recovery import NodalStress
-    from rom.stress.stress_tensor import von_mises
+    from rom.stress.stress_recovery import NodalStress, von_mises
     from rom.units import angular_speed
 
 __all__ = [
@@ -249,9 +242,9 @@ _PLACES = {
     "LinearError": "rom.reduction.model_comparison",
     "LinearOperation": "rom.reduction.model_comparison",
     "LinearResponse": "rom.reduction.model_comparison",
-    "LoadVectors": "rom.reduction.load_vectors",
-    "nearest_vertices": "rom.finite_elements.nodal_forces",
-    "nodal_force": "rom.finite_elements.nodal_forces",
+    "LoadVectors": "rom.reduction.boundary_dofs",
+    "nearest_vertices": "rom.finite_elements.loads",
+    "nodal_force": "rom.finite_elements.loads",
     "strain_row": "rom.finite_elements.strain_gauge",
     "with_modal_forces": "rom.reduction.modal_forces",
     "Material": "rom.finite_elements.material",
@@ -277,15 +270,15 @@ _PLACES = {
     "SpringSupportedMotion": "rom.cyclic.contact_springs",
     "StressCycle": "rom.stress.fatigue",
     "Surroundings": "rom.stress.hot_spots",
-    "UNREADABLE": "rom.files.hdf5_reading",
+    "UNREADABLE": "rom.files.hdf5",
     "angular_speed": "rom.units",
     "assemble": "rom.finite_elements.full_model",
     "centrifugal_displacement": "rom.finite_elements.rotation",
     "contact_areas": "rom.reduction.contact_dofs",
     "contact_springs": "rom.cyclic.contact_springs",
-    "coriolis_error": "rom.reduction.coriolis_error",
+    "coriolis_error": "rom.reduction.model_comparison",
     "coupled_frequencies": "rom.cyclic.natural_frequencies",
-    "element_warnings": "rom.finite_elements.element_warnings",
+    "element_warnings": "rom.finite_elements.discretisation",
     "expand_to_mesh": "rom.cyclic.reduced_model",
     "factorise": "rom.linear_algebra.factorisation",
     "full_reference": "rom.reduction.reference_model",
@@ -309,17 +302,17 @@ _PLACES = {
     "model_from_superelement": "rom.matrix_files.superelement",
     "modes_by_nodal_diameter": "rom.cyclic_sector.cyclic_modes",
     "natural_frequencies": "rom.cyclic.natural_frequencies",
-    "new_hdf5": "rom.files.hdf5_writing",
+    "new_hdf5": "rom.files.hdf5",
     "nodal_stress": "rom.stress.operating_stress",
     "one_blas_thread": "rom.linear_algebra.threads",
     "require_memory": "rom.linear_algebra.threads",
     "one_blas_thread_in_children": "rom.linear_algebra.threads",
-    "opened": "rom.files.hdf5_reading",
+    "opened": "rom.files.hdf5",
     "operating_stress": "rom.stress.operating_stress",
-    "pressure_force": "rom.finite_elements.surface_loads",
+    "pressure_force": "rom.finite_elements.loads",
     "processor": "rom.linear_algebra.blas_kernels",
     "read_dofs": "rom.matrix_files.node_table",
-    "read_matrix": "rom.matrix_files.matrix_reading",
+    "read_matrix": "rom.matrix_files.matrix_file",
     "read_nodes": "rom.matrix_files.node_table",
     "read_reduced_model": "rom.files.reduced_model_file",
     "reduce_sector": "rom.reduction.craig_bampton",
@@ -328,17 +321,17 @@ _PLACES = {
     "relative_contact_motion": "rom.cyclic.cyclic_symmetry",
     "save_full_model": "rom.files.full_model_file",
     "save_sector": "rom.files.sector_file",
-    "singular_vertices": "rom.stress.singular_places",
+    "singular_vertices": "rom.stress.hot_spots",
     "spring_stiffness": "rom.cyclic.contact_springs",
     "static_error": "rom.reduction.reference_model",
     "stiffen_by_rotation": "rom.finite_elements.rotation",
-    "stored_array": "rom.files.hdf5_reading",
+    "stored_array": "rom.files.hdf5",
     "stress_cycle": "rom.stress.fatigue",
-    "thermal_force": "rom.finite_elements.thermal_load",
-    "traction_force": "rom.finite_elements.surface_loads",
-    "von_mises": "rom.stress.stress_tensor",
-    "why_unreadable": "rom.files.hdf5_reading",
-    "write_matrices": "rom.matrix_files.matrix_writing",
+    "thermal_force": "rom.finite_elements.loads",
+    "traction_force": "rom.finite_elements.loads",
+    "von_mises": "rom.stress.stress_recovery",
+    "why_unreadable": "rom.files.hdf5",
+    "write_matrices": "rom.matrix_files.matrix_file",
     "write_reduced_model": "rom.files.reduced_model_file",
 }
 

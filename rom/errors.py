@@ -1,7 +1,9 @@
-"""Exceptions of this package."""
+"""Exceptions of this package, and the check of a single parameter."""
 
 from __future__ import annotations
 
+import math
+import numbers
 import os
 
 from geometry import ParameterError
@@ -97,3 +99,10 @@ class MatrixFileError(ValueError):
 
     def __reduce__(self) -> tuple[type, tuple[str, str, str]]:
         return type(self), (self.path, self.found, self.allowed)
+
+
+def require_between(table: str, parameter: str, value: object, low: float, high: float, allowed: str) -> None:
+    """Raise RomParameterError unless value is a number strictly between low and high (so never NaN or infinite)."""
+    number = float(value) if isinstance(value, numbers.Real) and not isinstance(value, bool) else math.nan
+    if not low < number < high:
+        raise RomParameterError(table, parameter, value, allowed)

@@ -17,10 +17,9 @@ from numpy.typing import NDArray
 from rom.cyclic_sector.cyclic_faces import CyclicFaces
 from rom.errors import FactorisationError
 from rom.finite_elements.full_model import FullModel, node_dofs
+from rom.linear_algebra.block_lanczos import IsotropicMatrix
 from rom.linear_algebra.cholmod import COLUMNS, CholmodFactor, library
-from rom.linear_algebra.factorisation import NOT_DEFINITE
-from rom.linear_algebra.isotropic_matrix import IsotropicMatrix
-from rom.linear_algebra.ordering import nested_dissection
+from rom.linear_algebra.factorisation import NOT_DEFINITE, nested_dissection
 from rom.linear_algebra.schur_complement import SchurComplement
 from rom.units import angular_speed
 

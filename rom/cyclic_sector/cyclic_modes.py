@@ -28,9 +28,8 @@ from rom.cyclic_sector.condensed_sector import CondensedForces, CondensedSector,
 from rom.cyclic_sector.cyclic_faces import CyclicFaces
 from rom.errors import RomParameterError
 from rom.finite_elements.full_model import FullModel, node_dofs
-from rom.linear_algebra.block_lanczos import lowest_eigenpairs
+from rom.linear_algebra.block_lanczos import IsotropicMatrix, lowest_eigenpairs
 from rom.linear_algebra.factorisation import Factor, factorise
-from rom.linear_algebra.isotropic_matrix import IsotropicMatrix
 from rom.linear_algebra.threads import one_blas_thread
 
 if TYPE_CHECKING:

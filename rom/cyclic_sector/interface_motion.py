@@ -27,8 +27,7 @@ from rom.cyclic_sector.cyclic_faces import CyclicFaces
 from rom.cyclic_sector.cyclic_modes import CyclicModes, WaveProblem
 from rom.finite_elements.full_model import FullModel, node_dofs
 from rom.linear_algebra.threads import one_blas_thread
-from rom.reduction.boundary_dofs import AT_TIP, BoundaryChoice, choose_boundary_dofs
-from rom.reduction.interface_motion import InterfaceMotion, WaveReference
+from rom.reduction.boundary_dofs import AT_TIP, BoundaryChoice, InterfaceMotion, WaveReference, choose_boundary_dofs
 
 RIGID = 1e-3  # of the shift: squared frequency of a rigid motion, round-off
 BELOW_HALF = 1.4  # a nodal diameter this close to half the number of sectors is not sampled beside it

@@ -22,14 +22,19 @@ from rom.cyclic_sector.cyclic_faces import cyclic_faces
 from rom.cyclic_sector.cyclic_modes import CyclicModes, WaveProblem
 from rom.errors import RomParameterError
 from rom.finite_elements.full_model import FullModel
-from rom.linear_algebra.orthonormalisation import orthonormal_combinations
+from rom.linear_algebra.block_lanczos import orthonormal_combinations
 from rom.linear_algebra.threads import one_blas_thread
-from rom.reduction.boundary_dofs import AT_TIP, BoundaryChoice, BoundaryDofs, choose_boundary_dofs
-from rom.reduction.boundary_selection import boundary_selection
+from rom.reduction.boundary_dofs import (
+    AT_TIP,
+    BoundaryChoice,
+    BoundaryDofs,
+    InterfaceMotion,
+    LoadVectors,
+    choose_boundary_dofs,
+)
 from rom.reduction.contact_dofs import ContactDofs
-from rom.reduction.interface_motion import InterfaceMotion
-from rom.reduction.load_vectors import LoadVectors
 from rom.reduction.reference_model import BEYOND, FIRST_GUESS, MOST_MODES, FullReference, spread_over_face
+from rom.reduction.substructure import boundary_selection
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rom.errors import FullModelFileError
-from rom.files.hdf5_reading import UNREADABLE, opened, stored_array, why_unreadable
-from rom.files.hdf5_writing import new_hdf5
+from rom.files.hdf5 import UNREADABLE, new_hdf5, opened, stored_array, why_unreadable
 from rom.finite_elements.full_model import FullModel
 
 if TYPE_CHECKING:

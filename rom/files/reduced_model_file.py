@@ -10,8 +10,7 @@ import numpy as np
 from rom.cyclic.reduced_model import ReducedModel
 from rom.cyclic.wave_superelement import WaveSuperelement, model_of_waves, superelements_of
 from rom.errors import ReducedModelError
-from rom.files.hdf5_reading import UNREADABLE, opened, stored_array, why_unreadable
-from rom.files.hdf5_writing import new_hdf5
+from rom.files.hdf5 import UNREADABLE, new_hdf5, opened, stored_array, why_unreadable
 
 if TYPE_CHECKING:
     import h5py

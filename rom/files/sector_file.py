@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 
 from geometry import ContactFace, ElementBlock, ElementSides, SectorFileError, SectorMesh, check_sector
-from rom.files.hdf5_reading import UNREADABLE, opened, stored_array, why_unreadable
-from rom.files.hdf5_writing import new_hdf5
+from rom.files.hdf5 import UNREADABLE, new_hdf5, opened, stored_array, why_unreadable
 
 FORMAT = "2"
 FACE_FIELDS = ("nodes", "position", "frame", "area")

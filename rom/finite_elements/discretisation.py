@@ -3,6 +3,8 @@
 An isoparametric element takes the nodes of the mesh as they are, mid-side nodes on curved edges included. A mesh of
 8-node hexahedra can be promoted to hex20 or hex27: the geometry stays straight-edged (trilinear), and scikit-fem
 numbers the nodes.
+
+Here stand too the quadrature points on sides of elements, flat or curved, and what makes a mesh a poor model.
 """
 
 from __future__ import annotations
@@ -14,18 +16,18 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry import ElementBlock
+from geometry import ElementBlock, ElementSides
 from rom.errors import RomParameterError
-from rom.finite_elements.reference_element import ReferenceElement, ShapeTable
+from rom.finite_elements.reference_element import ReferenceElement, ReferenceSide, ShapeTable, reference_sides
 
 Array = NDArray[np.float64]
-
 ELEMENTS = ("hex20", "hex8", "hex27")
-
 # Corner k of scikit-fem's reference hexahedron is corner _VTK_CORNER[k] of VTK's and gmsh's.
 _VTK_CORNER = (6, 2, 5, 7, 1, 3, 4, 0)
 # Doubles in one batch of elements (about 64 MB).
 _BATCH_DOUBLES = 8_000_000
+Rule = tuple[Array, Array]
+_BETTER = {"tet4": "tet10", "wedge6": "wedge15", "hex8": "hex20"}
 
 
 class ElementMesh(Protocol):
@@ -180,3 +182,115 @@ def _promoted(mesh: ElementMesh, element: str) -> Discretisation:
         first += len(block)
         parts.append(DiscreteBlock(reference, nodes[part], corners[part], corner_points[part], block.material, table))
     return Discretisation(positions, dofs.nodal_dofs[0].astype(np.int64), tuple(parts))
+
+
+@dataclass(frozen=True)
+class SidePoints:
+    """q quadrature points on the same side of s elements of one block."""
+
+    position: Array  # (s, q, 3), points, m
+    normal: Array  # (s, q, 3), outward normals, not of unit length: times the weights they are the area vectors, m^2
+    weights: Array  # (q,), quadrature weights
+    # (s, b), nodes of the elements, and rows of the points of the mesh that give their geometry
+    nodes: NDArray[np.int64]
+    # (s, b), nodes of the elements, and rows of the points of the mesh that give their geometry
+    vertices: NDArray[np.int64]
+    values: Array  # (q, b), shape functions of the displacement and of the geometry
+    geometry: Array  # (q, b), shape functions of the displacement and of the geometry
+
+    @property
+    def area(self) -> Array:
+        """Shares (s, q) of the area, m^2."""
+        return np.asarray(self.weights * np.linalg.norm(self.normal, axis=-1))
+
+
+def points_on_sides(discretisation: Discretisation, sides: ElementSides, rule: Rule) -> Iterator[SidePoints]:
+    """Quadrature points on a surface, one side of the reference cell after the other.
+
+    The rule, points (p,) and weights (p,) on [0, 1], is applied in both directions of a quadrilateral. On a triangle
+    it is applied to the square that is collapsed on it (Duffy): exact for one degree less.
+    """
+    for index, block in enumerate(discretisation.blocks):
+        for side in reference_sides(block.reference.kind):
+            elements = sides.element[(sides.block == index) & (sides.side == side.side)]
+            if len(elements):
+                yield _on_side(block, side, elements, rule)
+
+
+def _on_side(block: DiscreteBlock, side: ReferenceSide, elements: NDArray[np.int64], rule: Rule) -> SidePoints:
+    """Points on one side of the reference cell of some elements (s,)."""
+    line, weight = rule
+    x, y = (grid.ravel() for grid in np.meshgrid(line, line, indexing="ij"))
+    weights = np.outer(weight, weight).ravel()
+    if side.triangle:
+        y, weights = y * (1.0 - x), weights * (1.0 - x)
+    points = side.at(x, y)
+    values, _ = block.reference.shape_functions(points)
+    geometry, slopes = block.reference.geometry_functions(points)
+    corners = block.geometry[elements]
+    first, second = (np.einsum("qc,eci->eqi", slopes @ along, corners) for along in (side.u, side.v))
+    return SidePoints(
+        position=np.einsum("qc,eci->eqi", geometry, corners),
+        normal=side.outward * np.cross(first, second),
+        weights=weights,
+        nodes=block.nodes[elements],
+        vertices=block.vertices[elements],
+        values=values,
+        geometry=geometry,
+    )
+
+
+def element_warnings(mesh: ElementMesh) -> tuple[str, ...]:
+    """Warnings about the elements of a mesh, taken as they are.
+
+    Elements with linear shape functions bend far too stiffly. Elements are not connected along an edge where one has
+    a mid-side node and the neighbour none, or another.
+
+    Parameters
+    ----------
+    mesh : SectorMesh or ImportedMesh
+        The mesh.
+
+    Returns
+    -------
+    tuple of str
+        One line for each such kind of element, and one for hanging nodes; empty where there is none.
+
+    Examples
+    --------
+    >>> from geometry import ElementBlock, ImportedMesh
+    >>> from rom import element_warnings
+    >>> tetrahedron = ElementBlock("tet4", np.array([[0, 1, 2, 3]]))
+    >>> mesh = ImportedMesh("tet.inp", np.eye(4, 3), np.arange(1, 5), (tetrahedron,), (np.array([1]),))
+    >>> print(*element_warnings(mesh))
+    1 tet4 elements bend far too stiffly (linear shape functions): frequencies come out too high, use tet10
+    """
+    counts = {kind: sum(len(block) for block in mesh.blocks if block.kind == kind) for kind in _BETTER}
+    lines = [
+        f"{count} {kind} elements bend far too stiffly (linear shape functions): frequencies come out too high, "
+        f"use {_BETTER[kind]}"
+        for kind, count in counts.items()
+        if count
+    ]
+    hanging = hanging_edges(mesh)
+    if hanging:
+        lines.append(
+            f"{hanging} edges have a mid-side node in one element and none, or another one, in its neighbour: "
+            "the elements are not connected there"
+        )
+    return tuple(lines)
+
+
+def hanging_edges(mesh: ElementMesh) -> int:
+    """Number of edges between two corners whose elements do not share one mid-side node, or have none."""
+    if not any(block.topology.quadratic for block in mesh.blocks):
+        return 0
+    keys, middles = [], []
+    for block in mesh.blocks:
+        topology = block.topology
+        ends = np.sort(block.nodes[:, np.array(topology.edges)], axis=-1).reshape(-1, 2)
+        keys.append(ends[:, 0] * len(mesh.points) + ends[:, 1])
+        middle = block.nodes[:, topology.corners :] if topology.quadratic else np.full((len(block), 1), -1)
+        middles.append(np.broadcast_to(middle, (len(block), len(topology.edges))).ravel())
+    pairs = np.unique(np.column_stack([np.concatenate(keys), np.concatenate(middles)]), axis=0)
+    return len(pairs) - len(np.unique(pairs[:, 0]))

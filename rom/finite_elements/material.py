@@ -9,8 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rom.checks import require_between
-from rom.errors import RomParameterError
+from rom.errors import RomParameterError, require_between
 
 
 @dataclass(frozen=True)

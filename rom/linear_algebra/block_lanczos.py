@@ -5,30 +5,114 @@ basis is reorthogonalised in full, by classical Gram-Schmidt twice (CGS2), and b
 no eigenvector appears twice; a multiple eigenvalue is found with its multiplicity, up to the width of the block.
 Vectors are rows here: a block (p, n) is contiguous for the solver and for the products with the basis.
 
+SVQB orthonormalises vectors by the eigenvectors of their Gram matrix. A mass acts alike on x, y and z: it is kept as
+one number for each pair of nodes.
+
 References
 ----------
 R. G. Grimes, J. G. Lewis, H. D. Simon, A shifted block Lanczos algorithm for solving sparse symmetric generalized
 eigenproblems, SIAM J. Matrix Anal. Appl. 15 (1994) 228-272.
+A. Stathopoulos, K. Wu, A block orthogonalization procedure with constant synchronization requirements,
+SIAM J. Sci. Comput. 23 (2002) 2165-2182.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Protocol
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rom.linear_algebra.orthonormalisation import svqb
 from rom.linear_algebra.threads import at_once, return_memory, shared
 
-Block = NDArray[Any]  # real or complex
+if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
 
-_DEPENDENT = 1e-11  # part of a direction outside the basis below which it is dropped
+# Smallest eigenvalue of the scaled Gram matrix that is not round-off of the others.
+_DEPENDENT = 1e-11
+# Smallest length of a vector after others were taken out of it, over its length before.
+_LOST = 1e-7
+_PER_NODE = 3
+Block = NDArray[Any]  # real or complex
 _CLEAN = 1e-12  # part inside the basis below which a block's product with M is not formed again
 _LITTLE = 1e-6  # part inside the basis that is taken out in one pass to round-off
 _WELL = 1e-2  # smallest eigenvalue of a block's scaled Gram matrix with which one pass loses two digits at most
 _CHECK_AFTER = 1.05  # growth of the basis between two checks of convergence
+
+
+def svqb(
+    gram: NDArray[Any], lengths: NDArray[np.float64], smallest: float, most: int | None = None
+) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Combinations of k vectors that are orthonormal, from their Gram matrix G.
+
+    With D = diag(lengths) and D^-1 G D^-1 = V S V^H the combinations are X = D^-1 V S^-1/2: X^H G X = I. Linearly
+    dependent directions are dropped.
+    Shapes: `gram` (k, k), `lengths` (k,), returns `combinations` (k, r), `components` (r, k).
+    """
+    squares, directions = np.linalg.eigh(0.5 * (gram + gram.conj().T) / np.outer(lengths, lengths))
+    chosen = np.flatnonzero(squares > smallest)
+    if most is not None:
+        chosen = chosen[len(chosen) - min(most, len(chosen)) :]
+    roots, directions = np.sqrt(squares[chosen]), directions[:, chosen]
+    return (directions / roots) / lengths[:, None], (roots * directions).conj().T * lengths
+
+
+def orthonormal_combinations(gram: NDArray[Any], before: NDArray[np.float64] | None = None) -> NDArray[Any]:
+    """Combinations (k, r), r <= k, of k vectors with Gram matrix (k, k), real or Hermitian, that are orthonormal.
+
+    before (k,): squared lengths of the vectors before they were made orthogonal to others. A vector of which next to
+    nothing is left is round-off; it is left out.
+    """
+    squared = np.maximum(np.diag(gram).real, 0.0)
+    used = squared > (0.0 if before is None else _LOST**2 * before)
+    found, _ = svqb(gram[np.ix_(used, used)], np.sqrt(squared[used]), _DEPENDENT)
+    combinations = np.zeros((len(gram), found.shape[1]), found.dtype)
+    combinations[used] = found
+    return combinations
+
+
+@dataclass(frozen=True)
+class IsotropicMatrix:
+    """Matrix A (3n, 3n) of n nodes whose block for a pair of nodes is a number times the identity.
+
+    A product with k columns is that of the numbers with 3k columns: a third of the entries is read.
+    """
+
+    pairs: csr_matrix  # (n, n), the number of each pair
+
+    @classmethod
+    def of(cls, matrix: csr_matrix) -> IsotropicMatrix:
+        """From the matrix (3n, 3n) itself, of which only the x components are read."""
+        return cls(matrix[::_PER_NODE][:, ::_PER_NODE].tocsr())
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns, (3n, 3n)."""
+        rows, columns = self.pairs.shape
+        return _PER_NODE * rows, _PER_NODE * columns
+
+    def __matmul__(self, columns: NDArray[np.float64]) -> NDArray[np.float64]:
+        """A x for x (3n,) or (3n, k), node-major x, y, z."""
+        rows, inner = self.pairs.shape
+        together = np.ascontiguousarray(columns).reshape(inner, columns.size // max(inner, 1))
+        product = np.empty((rows, together.shape[1]))
+
+        def multiply(part: slice) -> None:
+            product[part] = self._rows(part) @ together
+
+        at_once(multiply, [slice(s.start // _PER_NODE, s.stop // _PER_NODE) for s in shared(_PER_NODE * rows)])
+        return product.reshape(_PER_NODE * rows, *columns.shape[1:])
+
+    def _rows(self, part: slice) -> csr_matrix:
+        """Some rows of the pairs, not copied."""
+        from scipy.sparse import csr_matrix
+
+        pairs, starts = self.pairs, self.pairs.indptr[part.start : part.stop + 1]
+        place = slice(starts[0], starts[-1])
+        shape = part.stop - part.start, pairs.shape[1]
+        return csr_matrix((pairs.data[place], pairs.indices[place], starts - starts[0]), shape=shape)
 
 
 class Mass(Protocol):

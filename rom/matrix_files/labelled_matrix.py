@@ -1,4 +1,7 @@
-"""A matrix as a file of another program holds it, with the dofs of its rows where the file names them."""
+"""A matrix as a file of another program holds it, with the dofs of its rows where the file names them.
+
+The name of a matrix tells which of several of a file is meant.
+"""
 
 from __future__ import annotations
 
@@ -14,9 +17,36 @@ from rom.errors import MatrixFileError
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix, csr_matrix
 
+# of Nastran: a-set, external superelements (EXTSEOUT writes KAAX, MAAX), direct input, g-set, and its other sets
+_OF_NASTRAN = ("{}AA", "{}AAX", "{}2GG", "{}GG", "{}LL", "{}XX", "{}TT", "{}NN", "{}JJ")
+STIFFNESS = ("K", "stiffness", *(name.format("K") for name in _OF_NASTRAN), "Kred", "K_red", "Kr", "STIFF")
+MASS = ("M", "mass", *(name.format("M") for name in _OF_NASTRAN), "Mred", "M_red", "Mr", "MASS")
+TRANSFORMATION = ("T", "transformation", "basis", "Phi", "Psi", "GOA")
+FORCE = ("f", "force", "centrifugal", "force_centrifugal", "PG", "PAX")
+_LISTED = 8
 LARGEST = 20_000_000  # rows; a header that claims more is damaged
 _ASYMMETRY = 1e-8  # of the largest entry
 _LARGEST_NUMBER = 1e100  # squares and products of larger numbers overflow
+
+
+def chosen_name(
+    path: str | os.PathLike[str], wanted: str | None, held: tuple[str, ...], usual: tuple[str, ...]
+) -> str:
+    """The name of a matrix in a file: the wanted one, the only one, or the first usual one; letter case is free.
+
+    Raises MatrixFileError where there is none, or it is not clear which; the message lists the names of the file.
+    """
+    listed = ", ".join(held[:_LISTED]) + (", ..." if len(held) > _LISTED else "") if held else "no matrix"
+    folded = {name.casefold(): name for name in reversed(held)} | {name: name for name in held}
+    for name in usual if wanted is None else (wanted,):
+        found = folded.get(name) or folded.get(name.casefold())
+        if found is not None:
+            return found
+    if wanted is not None:
+        raise MatrixFileError(path, f"has no matrix {wanted!r}", listed)
+    if len(held) == 1:
+        return held[0]
+    raise MatrixFileError(path, f"holds {listed}: which one is meant is not clear", f"a name, such as {usual[0]}")
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rom.errors import MatrixFileError
-from rom.files.hdf5_reading import opened, stored_array, why_unreadable
-from rom.matrix_files.labelled_matrix import LARGEST, LabelledMatrix, check_numbers
-from rom.matrix_files.matrix_names import chosen_name
+from rom.files.hdf5 import opened, stored_array, why_unreadable
+from rom.matrix_files.labelled_matrix import LARGEST, LabelledMatrix, check_numbers, chosen_name
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix

@@ -17,10 +17,9 @@ from numpy.typing import NDArray
 from geometry import UNIT_SYSTEMS, SectorMesh
 from rom.errors import MatrixFileError, RomParameterError
 from rom.finite_elements.full_model import FullModel, node_dofs
-from rom.matrix_files.labelled_matrix import DofLabels, LabelledMatrix
+from rom.matrix_files.labelled_matrix import FORCE, MASS, STIFFNESS, DofLabels, LabelledMatrix
 from rom.matrix_files.matrix_choice import MatrixChoice
-from rom.matrix_files.matrix_names import FORCE, MASS, STIFFNESS
-from rom.matrix_files.matrix_reading import read_matrix
+from rom.matrix_files.matrix_file import read_matrix
 from rom.matrix_files.node_sets import SectorNodes, sector_nodes
 from rom.matrix_files.node_table import checked_dofs, read_dofs
 

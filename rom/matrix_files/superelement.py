@@ -10,11 +10,10 @@ from numpy.typing import NDArray
 from geometry import UNIT_SYSTEMS
 from rom.cyclic.reduced_model import ReducedModel
 from rom.errors import MatrixFileError, RomParameterError
-from rom.matrix_files.labelled_matrix import DofLabels
+from rom.matrix_files.labelled_matrix import FORCE, TRANSFORMATION, DofLabels
 from rom.matrix_files.matrix_choice import MatrixChoice
+from rom.matrix_files.matrix_file import read_matrix
 from rom.matrix_files.matrix_model import read_matrix_pair
-from rom.matrix_files.matrix_names import FORCE, TRANSFORMATION
-from rom.matrix_files.matrix_reading import read_matrix
 from rom.matrix_files.node_sets import SectorNodes, sector_nodes
 from rom.matrix_files.node_table import read_dofs
 from rom.reduction.boundary_dofs import AT_TIP, BoundaryChoice

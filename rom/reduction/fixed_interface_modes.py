@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rom.errors import FactorisationError, RomParameterError
-from rom.linear_algebra.block_lanczos import lowest_eigenpairs
+from rom.linear_algebra.block_lanczos import IsotropicMatrix, lowest_eigenpairs
 from rom.linear_algebra.factorisation import Factor
-from rom.linear_algebra.isotropic_matrix import IsotropicMatrix
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix

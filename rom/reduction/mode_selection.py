@@ -12,13 +12,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rom.checks import require_between
 from rom.cyclic.reduced_model import ReducedModel
-from rom.errors import RomParameterError
+from rom.errors import RomParameterError, require_between
 from rom.finite_elements.full_model import FullModel
 from rom.linear_algebra.threads import one_blas_thread
 from rom.reduction.boundary_dofs import AT_TIP, BoundaryChoice
-from rom.reduction.craig_bampton import Reduction, craig_bampton_model
+from rom.reduction.craig_bampton import Reduction, augmented_model, craig_bampton_model, residual_vectors
 from rom.reduction.fixed_interface_modes import ModalBasis, lowest_modes
 from rom.reduction.model_comparison import (
     LinearError,
@@ -27,7 +26,6 @@ from rom.reduction.model_comparison import (
     linear_errors,
     linear_responses,
 )
-from rom.reduction.residual_modes import augmented_model, residual_vectors
 from rom.reduction.substructure import Substructure, partition_at_boundary
 
 if TYPE_CHECKING:

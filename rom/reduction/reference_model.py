@@ -24,16 +24,14 @@ from rom.cyclic.cyclic_symmetry import in_wave
 from rom.cyclic.reduced_model import ReducedModel
 from rom.errors import ReducedModelError, RomParameterError
 from rom.finite_elements.full_model import FullModel
+from rom.linear_algebra.block_lanczos import orthonormal_combinations
 from rom.linear_algebra.factorisation import Factor, factorise
-from rom.linear_algebra.orthonormalisation import orthonormal_combinations
 from rom.linear_algebra.threads import one_blas_thread
-from rom.reduction.boundary_dofs import AT_TIP, BoundaryChoice, BoundaryDofs, choose_boundary_dofs
-from rom.reduction.boundary_selection import boundary_selection
+from rom.reduction.boundary_dofs import AT_TIP, BoundaryChoice, BoundaryDofs, LoadVectors, choose_boundary_dofs
 from rom.reduction.contact_dofs import ContactDofs, averaged_dofs
 from rom.reduction.fixed_interface_modes import ModalBasis, lowest_modes
-from rom.reduction.load_vectors import LoadVectors
 from rom.reduction.mortar_dofs import Grid, coarser_mortar, contact_grid
-from rom.reduction.substructure import symmetric
+from rom.reduction.substructure import boundary_selection, symmetric
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix

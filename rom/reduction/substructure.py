@@ -3,6 +3,14 @@
 With the interior dofs i and the boundary dofs b, the constraint modes Psi = -K_ii^-1 K_ib are the static responses of
 the interior to unit boundary displacements (Craig and Bampton 1968). Condensation by them alone is Guyan's.
 
+With averaged contact dofs the variables z of the displacements u = T z hold the averages in the places of a few nodes
+p. T is the identity but for their rows. On the interior i, with the selections J of its unknowns and P of those of p,
+T_i = J + P W, so that
+
+    (T^T A T)_ii = J^T A J + C + C^T,    C = (J^T A P + W^T A_pp / 2) W,
+
+where only the first term has the size of the mesh.
+
 References
 ----------
 R. J. Guyan, Reduction of stiffness and mass matrices, AIAA Journal 3 (1965) 380.
@@ -19,17 +27,76 @@ from numpy.typing import NDArray
 
 from rom.finite_elements.full_model import FullModel
 from rom.finite_elements.rotation import coriolis_acceleration
+from rom.linear_algebra.block_lanczos import IsotropicMatrix
 from rom.linear_algebra.factorisation import Factor, analyse
-from rom.linear_algebra.isotropic_matrix import IsotropicMatrix
 from rom.linear_algebra.threads import beside
-from rom.reduction.boundary_dofs import BoundaryChoice, BoundaryDofs, choose_boundary_dofs
-from rom.reduction.load_vectors import InteriorLoads
-from rom.reduction.partition import partitioned
+from rom.reduction.boundary_dofs import BoundaryChoice, BoundaryDofs, InteriorLoads, choose_boundary_dofs
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
     from geometry import SectorMesh
+    from rom.reduction.boundary_dofs import BoundaryDofs
+
+
+def partitioned(
+    matrix: csr_matrix, interior: NDArray[np.int64], boundary: BoundaryDofs, per_node: int
+) -> tuple[csr_matrix, csr_matrix, csr_matrix]:
+    """Blocks ii, ib and bb of T^T A T for a symmetric A with `per_node` unknowns for each node of the mesh.
+
+    The boundary unknowns are along x, y, z, not in their frames.
+    """
+    inside = _unknowns(interior, per_node)
+    rows = matrix[inside]
+    if boundary.variables is None:
+        held = _unknowns(boundary.nodes, per_node)
+        return rows[:, inside], rows[:, held], matrix[held][:, held]
+    at_boundary = _for_each(boundary.variables[:, boundary.nodes], per_node)
+    product = (matrix @ at_boundary).tocsr()
+    replaced = boundary.nodes[: 2 * boundary.n_contacts]
+    weights = _for_each(boundary.variables[replaced][:, interior], per_node)
+    p = _unknowns(replaced, per_node)
+    correction = ((rows[:, p] + 0.5 * (weights.T @ matrix[p][:, p])) @ weights).tocsr()
+    correction = (correction + correction.T).tocsr()
+    correction.sum_duplicates()
+    return (
+        _added(rows[:, inside], correction),
+        (product[inside] + weights.T @ product[p]).tocsr(),
+        (at_boundary.T @ product).tocsr(),
+    )
+
+
+def _added(matrix: csr_matrix, correction: csr_matrix) -> csr_matrix:
+    """Sum of a matrix (n, n) and one with few rows that are not empty; the other rows are only copied."""
+    from scipy.sparse import csr_matrix
+
+    changed = np.flatnonzero(np.diff(correction.indptr))
+    sums = (matrix[changed] + correction[changed]).tocsr()
+    lengths = np.diff(matrix.indptr)
+    lengths[changed] = np.diff(sums.indptr)
+    starts = np.concatenate([[0], np.cumsum(lengths)]).astype(matrix.indptr.dtype)
+    before, after = matrix.indptr[np.append(changed, matrix.shape[0])], np.append(0, matrix.indptr[changed + 1])
+
+    def joined(of_matrix: NDArray[np.generic], of_sums: NDArray[np.generic]) -> NDArray[np.generic]:
+        pieces = [of_matrix[after[0] : before[0]]]
+        for k in range(len(changed)):
+            pieces += [of_sums[sums.indptr[k] : sums.indptr[k + 1]], of_matrix[after[k + 1] : before[k + 1]]]
+        return np.concatenate(pieces)
+
+    arrays = joined(matrix.data, sums.data), joined(matrix.indices, sums.indices), starts
+    return csr_matrix(arrays, shape=matrix.shape)
+
+
+def _unknowns(nodes: NDArray[np.int64], per_node: int) -> NDArray[np.int64]:
+    """Numbers of the unknowns of nodes (k,)."""
+    return (per_node * nodes[:, None] + np.arange(per_node)).ravel()
+
+
+def _for_each(matrix: csr_matrix, per_node: int) -> csr_matrix:
+    """A matrix between nodes, for each of their unknowns alike."""
+    from scipy.sparse import identity, kron
+
+    return kron(matrix, identity(per_node), format="csr")
 
 
 @dataclass(frozen=True)
@@ -242,3 +309,30 @@ def _sparse(matrix: NDArray[np.float64]) -> csr_matrix:
     from scipy.sparse import csr_matrix
 
     return csr_matrix(matrix)
+
+
+def load_selection(parts: Substructure, shapes: NDArray[np.float64]) -> dict[str, Any]:
+    """Contact motions, outputs and forces of a model with the boundary dofs and shapes (3i, m) of the interior."""
+    b = parts.boundary.size
+    selected = boundary_selection(parts.boundary, np.eye(b, b + shapes.shape[1]))
+    return selected if parts.loads is None else parts.loads.selection(selected, parts.constraint, shapes)
+
+
+def boundary_selection(boundary: BoundaryDofs, motion: NDArray[np.float64]) -> dict[str, Any]:
+    """Contact motions, outputs and excitation in n reduced coordinates, by argument of `ReducedModel`.
+
+    motion (b, n): the boundary dofs, in their frames, for unit reduced coordinates.
+    """
+    load = boundary.direction @ boundary.node_displacement(boundary.loaded) @ motion
+    tip = boundary.node_displacement(boundary.tip) @ motion
+    right, left = motion[: 6 * boundary.n_contacts].reshape(2, 3 * boundary.n_contacts, -1)
+    interface = boundary.interface
+    inner = motion[boundary.size - interface.size :] if interface is not None else motion[:0]
+    return {
+        "cyclic_right": None if interface is None else interface.right @ inner,
+        "cyclic_left": None if interface is None else interface.left @ inner,
+        "contact_right": right,
+        "contact_left": left,
+        "force_excitation": load,
+        "outputs": {"tip": load, "tip_x": tip[0], "tip_y": tip[1], "tip_z": tip[2]},
+    }

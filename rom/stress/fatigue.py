@@ -5,11 +5,17 @@ the deviator, in the norm that is the von Mises stress. Mean: von Mises stress o
 sign of the mid-range of the first invariant (0: tension). For uniaxial and for proportional cycles these are half the
 range and the mid-range. For shear stresses that turn at constant size the amplitude is that size.
 
+The smallest balls of many small clouds are found at once, by a primal-dual interior-point method. With the centre c
+and t = R^2 - |c|^2 the smallest ball minimises |c|^2 + t under 2 p_i.c + t >= |p_i|^2: a quadratic programme of few
+unknowns. Its dual, max sum_i l_i |p_i|^2 - |sum_i l_i p_i|^2 over weights l_i that add up to 1, bounds R^2 from
+below.
+
 References
 ----------
 K. Dang Van, B. Griveau, O. Message, On a new multiaxial fatigue limit criterion, in: Biaxial and Multiaxial Fatigue,
 EGF 3 (1989) 479 (smallest ball around the deviatoric path).
 J. E. Shigley, C. R. Mischke, Mechanical Engineering Design, McGraw-Hill (1989), chapter 7 (Goodman, Langer).
+S. Boyd, L. Vandenberghe, Convex Optimization, Cambridge University Press (2004), sections 8.4.1 and 11.7.
 """
 
 from __future__ import annotations
@@ -21,17 +27,100 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rom.checks import require_between
-from rom.stress.enclosing_ball import enclosing_balls
-from rom.stress.stress_tensor import deviator, von_mises
+from rom.errors import require_between
+from rom.stress.stress_recovery import deviator, von_mises
 
 Array = NDArray[np.float64]
+_MOST_STEPS = 40
+_CENTRING, _DAMPING = 0.1, 0.95
 # Instants of a period for each harmonic. The squared distance of the path from the centre is a trigonometric
 # polynomial of the degree 2H: between N instants it exceeds the largest sample by 1 / cos(2 pi H / N) at most
 # (Ehlich, Zeller 1964), here 0.5 %, the radius by 0.25 %.
 SAMPLES = 64
 BALL_TOLERANCE = 1e-4
 _CHUNK_DOUBLES = 1_000_000
+
+
+def enclosing_balls(points: Array, tolerance: float = 1e-4) -> tuple[Array, Array]:
+    """Centres and radii of the smallest balls.
+
+    Shapes: `points` (c, k, d), returns `centre` (c, d), `radius` (c,).
+    """
+    middle = points.mean(axis=1)
+    shifted = points - middle[:, None]
+    size = np.sqrt(np.sum(shifted**2, axis=-1).max(axis=1))
+    found = np.zeros_like(middle)
+    active = np.flatnonzero(size > 0.0)
+    cloud = _Clouds(shifted[active] / size[active, None, None])
+    for _ in range(_MOST_STEPS):
+        if len(active) == 0:
+            break
+        done = cloud.upper() <= (1.0 + tolerance) ** 2 * cloud.lower()
+        found[active] = cloud.centre
+        active = active[~done]
+        cloud.keep(~done)
+        cloud.step()
+    found[active] = cloud.centre
+    centre = middle + size[:, None] * found
+    return centre, np.sqrt(np.sum((points - centre[:, None]) ** 2, axis=-1).max(axis=1))
+
+
+class _Clouds:
+    """Iterates of the clouds (c, k, d) that are not finished; their points lie within 1 of the origin."""
+
+    def __init__(self, points: Array) -> None:
+        self.points = points
+        self.squares = np.sum(points**2, axis=-1)
+        self.rows = np.concatenate([2.0 * points, np.ones((*points.shape[:2], 1))], axis=-1)
+        self.centre = np.zeros((len(points), points.shape[2]))
+        self.height = np.full(len(points), 1.5)  # t
+        self.weights = np.full(points.shape[:2], 1.0 / points.shape[1])
+
+    def slack(self) -> Array:
+        """2 p.c + t - |p|^2, (c, k)."""
+        return (self.rows[..., :-1] @ self.centre[..., None])[..., 0] + self.height[:, None] - self.squares
+
+    def upper(self) -> Array:
+        """Squared distance of the farthest point from the centre (c,)."""
+        return np.sum((self.points - self.centre[:, None]) ** 2, axis=-1).max(axis=1)
+
+    def lower(self) -> Array:
+        """Dual bound of the squared radius (c,)."""
+        weights = self.weights / self.weights.sum(axis=1, keepdims=True)
+        middle = (weights[:, None] @ self.points)[:, 0]
+        return np.sum(weights * self.squares, axis=1) - np.sum(middle**2, axis=-1)
+
+    def keep(self, chosen: NDArray[np.bool_]) -> None:
+        """Go on with some clouds only."""
+        if chosen.all():
+            return
+        for name in ("points", "squares", "rows", "centre", "height", "weights"):
+            setattr(self, name, getattr(self, name)[chosen])
+
+    def step(self) -> None:
+        """One Newton step towards a tenth of the duality gap."""
+        slack = self.slack()
+        target = _CENTRING * np.mean(slack * self.weights, axis=1)[:, None] / slack
+        transposed = self.rows.swapaxes(1, 2)
+        matrix = transposed @ ((self.weights / slack)[..., None] * self.rows)
+        d = self.centre.shape[1]
+        matrix[:, np.arange(d), np.arange(d)] += 2.0
+        gradient = np.concatenate([2.0 * self.centre, np.ones((len(slack), 1))], axis=1)
+        gradient -= (transposed @ target[..., None])[..., 0]
+        move = -np.linalg.solve(matrix, gradient[..., None])
+        opening = (self.rows @ move)[..., 0]
+        change = target - self.weights - self.weights / slack * opening
+        length = np.minimum(_longest(slack, opening), _longest(self.weights, change))[:, None]
+        self.centre = self.centre + length * move[:, :-1, 0]
+        self.height = self.height + length[:, 0] * move[:, -1, 0]
+        self.weights = self.weights + length * change
+
+
+def _longest(values: Array, change: Array) -> Array:
+    """Step (c,) up to 1 with which positive values (c, k) stay positive."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        limits = np.where(change < 0.0, -values / change, np.inf)
+    return np.minimum(1.0, _DAMPING * limits.min(axis=1))
 
 
 @dataclass(frozen=True)

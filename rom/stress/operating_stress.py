@@ -13,15 +13,13 @@ from rom.cyclic.sector_modes import RingModes
 from rom.cyclic_sector.cyclic_faces import CyclicFaces
 from rom.finite_elements.discretisation import discretise
 from rom.finite_elements.full_model import FullModel
+from rom.finite_elements.loads import temperature_at_points
 from rom.finite_elements.material import Materials
-from rom.finite_elements.thermal_load import temperature_at_points
 from rom.reduction.boundary_dofs import BoundaryChoice
 from rom.stress.fatigue import StressCycle, stress_cycle
-from rom.stress.hot_spots import Surroundings
+from rom.stress.hot_spots import Surroundings, point_loads, singular_vertices
 from rom.stress.mesh_motion import MeshMotion, SolvedPoint
-from rom.stress.singular_places import point_loads, singular_vertices
-from rom.stress.stress_recovery import NodalStress, StressRecovery
-from rom.stress.stress_tensor import von_mises
+from rom.stress.stress_recovery import NodalStress, StressRecovery, von_mises
 
 if TYPE_CHECKING:
     from geometry import SectorMesh

@@ -1,4 +1,25 @@
-"""Stress at the nodes of a mesh from displacements: extrapolated in each element, averaged within one material."""
+"""Stress at the nodes of a mesh from displacements: extrapolated in each element, averaged within one material.
+
+Symmetric stress tensors have the six components xx, yy, zz, xy, yz, zx, the order of VTK.
+
+With the displacement gradient H, F = I + H and the second Piola-Kirchhoff stress S of the Green-Lagrange strain (St.
+Venant-Kirchhoff) the Cauchy stress is F S F^T / det F. Its derivative in the direction of dF is, with L = dF F^-1 and
+dS = C : sym(F^T dF),
+
+    d sigma = L sigma + sigma L^T - tr(L) sigma + F dS F^T / det F.
+
+In each element the stress at the quadrature points is projected (least squares with the quadrature weights) on the
+linear shape functions of the corners; a mid-side node gets the mean of the corners between which it lies. On a line
+that projection of a quadratic takes its values at the two Gauss points, where the strains of quadratic elements are
+one order more accurate than elsewhere (Barlow): values at the nodes themselves are the worst of an element.
+
+References
+----------
+K. J. Bathe, Finite Element Procedures, Prentice Hall (1996), section 6.2.
+J. Barlow, Optimal stress locations in finite element models, Int. J. Numer. Methods Eng. 10 (1976) 243.
+E. Hinton, J. S. Campbell, Local and global smoothing of discontinuous finite element functions using a least squares
+method, Int. J. Numer. Methods Eng. 8 (1974) 461.
+"""
 
 from __future__ import annotations
 
@@ -9,17 +30,122 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rom.finite_elements.discretisation import Batch, Discretisation
+from geometry import ELEMENT_KINDS
+from rom.finite_elements.discretisation import Batch, DiscreteBlock, Discretisation
+from rom.finite_elements.loads import thermal_stress
 from rom.finite_elements.material import Material, Materials, material_of
-from rom.finite_elements.thermal_load import thermal_stress
-from rom.stress.cauchy_stress import cauchy_increment, cauchy_stress
-from rom.stress.stress_blocks import StressBlock, stress_blocks
-from rom.stress.stress_tensor import components, deviator
+from rom.finite_elements.reference_element import shape_functions, volume_rule, vtk_shape_functions
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
 Array = NDArray[np.float64]
+_LINEAR = {4: "tet4", 6: "wedge6", 8: "hex8"}  # by the number of corners
+ROWS, COLUMNS = (0, 1, 2, 0, 1, 2), (0, 1, 2, 1, 2, 0)
+COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "zx")
+
+
+def cauchy_stress(material: Material, gradient: Array) -> Array:
+    """Cauchy stress (..., 3, 3), Pa, of a displacement gradient (..., 3, 3), H_ij = du_i / dX_j, of any size."""
+    deformation = np.eye(3) + gradient
+    strain = 0.5 * (_transposed(deformation) @ deformation - np.eye(3))
+    pushed = deformation @ material.stress(strain) @ _transposed(deformation)
+    return pushed / np.linalg.det(deformation)[..., None, None]
+
+
+def cauchy_increment(material: Material, gradient: Array, increment: NDArray[Any]) -> NDArray[Any]:
+    """Increment (k, ..., 3, 3) of the Cauchy stress for small further gradients (k, ..., 3, 3), real or complex."""
+    deformation = np.eye(3) + gradient
+    stress = cauchy_stress(material, gradient)
+    velocity = increment @ np.linalg.inv(deformation)
+    mixed = _transposed(deformation) @ increment
+    inner = material.stress(0.5 * (mixed + _transposed(mixed)))
+    pushed = deformation @ inner @ _transposed(deformation) / np.linalg.det(deformation)[..., None, None]
+    turned = velocity @ stress
+    trace = np.trace(velocity, axis1=-2, axis2=-1)[..., None, None]
+    return turned + _transposed(turned) - trace * stress + pushed
+
+
+def _transposed(tensor: NDArray[Any]) -> NDArray[Any]:
+    return tensor.swapaxes(-1, -2)
+
+
+@dataclass(frozen=True)
+class StressBlock:
+    """E elements of b nodes, all of one kind and material."""
+
+    nodes: NDArray[np.int64]  # (E, b), nodes of each element
+    extrapolation: Array  # (b, q), from values at the quadrature points to values at the nodes
+    material: str  # name of the material
+
+
+def stress_blocks(discretisation: Discretisation) -> tuple[StressBlock, ...]:
+    """The elements of a discretisation, for the recovery of stresses; as many as it has blocks."""
+    return tuple(
+        StressBlock(block.nodes, _extrapolation_in(block), block.material) for block in discretisation.blocks
+    )
+
+
+def _extrapolation_in(block: DiscreteBlock) -> Array:
+    """From the quadrature points to the nodes of the elements of a block."""
+    reference = block.reference
+    points, weights = volume_rule(reference.element)
+    if reference.promoted:
+        (values, _), (shares, _) = shape_functions("hex8", points), shape_functions("hex8", reference.nodes.T)
+    else:
+        corners = _LINEAR[ELEMENT_KINDS[reference.kind].corners]
+        (values, _), (shares, _) = (
+            vtk_shape_functions(corners, points),
+            vtk_shape_functions(corners, reference.nodes.T),
+        )
+    return extrapolation(values, weights, shares)
+
+
+def extrapolation(corner_values: Array, weights: Array, shares: Array) -> Array:
+    """Least squares projection on the corner functions, then their values at the nodes.
+
+    Shapes: `corner_values` (q, c), `weights` (q,), `shares` (b, c), returns (b, q).
+    """
+    root = np.sqrt(weights)
+    return np.asarray(shares @ (np.linalg.pinv(root[:, None] * corner_values) * root))
+
+
+def components(tensor: NDArray[Any]) -> NDArray[Any]:
+    """Six components (..., 6) of symmetric tensors (..., 3, 3)."""
+    return tensor[..., ROWS, COLUMNS]
+
+
+def von_mises(stress: NDArray[Any]) -> NDArray[np.float64]:
+    """Von Mises stress of tensors, sqrt(3/2 s:s) with the deviator s.
+
+    Parameters
+    ----------
+    stress : (..., 6) array
+        Components xx, yy, zz, xy, yz, zx. Of complex amplitudes the Hermitian norm sqrt(3/2 s:s*) is taken, which is
+        at least the amplitude of the cycle and equal to it where the components are in phase.
+
+    Returns
+    -------
+    (...) array
+        Von Mises stress, in the unit of the components.
+
+    Examples
+    --------
+    Tension, and pure shear:
+
+    >>> from rom import von_mises
+    >>> von_mises(np.array([[5.0, 0, 0, 0, 0, 0], [0, 0, 0, 1.0, 0, 0]])).round(6).tolist()
+    [5.0, 1.732051]
+    """
+    return np.linalg.norm(deviator(stress), axis=-1)
+
+
+def deviator(stress: NDArray[Any]) -> NDArray[Any]:
+    """Coordinates (..., 5) of the deviators of tensors (..., 6) whose Euclidean norm is the von Mises stress."""
+    xx, yy, zz = stress[..., 0], stress[..., 1], stress[..., 2]
+    shear = np.sqrt(3.0) * stress[..., 3:]
+    normal = np.stack([xx - 0.5 * (yy + zz), np.sqrt(0.75) * (yy - zz)], axis=-1)
+    return np.concatenate([normal, shear], axis=-1)
 
 
 @dataclass(frozen=True)

@@ -40,7 +40,6 @@ LAYERS = {
     ],
     "rom": [
         {"errors", "units"},
-        {"checks"},
         {"linear_algebra"},
         {"finite_elements"},
         {"cyclic"},

@@ -177,8 +177,8 @@ def test_a_scene_with_one_force_keeps_its_keys_and_files(tmp_path: Path) -> None
 def test_gas_loads_are_part_of_the_equilibrium_in_rotation(tmp_path: Path, equilibrium: str) -> None:
     """f_int(u) = W^2 (f_0 + M_yz u) + f at 9000 rpm; what superposition leaves out is of second order in f."""
     from rom import angular_speed, centrifugal_displacement
+    from rom.finite_elements.assembly import ElasticBody
     from rom.finite_elements.discretisation import discretise
-    from rom.finite_elements.total_lagrangian import ElasticBody
 
     steel = Material(210e9, 0.3, 7850.0)
     squared, motions = angular_speed(9000.0) ** 2, {}

@@ -189,7 +189,7 @@ def with_serendipity_extrapolation(recovery):
     from skfem.quadrature import get_quadrature
     from skfem.refdom import RefHex
 
-    from rom.finite_elements.shape_functions import shape_functions
+    from rom.finite_elements.reference_element import shape_functions
 
     values, _ = shape_functions("hex20", get_quadrature(RefHex, 5)[0])
     matrix = np.linalg.pinv(values)

@@ -27,7 +27,7 @@ from rom import (
     static_error,
 )
 from rom.finite_elements.discretisation import discretise
-from rom.reduction.patch_dofs import patch_averages
+from rom.reduction.contact_dofs import patch_averages
 
 STEEL = Material(young_modulus=2.1e11, poisson_ratio=0.3, density=7800.0)
 MODES = ReductionOptions(modes=12)

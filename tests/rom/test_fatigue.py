@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from rom import FatigueLimits, RomParameterError, stress_cycle, von_mises
-from rom.stress.enclosing_ball import enclosing_balls
-from rom.stress.stress_tensor import deviator
+from rom.stress.fatigue import enclosing_balls
+from rom.stress.stress_recovery import deviator
 
 LIMITS = FatigueLimits(endurance_limit=300.0, tensile_strength=900.0)
 

@@ -13,7 +13,7 @@ from geometry import ELEMENT_KINDS, BladeParameters, ElementBlock, MeshParameter
 from rom import Material, RomParameterError, assemble, element_warnings, factorise
 from rom.finite_elements.assembly import elastic_matrices, stress_at_quadrature
 from rom.finite_elements.discretisation import discretise
-from rom.finite_elements.shape_functions import reference_nodes, vtk_shape_functions
+from rom.finite_elements.reference_element import reference_nodes, vtk_shape_functions
 from rom.reduction.fixed_interface_modes import lowest_modes
 
 STEEL = Material(young_modulus=2.1e11, poisson_ratio=0.3, density=7800.0)

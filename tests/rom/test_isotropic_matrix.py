@@ -5,8 +5,7 @@ import pytest
 from scipy.sparse import identity, kron, random_array
 
 import rom.linear_algebra.threads
-from rom.linear_algebra.block_lanczos import lowest_eigenpairs
-from rom.linear_algebra.isotropic_matrix import IsotropicMatrix
+from rom.linear_algebra.block_lanczos import IsotropicMatrix, lowest_eigenpairs
 
 
 @pytest.fixture(params=[10**9, 0], ids=["one thread", "two threads"], autouse=True)

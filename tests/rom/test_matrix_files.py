@@ -10,7 +10,7 @@ from scipy.io import loadmat, mmread, mmwrite, savemat
 from scipy.sparse import coo_matrix, csc_matrix, random, tril
 
 from rom import MatrixFileError, read_dofs, read_matrix, read_nodes, write_matrices
-from rom.matrix_files.matrix_names import MASS, STIFFNESS
+from rom.matrix_files.labelled_matrix import MASS, STIFFNESS
 
 N = 12
 

@@ -19,7 +19,7 @@ from rom import (
     reduce_sector,
 )
 from rom.finite_elements.discretisation import discretise
-from rom.reduction.averaged_variables import averaged_variables
+from rom.reduction.boundary_dofs import averaged_variables
 from rom.reduction.contact_dofs import averaged_dofs, contact_areas
 
 sys.path.append(str(Path(__file__).parents[1] / "geometry"))

@@ -7,9 +7,9 @@ import pytest
 from rom_meshes import box_sector
 from scipy.sparse import csr_matrix, diags, identity, kron
 
-import rom.linear_algebra.ordering
+import rom.linear_algebra.factorisation
 from rom import Material, assemble, factorise
-from rom.linear_algebra.ordering import nested_dissection
+from rom.linear_algebra.factorisation import nested_dissection
 
 pytestmark = pytest.mark.skipif(importlib.util.find_spec("pymetis") is None, reason="the extra cholmod is absent")
 
@@ -17,7 +17,7 @@ pytestmark = pytest.mark.skipif(importlib.util.find_spec("pymetis") is None, rea
 @pytest.fixture(autouse=True)
 def every_size(monkeypatch):
     """Order small matrices too."""
-    monkeypatch.setattr(rom.linear_algebra.ordering, "DISSECT_FROM", 0)
+    monkeypatch.setattr(rom.linear_algebra.factorisation, "DISSECT_FROM", 0)
 
 
 def lattice(n: int) -> csr_matrix:
@@ -63,7 +63,7 @@ def test_less_in_the_factor_than_row_by_row():
 
 def test_none_for_unknowns_that_are_not_three_to_a_node(monkeypatch):
     assert nested_dissection(diags(np.ones(7)).tocsr()) is None
-    monkeypatch.setattr(rom.linear_algebra.ordering, "DISSECT_FROM", 10)
+    monkeypatch.setattr(rom.linear_algebra.factorisation, "DISSECT_FROM", 10)
     assert nested_dissection(diags(np.ones(9)).tocsr()) is None
 
 
@@ -78,7 +78,7 @@ def test_the_same_solutions_in_either_order(monkeypatch):
     matrix = full.stiffness[free][:, free]
     rhs = np.random.default_rng(4).standard_normal((len(free), 3))
     dissected = factorise(matrix).solve(rhs)
-    monkeypatch.setattr(rom.linear_algebra.ordering, "DISSECT_FROM", 10**9)
+    monkeypatch.setattr(rom.linear_algebra.factorisation, "DISSECT_FROM", 10**9)
     plain = factorise(matrix).solve(rhs)
     assert np.max(np.abs(dissected - plain)) < 1e-9 * np.max(np.abs(plain))
     np.testing.assert_allclose(matrix @ dissected, rhs, atol=1e-9)

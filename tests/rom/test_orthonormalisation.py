@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rom.linear_algebra.orthonormalisation import orthonormal_combinations, svqb
+from rom.linear_algebra.block_lanczos import orthonormal_combinations, svqb
 
 
 @pytest.fixture

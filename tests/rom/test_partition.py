@@ -7,7 +7,7 @@ from scipy.sparse import identity, kron
 
 from rom import BoundaryChoice, Material, assemble
 from rom.reduction.boundary_dofs import choose_boundary_dofs
-from rom.reduction.partition import partitioned
+from rom.reduction.substructure import partitioned
 
 
 @pytest.mark.parametrize("kind", ["nodal", "patch", "mortar"])

@@ -15,11 +15,10 @@ from rom import (
     reduce_sector,
     stiffen_by_rotation,
 )
-from rom.finite_elements.assembly import elastic_matrices
+from rom.finite_elements.assembly import ElasticBody, elastic_matrices
 from rom.finite_elements.discretisation import discretise
 from rom.finite_elements.full_model import FullModel, centrifugal_force
-from rom.finite_elements.static_equilibrium import RotatingBody, static_equilibrium
-from rom.finite_elements.total_lagrangian import ElasticBody
+from rom.finite_elements.rotation import RotatingBody, static_equilibrium
 
 RPM = 30.0 / np.pi
 NO_POISSON = Material(young_modulus=2.1e11, poisson_ratio=0.0, density=7800.0)

@@ -15,9 +15,9 @@ from rom import (
     reduce_sector,
     stiffen_by_rotation,
 )
+from rom.finite_elements.assembly import ElasticBody
 from rom.finite_elements.discretisation import discretise
-from rom.finite_elements.static_equilibrium import RotatingBody, static_equilibrium
-from rom.finite_elements.total_lagrangian import ElasticBody
+from rom.finite_elements.rotation import RotatingBody, static_equilibrium
 from rom.linear_algebra.factorisation import factorise
 
 STEEL = Material(2.1e11, 0.3, 7800.0)
@@ -144,7 +144,7 @@ def test_a_load_too_large_for_one_step_is_applied_in_parts(blade, monkeypatch):
     force, strain = rotating.unbalance(found, squared)
     assert np.abs(force).max() < 1e-8 * squared * np.abs(full.centrifugal).max()
     assert strain < 0.1
-    monkeypatch.setattr("rom.finite_elements.static_equilibrium._SMALLEST_PART", 0.9)
+    monkeypatch.setattr("rom.finite_elements.rotation._SMALLEST_PART", 0.9)
     assert static_equilibrium(rotating, squared) is None
 
 

@@ -33,10 +33,9 @@ from rom import (
     with_modal_forces,
 )
 from rom.finite_elements.discretisation import discretise
+from rom.stress.hot_spots import point_loads
 from rom.stress.mesh_motion import MeshMotion
-from rom.stress.singular_places import point_loads
-from rom.stress.stress_recovery import StressRecovery
-from rom.stress.stress_tensor import components
+from rom.stress.stress_recovery import StressRecovery, components
 
 STEEL = Material(young_modulus=2.1e11, poisson_ratio=0.3, density=7850.0)
 

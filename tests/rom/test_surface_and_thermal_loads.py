@@ -9,7 +9,7 @@ from geometry import ELEMENT_KINDS, ContactFace, ElementSides, SectorMesh, sides
 from rom import Material, RomParameterError, assemble, pressure_force, thermal_force, traction_force
 from rom.finite_elements.assembly import stress_at_quadrature
 from rom.finite_elements.discretisation import discretise
-from rom.finite_elements.thermal_load import thermal_stress
+from rom.finite_elements.loads import thermal_stress
 from rom.reduction.face_integrals import face_points
 
 STEEL = Material(2.0e11, 0.3, 7800.0, expansion=1.2e-5)

@@ -9,15 +9,11 @@ from rom_meshes import box_sector
 from scipy.sparse import block_diag, csr_matrix, diags, identity, kron
 
 import rom.linear_algebra.factorisation
-import rom.linear_algebra.ordering
-import rom.linear_algebra.two_halves
 from rom import FactorisationError, Material, assemble, factorise
 from rom.linear_algebra.blas_kernels import holds_locks
 from rom.linear_algebra.cholmod import CholmodFactor, bears_threads
-from rom.linear_algebra.factorisation import analyse
-from rom.linear_algebra.ordering import bisection
+from rom.linear_algebra.factorisation import TwoHalves, analyse, bisection
 from rom.linear_algebra.threads import SHARED_FROM, at_once, beside
-from rom.linear_algebra.two_halves import TwoHalves
 
 pytestmark = pytest.mark.skipif(
     any(importlib.util.find_spec(name) is None for name in ("pymetis", "cvxopt")),
@@ -28,7 +24,7 @@ pytestmark = pytest.mark.skipif(
 @pytest.fixture(autouse=True)
 def every_size(monkeypatch):
     """Cut small matrices too."""
-    for module in (rom.linear_algebra.ordering, rom.linear_algebra.factorisation):
+    for module in (rom.linear_algebra.factorisation, rom.linear_algebra.factorisation):
         monkeypatch.setattr(module, "BISECT_FROM", 0)
 
 
@@ -95,7 +91,7 @@ def test_the_same_bits_on_one_core(held, monkeypatch):
     matrix, rows = held
     found = []
     for way in (at_once, lambda work, parts: [work(part) for part in parts]):
-        monkeypatch.setattr(rom.linear_algebra.two_halves, "at_once", way)
+        monkeypatch.setattr(rom.linear_algebra.factorisation, "at_once", way)
         whole = TwoHalves(matrix, bisection(matrix))
         assert whole.factorise()
         found += [whole.solve(rows) for _ in range(10)]
