@@ -2,14 +2,68 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, Field
+from pydantic.fields import FieldInfo
 
 
 def key(meaning: str, allowed: str, default: Any = ..., **constraints: Any) -> Any:
-    """The field of a key: what it means with its unit, and what is allowed, which error messages quote."""
+    """The field of a key: what it means with its unit, and what is allowed, which error messages quote.
+
+    In the text of what is allowed stands for the constraints of the field, so that each bound is written once:
+    `{bounds}` "1 to 15", `{low}` and `{high}` one of them, `{count}` "1 to 20" elements, `{words}` its words.
+    """
     return Field(default, description=meaning, json_schema_extra={"allowed": allowed}, **constraints)
+
+
+class Section(BaseModel):
+    """Base of all sections: unknown keys are refused, values are frozen. Its validator is built when first used."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **_: Any) -> None:
+        """Put the constraints of each key into the text of what is allowed."""
+        for field in cls.model_fields.values():
+            extra = field.json_schema_extra
+            if isinstance(extra, dict) and "{" in (allowed := str(extra["allowed"])):
+                field.json_schema_extra = {"allowed": allowed.format(**_constraints(field))}
+
+
+def _constraints(field: FieldInfo) -> dict[str, str]:
+    """The constraints of a field in words, as `key` names them."""
+    limits: dict[str, Any] = {}
+    words: list[str] = []
+    waiting: list[Any] = [*field.metadata, field.annotation]
+    while waiting:
+        item = waiting.pop(0)
+        if isinstance(item, FieldInfo):
+            waiting[:0] = item.metadata
+        elif get_origin(item) is Literal:
+            words += [f'"{word}"' for word in get_args(item)]
+        elif get_origin(item) is not None:
+            waiting += get_args(item)  # of Annotated its metadata too
+        for name in ("ge", "gt", "le", "lt", "min_length", "max_length"):
+            if (value := getattr(item, name, None)) is not None:
+                limits.setdefault(name, _short(value))
+    low, high = limits.get("ge", limits.get("gt", "")), limits.get("le", limits.get("lt", ""))
+    return {
+        "low": low,
+        "high": high,
+        "bounds": f"{low} to {high}",
+        "count": f"{limits.get('min_length', '')} to {limits.get('max_length', '')}",
+        "words": " or ".join(filter(None, (", ".join(words[:-1]), *words[-1:]))),
+    }
+
+
+def _short(value: float) -> str:
+    """A bound as a user would write it: 1e15, 1000, 0.5."""
+    return (
+        str(value)
+        if isinstance(value, int)
+        else f"{value:g}".replace("e+0", "e").replace("e+", "e").replace("e-0", "e-")
+    )
 
 
 def allowed_of(section: type[BaseModel], name: str) -> str:
@@ -42,26 +96,20 @@ LengthUnit = Literal[
 # fmt: on
 EngineAxis = Literal["x", "-x", "y", "-y", "z", "-z"] | Vector
 
-POSITIVE = "a number above 0, 1e-12 to 1e15"
-LENGTH = "a number above 0, 1e-6 to 1000"
-FILLET = "a number, 0 to 10"
-BLADES = "a whole number, 3 to 10000"
+POSITIVE = "a number above 0, {bounds}"
+LENGTH = "a number above 0, {bounds}"
+FILLET = "a number, {bounds}"
+BLADES = "a whole number, {bounds}"
 UNIT = (
     '"m", "mm" or "in" (with kg, N, s; with t, N, s; with lbf, s), or "mm-kg-s", "mm-kg-ms", "mm-g-ms", "mm-g-s", '
     '"mm-kgf-s", "cm-g-s", "m-t-s", "in-lbf-lbm", "in-kip-s", "ft-lbf-s", "ft-lbf-lbm"'
 )
-AXIS = '"x", "y", "z", "-x", "-y", "-z" or a list of three numbers, -1000 to 1000, not all 0'
-AXIS_POINT = "three numbers, -1e6 to 1e6"
+AXIS = '"x", "y", "z", "-x", "-y", "-z" or a list of three numbers, {bounds}, not all 0'
+AXIS_POINT = "three numbers, {bounds}"
 STIFFNESS = (
-    "a number, 0 to 1e15 (whole face, shared by the nodes as their areas), a list of such numbers node by node, "
+    "a number, {bounds} (whole face, shared by the nodes as their areas), a list of such numbers node by node, "
     'or "punch"'
 )
-
-
-class Section(BaseModel):
-    """Base of all sections: unknown keys are refused, values are frozen. Its validator is built when first used."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
 
 class StudyKeys(Section):

@@ -8,16 +8,16 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from pipeline.scene.fields import NotNegative, Number, Section, Vector, Whole, key
+from pipeline.scene.fields import NotNegative, Number, Section, Vector, Whole, allowed_of, key
 
 HIGHEST_HARMONIC = 31
-DIRECTION = '"x", "y", "z", "-x", "-y", "-z" or a list of three numbers, -1000 to 1000, not all 0'
-POINT = '"tip" or a list of three numbers, -1000 to 1000: x, y and z of a point of the blade'
+DIRECTION = '"x", "y", "z", "-x", "-y", "-z" or a list of three numbers, {bounds}, not all 0'
+POINT = '"tip" or a list of three numbers, {bounds}: x, y and z of a point of the blade'
 SET = "the name of a node set"
 SURFACE = "the name of a surface or of a node set that holds whole sides of elements"
 TABLE = "the name of a CSV file"
-NUMBER = "a number, -1e15 to 1e15"
-ANGLE = "a number, -1e6 to 1e6"
+NUMBER = "a number, {bounds}"
+ANGLE = "a number, {bounds}"
 Name = Annotated[str, Field(min_length=1, max_length=200)]
 File = Annotated[str, Field(min_length=1, max_length=1000)]
 Direction = Literal["x", "-x", "y", "-y", "z", "-z"] | Vector
@@ -50,17 +50,17 @@ def _one_of(value: Any, info: ValidationInfo, names: tuple[str, ...]) -> Any:
     return value
 
 
-def _not_zero(value: Any) -> Any:
+def _not_zero(section: type[Section], value: Any) -> Any:
     if isinstance(value, tuple) and not any(value):
-        raise ValueError(DIRECTION)
+        raise ValueError(allowed_of(section, "direction").removesuffix(', or "magnitude"'))
     return value
 
 
 class ExcitationHarmonic(Section):
     """[[excitation.harmonic]]: a multiple of the engine order."""
 
-    order: Harmonic = key("multiple h of the engine order", f"a whole number, 1 to {HIGHEST_HARMONIC}")
-    amplitude: NotNegative = key("amplitude relative to that of excitation.force", "a number, 0 to 1e15", 1.0)
+    order: Harmonic = key("multiple h of the engine order", "a whole number, {bounds}")
+    amplitude: NotNegative = key("amplitude relative to that of excitation.force", "a number, {bounds}", 1.0)
     phase: Angle = key("phase, degrees: force amplitude cos(h w t + phase)", ANGLE, 0.0)
 
 
@@ -72,7 +72,7 @@ class ExcitationLoad(Section):
     surface: Name | None = key("a pressure on a surface", SURFACE, None)
     file: File | None = key("forces on nodes, real or complex; relative to the scene file", TABLE, None)
     mode: Annotated[Whole, Field(ge=1, le=1000)] | None = key(
-        "a modal force on a mode with free contacts", "a whole number, 1 to 1000", None, validate_default=True
+        "a modal force on a mode with free contacts", "a whole number, {bounds}", None, validate_default=True
     )
     direction: Direction | None = key(
         "direction of the force at a point or on a set; else excitation.direction", DIRECTION, None
@@ -84,11 +84,9 @@ class ExcitationLoad(Section):
         1.0,
     )
     phase: Angle = key("phase, degrees", ANGLE, 0.0)
-    harmonic: Harmonic = key(
-        "harmonic of the excitation that it acts in", f"a whole number, 1 to {HIGHEST_HARMONIC}", 1
-    )
+    harmonic: Harmonic = key("harmonic of the excitation that it acts in", "a whole number, {bounds}", 1)
     share: Literal["total", "each"] = key(
-        "whether the nodes of a set share the force or each has it", '"total" or "each"', "total"
+        "whether the nodes of a set share the force or each has it", "{words}", "total"
     )
 
     @field_validator("mode")
@@ -99,7 +97,7 @@ class ExcitationLoad(Section):
     @field_validator("direction")
     @classmethod
     def _some_direction(cls, value: Any) -> Any:
-        return _not_zero(value)
+        return _not_zero(cls, value)
 
 
 class StaticForce(Section):
@@ -111,7 +109,7 @@ class StaticForce(Section):
     force: Value = key("N; a factor of a file", NUMBER, 1.0)
     direction: Direction = key("direction of the force at a point or on a set", DIRECTION, "y")
     share: Literal["total", "each"] = key(
-        "whether the nodes of a set share the force or each has it", '"total" or "each"', "total"
+        "whether the nodes of a set share the force or each has it", "{words}", "total"
     )
 
     @field_validator("file")
@@ -122,7 +120,7 @@ class StaticForce(Section):
     @field_validator("direction")
     @classmethod
     def _some_direction(cls, value: Any) -> Any:
-        return _not_zero(value)
+        return _not_zero(cls, value)
 
 
 class Pressure(Section):
@@ -165,7 +163,7 @@ class Output(Section):
     )
     quantity: Literal["displacement", "strain"] = key(
         "displacement (m), or strain along the direction as of a strain gauge",
-        '"displacement" or "strain"',
+        "{words}",
         "displacement",
     )
 
@@ -179,7 +177,7 @@ class Output(Section):
     @field_validator("direction")
     @classmethod
     def _some_direction(cls, value: Any) -> Any:
-        return _not_zero(value)
+        return _not_zero(cls, value)
 
     @field_validator("quantity")
     @classmethod

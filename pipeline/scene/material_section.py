@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 from pipeline.scene.fields import POSITIVE, Number, Positive, Section, key
 
-POISSON = "a number above -1 and below 0.4999"
-EXPANSION = "a number, 0 to 0.01"
+POISSON = "a number above {low} and below {high}"
+EXPANSION = "a number, {bounds}"
 
 FORCED = "--force (in Python: force=True) takes it"
 

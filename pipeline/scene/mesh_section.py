@@ -23,6 +23,7 @@ from pipeline.scene.fields import (
     Number,
     Section,
     Whole,
+    allowed_of,
     key,
 )
 from pipeline.scene.input_files import file_parts
@@ -95,13 +96,13 @@ class Mesh(Section):
         None,
     )
     size: Length | None = key("element size, m", LENGTH, None, validate_default=True)
-    element: Literal["hex20", "hex8", "hex27"] = key("finite element", '"hex20", "hex8" or "hex27"', "hex20")
+    element: Literal["hex20", "hex8", "hex27"] = key("finite element", "{words}", "hex20")
     contact_grid: tuple[Annotated[Whole, Field(ge=1, le=15)], Annotated[Whole, Field(ge=1, le=15)]] = key(
-        "contact nodes along the segment and along the radius", "two whole numbers, 1 to 15", (3, 3)
+        "contact nodes along the segment and along the radius", "two whole numbers, {bounds}", (3, 3)
     )
     grading: Number = key(
         "how many times thinner the airfoil's layers are at root and shroud than at mid span",
-        "a number from 1 to 100",
+        "a number from {bounds}",
         4.0,
         ge=1.0,
         le=100.0,
@@ -129,13 +130,13 @@ class Mesh(Section):
     )
     bore: Literal["clamped", "free"] = key(
         "whether the root of a mesh from a file is held; free: of the sector of a disk alone",
-        '"clamped" or "free"',
+        "{words}",
         "clamped",
     )
     other_faces: Literal["ask", "free", "cut"] = key(
         "surfaces of the file that one pitch turns into each other and that mesh.sets does not name: an error, free "
         "surfaces, or cut faces of a disk",
-        '"ask", "free" or "cut"',
+        "{words}",
         "ask",
     )
     sets: MeshSets = key("sets of the file by what they are", "a table [mesh.sets]", MeshSets())
@@ -146,9 +147,9 @@ class Mesh(Section):
         """The element size for a mesh made here, the number of blades for a mesh from a file."""
         if value is None and "file" in info.data:
             if info.field_name == "size" and info.data["file"] is None:
-                raise ValueError(LENGTH)
+                raise ValueError(allowed_of(cls, "size"))
             if info.field_name == "n_blades" and info.data["file"] is not None:
-                raise ValueError(BLADES)
+                raise ValueError(allowed_of(cls, "n_blades"))
         return value
 
     @field_validator("size", "element", "grading")

@@ -79,7 +79,7 @@ class Model(Section):
         None,
     )
     speed_rpm: Number = key(
-        "speed that the stiffness holds at, rev/min; 0: at rest", "a number, 0 to 1e6", 0.0, ge=0.0, le=1e6
+        "speed that the stiffness holds at, rev/min; 0: at rest", "a number, {bounds}", 0.0, ge=0.0, le=1e6
     )
     centrifugal: FileName | None = key(
         "file with the centrifugal force at 1 rad/s; by default it is computed from the mass", MATRIX, None

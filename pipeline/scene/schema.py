@@ -66,10 +66,10 @@ class Disk(Section):
     )
     profile: tuple[tuple[Length, Length], ...] = key(
         "[radius, axial width], m, at further radii between bore and rim",
-        "a list of [radius, width], two numbers above 0, 1e-6 to 1000, with ascending radii",
+        "a list of [radius, width], two numbers above 0, {bounds}, with ascending radii",
         (),
     )
-    bore: Literal["clamped", "free"] = key("whether the bore is held", '"clamped" or "free"', "clamped")
+    bore: Literal["clamped", "free"] = key("whether the bore is held", "{words}", "clamped")
     size: Length | None = key(
         "length of the elements along the radius at the bore, m; by default three times mesh.size", LENGTH, None
     )
@@ -79,26 +79,24 @@ class Render(Section):
     """[render]: pictures of mode shapes. Without this section they are drawn where asked for by name."""
 
     modes: Annotated[tuple[Annotated[Whole, Field(ge=1, le=100)], ...], Field(min_length=1, max_length=20)] = _key(
-        "mode shapes to draw, 1 is the lowest", "a list of 1 to 20 whole numbers, 1 to 100", (1, 2, 3)
+        "mode shapes to draw, 1 is the lowest", "a list of {count} whole numbers, {bounds}", (1, 2, 3)
     )
     deformation: Number = _key(
         "largest drawn displacement as a fraction of the blade's length",
-        "a number above 0, 1e-12 to 1",
+        "a number above 0, {bounds}",
         0.08,
         ge=1e-12,
         le=1.0,
     )
-    contact: Literal["free", "sliding", "stuck"] = _key(
-        "how the shrouds are joined", '"free", "sliding" or "stuck"', "free"
-    )
+    contact: Literal["free", "sliding", "stuck"] = _key("how the shrouds are joined", "{words}", "free")
     operating: Truth | Annotated[tuple[Annotated[Whole, Field(ge=0)], ...], Field(min_length=1, max_length=20)] = (
         _key(
             "motion at the peak: true for the curves with the highest and the lowest peak, or their numbers from 0",
-            "true, false or a list of 1 to 20 numbers of curves, the first is 0",
+            "true, false or a list of {count} numbers of curves, the first is 0",
             False,
         )
     )
-    blades: Whole = _key("neighbours drawn side by side", "a whole number, 1 to 9", 3, ge=1, le=9)
+    blades: Whole = _key("neighbours drawn side by side", "a whole number, {bounds}", 3, ge=1, le=9)
 
 
 class Figures(Section):
@@ -123,15 +121,15 @@ class Blade(Section):
     tip_thickness: Length | None = _key("thickness at the shroud, m; tapers linearly", LENGTH, None)
     twist: Number = _key(
         "rotation of the section from the root to the shroud about the radius, degrees",
-        "a number, -80 to 80",
+        "a number, {bounds}",
         0.0,
         ge=-80.0,
         le=80.0,
     )
-    section: Literal["rectangle", "lens"] = _key("shape of the section", '"rectangle" or "lens"', "rectangle")
+    section: Literal["rectangle", "lens"] = _key("shape of the section", "{words}", "rectangle")
     root_stagger: Number = _key(
         "angle from the engine axis to the chord at the root, degrees; the twist adds to it",
-        "a number, -80 to 80",
+        "a number, {bounds}",
         0.0,
         ge=-80.0,
         le=80.0,
@@ -139,7 +137,7 @@ class Blade(Section):
     fillet_radius: Number = _key("radius of the fillet at the root, m; 0: none", FILLET, 0.0, ge=0.0, le=10.0)
     camber: Number = _key(
         "angle by which the camber line turns from edge to edge, degrees; above 0 it bulges towards +y",
-        "a number, -90 to 90",
+        "a number, {bounds}",
         0.0,
         ge=-90.0,
         le=90.0,
@@ -151,18 +149,18 @@ class Shroud(Section):
 
     angle: Number = _key(
         "angle between the engine axis and the contact face, seen from the tip, degrees",
-        "a number above 0, 1e-12 to 180",
+        "a number above 0, {bounds}",
         ge=1e-12,
         le=180.0,
     )
     thickness: Length = _key("radial thickness of the platform, m", LENGTH)
     axial_width: Length = _key("width of the platform along the engine axis, m", LENGTH)
     contact_length: Length = _key("length of the contact segment of the Z, m", LENGTH)
-    gap: Number = _key("design gap between neighbours, circumferential, m", "a number, 0 to 1", 0.0, ge=0.0, le=1.0)
+    gap: Number = _key("design gap between neighbours, circumferential, m", "a number, {bounds}", 0.0, ge=0.0, le=1.0)
     edge_angle: Literal["auto"] | Annotated[Number, Field(ge=-75.0, le=75.0)] = _key(
         "angle from the engine axis to the side edges, degrees, measured as the stagger; auto: 0 where the airfoil "
         "fits, else the one that leaves most room",
-        'a number, -75 to 75, or "auto"',
+        'a number, {bounds}, or "auto"',
         "auto",
     )
     fillet_radius: Number = _key(
@@ -175,19 +173,19 @@ class Rom(Section):
 
     modes: Literal["auto"] | Annotated[Whole, Field(ge=1, le=1000)] | None = _key(
         'fixed-interface modes kept, or "auto": as many as the tolerance asks for',
-        'a whole number, 1 to 1000, or "auto"',
+        'a whole number, {bounds}, or "auto"',
         None,
     )
     frequency_limit: Positive | None = _key("keep every fixed-interface mode up to this, Hz", POSITIVE, None)
     contact_dofs: Literal["mortar", "patch", "nodal"] = _key(
         "displacements of the contact nodes: of the face projected on polynomials, averages over parts of the face, "
         "or displacements of mesh nodes",
-        '"mortar", "patch" or "nodal"',
+        "{words}",
         "mortar",
     )
     tolerance: Number = _key(
         "largest relative error of frequencies and receptances in the frequency range",
-        "a number from 1e-6 to 0.5",
+        "a number from {bounds}",
         1e-3,
         ge=1e-6,
         le=0.5,
@@ -195,7 +193,7 @@ class Rom(Section):
     nodal_diameters: Annotated[tuple[Annotated[Whole, Field(ge=0, le=5000)], ...], Field(min_length=1)] | None = _key(
         "nodal diameters of the waves whose motions of a disk's cut faces are kept; by default 0, 2, a quarter and "
         "half of the number of blades",
-        "a list of whole numbers, 0 to 5000",
+        "a list of whole numbers, {bounds}",
         None,
     )
 
@@ -211,11 +209,11 @@ class Load(Section):
     """[load]: static loads."""
 
     speed_rpm: Number = _key(
-        "rotational speed, rev/min; 0: no centrifugal load", "a number, 0 to 1e6", 0.0, ge=0.0, le=1e6
+        "rotational speed, rev/min; 0: no centrifugal load", "a number, {bounds}", 0.0, ge=0.0, le=1e6
     )
     equilibrium: Literal["nonlinear", "linear"] = _key(
         "static equilibrium at speed: at large displacements, or the quick linear one",
-        '"nonlinear" or "linear"',
+        "{words}",
         "nonlinear",
     )
     force: tuple[StaticForce, ...] = _key("static forces", "tables [[load.force]]", ())
@@ -234,26 +232,26 @@ class Contact(Section):
     normal_stiffness: Literal["punch"] | NotNegative | Positives = _key("kn, N/m", STIFFNESS)
     tangential_stiffness: Literal["punch"] | NotNegative | Positives = _key("kt, N/m", STIFFNESS)
     friction: NotNegative | Positives = _key(
-        "friction coefficient", "a number, 0 to 1e15, or a list of such numbers node by node"
+        "friction coefficient", "a number, {bounds}, or a list of such numbers node by node"
     )
     interference: Distance | Distances = _key(
         "v0, m: above 0 pressed together, below 0 a gap",
-        "a number, -1000 to 1000, or a list of such numbers node by node",
+        "a number, {bounds}, or a list of such numbers node by node",
         0.0,
     )
     preload: NotNegative | Positives = _key(
         "N0, N for each node (a number: on average): normal load already in equilibrium",
-        "a number, 0 to 1e15, or a list of such numbers node by node",
+        "a number, {bounds}, or a list of such numbers node by node",
         0.0,
     )
     law: Literal["two_sliders", "cone"] = _key(
-        "one slider along t1 and one along t2, or one slider in the plane", '"two_sliders" or "cone"', "two_sliders"
+        "one slider along t1 and one along t2, or one slider in the plane", "{words}", "two_sliders"
     )
     integration: Literal["exact", "sampled"] = _key(
-        "how a period is integrated: from event to event or at equal instants", '"exact" or "sampled"', "exact"
+        "how a period is integrated: from event to event or at equal instants", "{words}", "exact"
     )
     samples: Whole = _key(
-        "instants of a period where it is sampled", "a whole number, 16 to 65536", 1024, ge=16, le=65536
+        "instants of a period where it is sampled", "a whole number, {bounds}", 1024, ge=16, le=65536
     )
 
     @property
@@ -265,16 +263,16 @@ class Contact(Section):
 class Excitation(Section):
     """[excitation]: an engine order and its multiples, forces on a point or on loads of the blade."""
 
-    engine_order: Whole = _key("engine order", "a whole number, 0 to 100000", ge=0, le=100000)
+    engine_order: Whole = _key("engine order", "a whole number, {bounds}", ge=0, le=100000)
     force: Positive = _key("amplitude, N", POSITIVE)
     direction: Literal["x", "-x", "y", "-y", "z", "-z"] | Vector = _key(
         "direction of the force and of the default output",
-        '"x", "y", "z", "-x", "-y", "-z" or a list of three numbers, -1000 to 1000, not all 0',
+        '"x", "y", "z", "-x", "-y", "-z" or a list of three numbers, {bounds}, not all 0',
         "y",
     )
     at: Literal["tip"] | Vector = _key(
         "loaded and observed point, m",
-        '"tip" or a list of three numbers, -1000 to 1000: x, y and z of a point of the blade',
+        '"tip" or a list of three numbers, {bounds}: x, y and z of a point of the blade',
         "tip",
     )
 
@@ -315,37 +313,37 @@ class Response(Section):
     """[response]: which curve, how many harmonics, how much damping."""
 
     frequency: tuple[Positive, Positive] = _key(
-        "range, Hz", "two numbers above 0, 1e-12 to 1e15, the second above the first"
+        "range, Hz", "two numbers above 0, {bounds}, the second above the first"
     )
     harmonics: Annotated[Whole, Field(ge=1, le=99)] | Literal["auto"] = _key(
-        "harmonics of the balance; auto: as many as the tolerance asks for", 'a whole number, 1 to 99, or "auto"', 1
+        "harmonics of the balance; auto: as many as the tolerance asks for", 'a whole number, {bounds}, or "auto"', 1
     )
     tolerance: Number = _key(
         "largest truncation error (neglected harmonics) that auto accepts, relative to the peak",
-        "a number from 1e-6 to 0.5",
+        "a number from {bounds}",
         1e-3,
         ge=1e-6,
         le=0.5,
     )
     damping_ratio: Ratio | Annotated[tuple[Ratio, ...], Field(min_length=1)] | None = _key(
         "fraction of critical damping of each mode",
-        "a number from 1e-12, below 1, or a list of such numbers mode by mode (give this or rayleigh)",
+        "a number from {low}, below {high}, or a list of such numbers mode by mode (give this or rayleigh)",
         None,
     )
     rayleigh: tuple[NotNegative, NotNegative] | None = _key(
-        "[a, b] of C = a M + b K, 1/s and s", "two numbers, 0 to 1e15, not both 0 (give this or damping_ratio)", None
+        "[a, b] of C = a M + b K, 1/s and s", "two numbers, {bounds}, not both 0 (give this or damping_ratio)", None
     )
     method: Literal["coupled", "static-first"] = _key(
-        "statics and dynamics together, or a static contact analysis first", '"coupled" or "static-first"', "coupled"
+        "statics and dynamics together, or a static contact analysis first", "{words}", "coupled"
     )
     stability: Literal["ring", "wave", "folds"] = _key(
         "Floquet exponents of every nodal diameter, of the wave only, or only the unstable part between folds",
-        '"ring", "wave" or "folds"',
+        "{words}",
         "ring",
     )
     residual_tractions: Literal["projected", "bounds"] = _key(
         "traction of nodes that stick all the time: the paper's, or also the lowest and the highest peak it allows",
-        '"projected" or "bounds"',
+        "{words}",
         "projected",
     )
     detached: Truth = _key("whether detached branches (isolas) are looked for", "true or false", True)
@@ -355,7 +353,7 @@ class Response(Section):
     )
     blade_periods: Annotated[Whole, Field(ge=1, le=10**9)] = _key(
         "most periods times blades of that time integration, for one curve",
-        "a whole number, 1 to 1000000000",
+        "a whole number, {bounds}",
         10_000,
     )
 
@@ -377,7 +375,7 @@ class Scene(Section):
     )
     accuracy: Literal["draft", "standard", "reference"] | None = _key(
         "preset of mesh, modes, harmonics and tolerances; keys set in the scene override it",
-        '"draft", "standard" or "reference"',
+        "{words}",
         None,
     )
     blade: Blade | None = _key("", "a table", None)

@@ -23,10 +23,10 @@ class Stress(Section):
 
     curves: Truth | Annotated[tuple[Annotated[Whole, Field(ge=0)], ...], Field(min_length=1, max_length=20)] = key(
         "true for the curves with the highest and the lowest worst motion, false for none, or their numbers from 0",
-        "true, false or a list of 1 to 20 numbers of curves, the first is 0",
+        "true, false or a list of {count} numbers of curves, the first is 0",
         True,
     )
-    hot_spots: Whole = key("number of hot spots listed", "a whole number, 1 to 50", 5, ge=1, le=50)
+    hot_spots: Whole = key("number of hot spots listed", "a whole number, {bounds}", 5, ge=1, le=50)
     check: Truth = key(
         "whether the harmonics are compared with a solution of the full model under the same forces",
         "true or false",
@@ -42,7 +42,7 @@ class Fatigue(Section):
         "ultimate tensile strength, Pa", f"{POSITIVE}, or a table of such numbers by the name of the material"
     )
     yield_strength: Limit | None = key("yield strength, Pa; none: no yield line", LIMIT, None)
-    factor: Number = key("margin that is required", "a number from 0.1 to 100", 1.0, ge=0.1, le=100.0)
+    factor: Number = key("margin that is required", "a number from {bounds}", 1.0, ge=0.1, le=100.0)
 
     def limits_of(self, material: str) -> tuple[float, float, float | None] | None:
         """Endurance limit, tensile and yield strength of a material; None where there are none for it."""
