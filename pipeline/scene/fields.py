@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, get_args, get_origin
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args, get_origin
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, GetJsonSchemaHandler
 from pydantic.fields import FieldInfo
+
+if TYPE_CHECKING:
+    from pydantic_core import CoreSchema
 
 
 def key(meaning: str, allowed: str, default: Any = ..., **constraints: Any) -> Any:
@@ -23,12 +26,12 @@ class Section(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
     @classmethod
-    def __pydantic_init_subclass__(cls, **_: Any) -> None:
-        """Put the constraints of each key into the text of what is allowed."""
-        for field in cls.model_fields.values():
-            extra = field.json_schema_extra
-            if isinstance(extra, dict) and "{" in (allowed := str(extra["allowed"])):
-                field.json_schema_extra = {"allowed": allowed.format(**_constraints(field))}
+    def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """The JSON schema with what is allowed for each key, its constraints put in."""
+        found = handler(core)
+        for name, value in handler.resolve_ref_schema(found)["properties"].items():
+            value["allowed"] = allowed_of(cls, name)
+        return found
 
 
 def _constraints(field: FieldInfo) -> dict[str, str]:
@@ -59,17 +62,17 @@ def _constraints(field: FieldInfo) -> dict[str, str]:
 
 def _short(value: float) -> str:
     """A bound as a user would write it: 1e15, 1000, 0.5."""
-    return (
-        str(value)
-        if isinstance(value, int)
-        else f"{value:g}".replace("e+0", "e").replace("e+", "e").replace("e-0", "e-")
-    )
+    if isinstance(value, int):
+        return str(value)
+    return f"{value:g}".replace("e+0", "e").replace("e+", "e").replace("e-0", "e-")
 
 
 def allowed_of(section: type[BaseModel], name: str) -> str:
     """What is allowed for a key of a section."""
-    extra = section.model_fields[name].json_schema_extra
-    return str(extra["allowed"]) if isinstance(extra, dict) else ""
+    field = section.model_fields[name]
+    extra = field.json_schema_extra
+    allowed = str(extra["allowed"]) if isinstance(extra, dict) else ""
+    return allowed.format(**_constraints(field)) if "{" in allowed else allowed
 
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
@@ -97,7 +100,7 @@ LengthUnit = Literal[
 EngineAxis = Literal["x", "-x", "y", "-y", "z", "-z"] | Vector
 
 POSITIVE = "a number above 0, {bounds}"
-LENGTH = "a number above 0, {bounds}"
+LENGTH = POSITIVE
 FILLET = "a number, {bounds}"
 BLADES = "a whole number, {bounds}"
 UNIT = (
