@@ -43,38 +43,38 @@ class Trial:
         return self.amplitude_m if math.isfinite(self.amplitude_m) and not self.at_end else math.inf
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class OptimumResult:
     """Values of keys of a scene at which its worst motion is lowest."""
 
     ranges: Mapping[str, tuple[float, float]]  # the keys with their ranges, in the units of the scene
     values: Mapping[str, float]  # their values at the optimum
-    amplitude_m: float  # the worst motion there, m and Hz
-    frequency_hz: float  # the worst motion there, m and Hz
+    amplitude_m: float  # the worst motion there, m
+    frequency_hz: float  # its frequency, Hz
     motion: str  # what it is, as of `Trial`
     kind: str  # "smooth", "kink", "jump", "sampled", "edge" or "flat", as of `nonlinear.Optimum`
     # second derivative of the amplitude by the key at a smooth minimum, m per unit squared; NaN else
-    curvature: float
+    curvature: float = math.nan
     # range of each key around the optimum in which the worst motion is at most 10 % higher, the others at their
     # optimum; of keys for which it is not known there is none
-    within: Mapping[str, tuple[float, float]]
+    within: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     # derivatives of the amplitude with respect to keys of contact, load and damping, m per unit of the key
-    derivatives: Mapping[str, float]
+    derivatives: Mapping[str, float] = field(default_factory=dict)
     base: Trial  # the worst motion with the scene's own values
     # what `nonlinear.find_optimum` found, where peaks were followed over one key, the other keys at the optimum:
     # envelope, followed peaks, responses. In the units of the solver
-    search: Optimum | None
+    search: Optimum | None = None
     # what `nonlinear.find_joint_optimum` found, where peaks were followed over two or three keys
-    joint: JointOptimum | None
+    joint: JointOptimum | None = None
     # value of that key for each unit of the solver's parameter: stiffnesses of the whole face and the mean of the
     # nodes differ, the damping of the solver is a factor
-    per_unit: float
+    per_unit: float = 1.0
     method: str  # "peaks": peaks followed over keys of the solver; "curves": curves at single values; "both"
     trials: tuple[Trial, ...]  # the values tried, where curves were solved at single values
     responses: int  # number of responses that were solved or found in the store
-    seconds: float  # time of the search, s
-    message: str  # one line that says what was found
-    remarks: tuple[str, ...] = field(default=())  # what was left open, a sentence each
+    seconds: float = 0.0  # time of the search, s
+    message: str = ""  # one line that says what was found
+    remarks: tuple[str, ...] = ()  # what was left open, a sentence each
     # what is made low: "displacement", the largest displacement over a period; "harmonic_1", its first harmonic
     objective: str = "displacement"
     harmonics: int = 0  # number of harmonics at the optimum; 0: not known

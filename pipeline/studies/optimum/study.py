@@ -296,6 +296,7 @@ class _Search:
         return self._result(
             trial,
             kind=self._kind(best, "sampled"),
+            method=CURVES,
             within=within,
             responses=len(self.trials),
             remarks=(*ends, *opened, *lost),
@@ -303,29 +304,19 @@ class _Search:
 
     def _result(self, trial: Trial, **said: Any) -> OptimumResult:
         """The result at a trial, with what is said of it."""
-        values: dict[str, Any] = {
-            "ranges": dict(self.ranges),
-            "values": {key: trial.values[key] for key in self.ranges},
-            "amplitude_m": trial.amplitude_m,
-            "frequency_hz": trial.frequency_hz,
-            "motion": trial.motion,
-            "curvature": math.nan,
-            "within": {},
-            "derivatives": {},
-            "base": self._base(),
-            "search": None,
-            "joint": None,
-            "per_unit": 1.0,
-            "method": CURVES,
-            "trials": tuple(self.trials[point] for point in sorted(self.trials)) if self.outer else (),
-            "seconds": 0.0,
-            "message": "",
-            "objective": objective_of(self.context),
-            "harmonics": self._harmonics(),
-            "truncation_error": trial.truncation_error,
+        found = OptimumResult(
+            ranges=dict(self.ranges),
+            values={key: trial.values[key] for key in self.ranges},
+            amplitude_m=trial.amplitude_m,
+            frequency_hz=trial.frequency_hz,
+            motion=trial.motion,
+            base=self._base(),
+            trials=tuple(self.trials[point] for point in sorted(self.trials)) if self.outer else (),
+            objective=objective_of(self.context),
+            harmonics=self._harmonics(),
+            truncation_error=trial.truncation_error,
             **said,
-        }
-        found = OptimumResult(**values)
+        )
         swept = [key for key in self.context.file.swept if key in self.ranges]
         notes = [f"{key} is swept: the scene's own value is its first" for key in swept]
         if self.outer:
