@@ -53,15 +53,16 @@ def measure(scene_file: str, model_file: str, blades: int) -> dict[str, Any]:
     import numpy as np
 
     from nonlinear import Mistuning, mistuned_response
+    from nonlinear.mistuned_ring.linear_contacts import strain_directions
     from nonlinear.mistuned_ring.ring_balance import RingBalance
     from nonlinear.mistuned_ring.ring_receptance import RingReceptance
-    from nonlinear.mistuned_ring.sector_ring import SectorRing, strain_directions
-    from rom import ModalModel, RelativeReceptance, one_blas_thread
+    from nonlinear.mistuned_ring.sector_ring import SectorRing
+    from rom import RelativeReceptance, one_blas_thread
 
     scene = scene_with(scene_file, {"contact.interference": INTERFERENCE})
     problem = curve_problem(model_file, scene)
     excitation = replace(problem.excitation, engine_order=blades // 4)
-    if clamped := isinstance(problem.modal, ModalModel):
+    if clamped := not problem.modal.has_disk:
         modal = replace(problem.modal, n_blades=blades)
     else:  # the same waves, at other phases
         modal = replace(problem.modal, model=replace(problem.modal.model, n_blades=blades))
@@ -102,16 +103,17 @@ def ways_to_solve(balance: Any, unknown: Any, omega: float, vectors: Any) -> dic
     from scipy.sparse import csc_array
     from scipy.sparse.linalg import splu
 
-    from nonlinear.mistuned_ring.pair_order import by_pair
+    from nonlinear.mistuned_ring.mistuned_structure import by_pair
 
     column, row, right = vectors
     seconds: dict[str, Any] = {}
     linearised = balance.evaluate(unknown, omega)
-    timed(seconds, "assembly s", lambda: linearised.blocks)
+    structure, system = balance.structure, linearised.system(column, row, 1.0)
+    blocks = timed(seconds, "assembly s", lambda: structure.jacobian_blocks(omega, system.change))
     exact = timed(seconds, "block elimination s", lambda: linearised.factorise(column, row, 1.0).solve(right, 0.5))
     rows = 2 * balance.n_harmonics + 1
     sides = [by_pair(vector, rows, balance.n_blades) for vector in vectors]
-    circulant = timed(seconds, "GMRES, circulant s", lambda: circulant_gmres(linearised.blocks, *sides))
+    circulant = timed(seconds, "GMRES, circulant s", lambda: circulant_gmres(blocks, *sides))
     seconds["GMRES iterations"] = circulant[1]
     assert np.isfinite(exact[0]).all()
     for name in ("dense s", "sparse s"):
@@ -132,18 +134,23 @@ def with_a_disk(balance: Any, unknown: Any, omega: float, vectors: Any) -> dict[
     import numpy as np
 
     from nonlinear.harmonic_balance.condensed_factors import DenseFactors
-    from nonlinear.mistuned_ring.sector_factors import SectorFactors
+    from nonlinear.mistuned_ring.sector_ring import SectorFactors
 
     column, row, right = vectors
     seconds: dict[str, Any] = {}
     linearised = balance.evaluate(unknown, omega)
-    factors = SectorFactors(linearised, column, row, 1.0)
+    system = linearised.system(column, row, 1.0)
+    factors = SectorFactors(balance.structure, system)
     near = timed(seconds, "factors s", lambda: factors.near)
     seconds["modes in the border"] = near.strain.shape[2] // 2
     found = timed(seconds, "GMRES s", lambda: factors.solve(right, 0.5))
     seconds["dense s"] = "-"
     if balance.size <= MOST_DENSE:
-        dense = timed(seconds, "dense s", lambda: DenseFactors.of(linearised.coupling, column, row, 1.0))
+        dense = timed(
+            seconds,
+            "dense s",
+            lambda: DenseFactors.of(balance.structure.coupling(omega, system.change), column, row, 1.0),
+        )
         exact = dense.solve(right, 0.5)[0]
         assert np.abs(exact - found[0]).max() < 1e-5 * np.abs(exact).max()
     return seconds

@@ -5,9 +5,9 @@ between the right face of blade j and the left face of blade j+1. All Fourier co
 own blade, q_j(t) = Re sum_h q_j^(h) exp(i h (omega t + j psi)): in the tuned travelling wave they are the same at all
 j.
 
-Where to look: `mistuning` (the deviations), `ring_receptance` and `sector_ring` (the structure), `ring_balance`
-(the equations), `cyclic_blocks` and `sector_factors` (their Jacobian, factorised), `ring_response` (the curve of
-all blades and its maximum), `linear_ring` and `linear_sectors` (linear contacts).
+Where to look: `mistuning` (the deviations), `mistuned_structure` (what the contacts see of the structure; blades in
+`ring_receptance`, a disk in `sector_ring`), `ring_balance` (the equations), `cyclic_blocks` (a factorisation),
+`ring_response` (the curve of all blades and its maximum), `linear_ring` and `linear_sectors` (linear contacts).
 
 References
 ----------

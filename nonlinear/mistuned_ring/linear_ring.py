@@ -19,12 +19,17 @@ import numpy as np
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactParameters
-from nonlinear.mistuned_ring.linear_contacts import LinearPeak, highest_peak, springs_in_state, supported_stiffness
+from nonlinear.mistuned_ring.linear_contacts import (
+    HIGHEST,
+    LinearPeak,
+    highest_peak,
+    springs_in_state,
+    supported_stiffness,
+)
 from nonlinear.mistuned_ring.mistuning import Mistuning, MistuningError
 from nonlinear.options import Excitation
 from rom import ModalModel
 
-HIGHEST = 3.0  # of the modes in T, relative to the upper end of the range
 INDEPENDENT = 1e-7  # smallest relative singular value of a vector of T
 BATCH = 64  # frequencies solved together
 

@@ -20,13 +20,19 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactParameters
-from nonlinear.mistuned_ring.linear_contacts import LinearPeak, highest_peak, springs_in_state, supported_stiffness
+from nonlinear.mistuned_ring.linear_contacts import (
+    HIGHEST,
+    LinearPeak,
+    highest_peak,
+    springs_in_state,
+    strain_directions,
+    supported_stiffness,
+)
 from nonlinear.mistuned_ring.mistuning import Mistuning, MistuningError, check_blades
-from nonlinear.mistuned_ring.sector_ring import strain_directions, wave_turns
+from nonlinear.mistuned_ring.sector_ring import wave_turns
 from nonlinear.options import Excitation
 from rom import ModalModel, RelativeReceptance, SectorModes, relative_contact_motion
 
-HIGHEST = 3.0  # of the modes, relative to the upper end of the range
 NEAR = 0.9  # where the other modes are taken at, relative to the upper end of the range
 INDEPENDENT = 1e-7  # smallest part of a response that the modes do not have, relative to it
 ITERATIONS, CONVERGED = 60, 1e-13  # of the damping between modes

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nonlinear.contact.parameters import Array, ContactParameters
-from rom import RingModes, SectorModes
+from rom import RingModes
 
 
 def whitehead_bound(n_blades: int) -> float:
@@ -242,7 +242,7 @@ class Mistuning:
 
 def check_blades(modal: RingModes, mistuning: Mistuning) -> None:
     """Check that a model knows the stiffness of its blades, where they differ on a disk."""
-    if isinstance(modal, SectorModes) and mistuning.frequency.any() and modal.model.blade_stiffness is None:
+    if mistuning.frequency.any() and not modal.blades_may_differ:
         raise MistuningError(
             "frequency: blades on a disk that differ, allowed: with blade_stiffness in the reduced model"
         )

@@ -20,19 +20,14 @@ from numpy.typing import NDArray
 from nonlinear.contact.element_choice import contact_element
 from nonlinear.contact.fourier import ComplexArray, to_complex, to_real
 from nonlinear.contact.parameters import STICK, Array, ContactElement, ContactForces, ContactParameters
-from nonlinear.harmonic_balance.condensed_factors import DenseFactors
 from nonlinear.harmonic_balance.residual import (
     BorderedFactors,
     HarmonicBalance,
     LinearisedResidual,
     has_odd_harmonics_only,
 )
-from nonlinear.mistuned_ring.cyclic_blocks import CyclicBlockFactors, CyclicBlocks
+from nonlinear.mistuned_ring.mistuned_structure import RingStructure, RingSystem
 from nonlinear.mistuned_ring.mistuning import Mistuning
-from nonlinear.mistuned_ring.pair_order import by_pair, from_pairs, pair_force_change, real_product
-from nonlinear.mistuned_ring.ring_receptance import RingReceptance
-from nonlinear.mistuned_ring.sector_factors import SectorFactors
-from nonlinear.mistuned_ring.sector_ring import SectorRing
 from nonlinear.options import SolverOptions
 
 
@@ -64,28 +59,6 @@ class WithBladeSprings:
         )
 
 
-SMALLEST_ITERATIVE = 400  # unknowns of a ring with a disk from which GMRES is faster than a dense factorisation
-
-
-@dataclass(frozen=True)
-class RingFactors:
-    """The bordered Jacobian of a ring, in the order of unknowns of the balance."""
-
-    factors: CyclicBlockFactors
-    n_rows: int
-
-    @property
-    def sign(self) -> int:
-        """Sign of the determinant: that of the blocks, which are the unknowns in another order."""
-        return self.factors.sign
-
-    def solve(self, right: Array, last: float) -> tuple[Array, float]:
-        """Solution (x (n,), z) for the right-hand side (b (n,), b_e); NaN for a singular system."""
-        n_blades = len(self.factors.column)
-        solution, z = self.factors.solve(by_pair(right, self.n_rows, n_blades), np.array([last]))
-        return from_pairs(solution, self.n_rows), float(z[0])
-
-
 @dataclass(frozen=True)
 class LinearisedRing(LinearisedResidual):
     """The residual of a ring and its derivatives at one state; see `LinearisedResidual`."""
@@ -101,23 +74,6 @@ class LinearisedRing(LinearisedResidual):
             jacobian[..., 3::4, :] = jacobian[..., 4::4, :] = 0.0
             jacobian[..., 3::4] = jacobian[..., 4::4] = 0.0
         return jacobian
-
-    @cached_property
-    def blocks(self) -> CyclicBlocks:
-        """The blocks of dR/dx of clamped blades; rows and columns of a block: coefficient, node, component."""
-        balance, ring = self.balance, self.balance.structure
-        assert isinstance(ring, RingReceptance)
-        n_blades, n_rows = balance.n_blades, 2 * balance.n_harmonics + 1
-        change = pair_force_change(self.force_jacobian, n_blades)
-        blocks = ring.blocks(self.omega)
-        own = -real_product(blocks.own, change)
-        own[:, np.arange(own.shape[1]), np.arange(own.shape[1])] += 1.0
-        if ring.blade.left is None:
-            return CyclicBlocks(np.zeros_like(own), own, np.zeros_like(own))
-        before = -real_product(blocks.before, np.roll(change, 1, axis=0))
-        after = -real_product(blocks.after, np.roll(change, -1, axis=0))
-        assert own.shape == (n_blades, n_rows * balance.pair_dofs, n_rows * balance.pair_dofs)
-        return CyclicBlocks(before, own, after)
 
     def times(self, change: Array) -> Array:
         """dR/dx times a change of the unknown (n,): no matrix is formed."""
@@ -135,35 +91,19 @@ class LinearisedRing(LinearisedResidual):
 
     @cached_property
     def coupling(self) -> tuple[Array, NDArray[np.intp]]:
-        """G df/dx of sectors joined at a disk, (n, n), and the indices of its columns: all."""
-        balance, ring = self.balance, self.balance.structure
-        assert isinstance(ring, SectorRing)
-        count, n_rows = balance.n_blades, 2 * balance.n_harmonics + 1
-        change, size = pair_force_change(self.force_jacobian, count), n_rows * balance.pair_dofs
-        found = np.empty((count, size, count, size))
-        pairs = np.arange(count)
-        for distance, block in enumerate(ring.flexibility(self.omega)):
-            before = (pairs - distance) % count
-            found[pairs, :, before] = real_product(np.broadcast_to(block, (count, *block.shape)), change[before])
-        indices = np.arange(balance.size)
-        place = indices.reshape(n_rows, count, -1).transpose(1, 0, 2).reshape(-1)
-        whole = np.empty((balance.size, balance.size))
-        whole[np.ix_(place, place)] = found.reshape(balance.size, balance.size)
-        return whole, indices
+        """G df/dx, (n, n), and the indices of its columns, all: for checks, as `jacobian`."""
+        return np.eye(self.balance.size) - self.jacobian, np.arange(self.balance.size)
+
+    def system(self, column: Array, row: Array, corner: float) -> RingSystem:
+        """The bordered Jacobian [dR/dx, c; t, e] for the structure."""
+        return RingSystem(self.omega, self.balance.n_blades, self.force_jacobian, self.times, column, row, corner)
 
     def factorise(self, column: Array, row: Array, corner: float) -> BorderedFactors:
         """Factors of the bordered Jacobian [dR/dx, c; t, e].
 
         Shapes: `column` (n,), `row` (n,).
         """
-        balance = self.balance
-        if isinstance(balance.structure, SectorRing):
-            if balance.size < SMALLEST_ITERATIVE:
-                return DenseFactors.of(self.coupling, column, row, corner)
-            return SectorFactors(self, column, row, corner)
-        n_rows, end = 2 * balance.n_harmonics + 1, np.array([[corner]])
-        own_column, own_row = (by_pair(values, n_rows, balance.n_blades)[..., None] for values in (column, row))
-        return RingFactors(CyclicBlockFactors.of(self.blocks, own_column, own_row, end), n_rows)
+        return self.balance.structure.factorise(self.system(column, row, corner))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -174,12 +114,12 @@ class RingBalance(HarmonicBalance):
     of 3 n_nodes N_b numbers, pair after pair. With a disk the strains of blade j follow d_j.
     """
 
-    structure: RingReceptance | SectorRing  # clamped blades, or sectors joined at a disk
+    structure: RingStructure
 
     @classmethod
     def of(
         cls,
-        structure: RingReceptance | SectorRing,
+        structure: RingStructure,
         contact: ContactParameters,
         mistuning: Mistuning,
         options: SolverOptions,

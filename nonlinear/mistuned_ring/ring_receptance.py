@@ -20,6 +20,8 @@ import numpy as np
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
+from nonlinear.mistuned_ring.cyclic_blocks import CyclicBlockFactors, CyclicBlocks
+from nonlinear.mistuned_ring.mistuned_structure import RingStructure, RingSystem, by_pair, from_pairs, real_product
 from rom import ModalModel, RelativeReceptance
 
 
@@ -32,7 +34,26 @@ class RingBlocks(NamedTuple):
 
 
 @dataclass(frozen=True)
-class RingReceptance:
+class RingFactors:
+    """The bordered Jacobian of a ring, in the order of unknowns of the balance."""
+
+    factors: CyclicBlockFactors
+    n_rows: int
+
+    @property
+    def sign(self) -> int:
+        """Sign of the determinant: that of the blocks, which are the unknowns in another order."""
+        return self.factors.sign
+
+    def solve(self, right: Array, last: float) -> tuple[Array, float]:
+        """Solution (x (n,), z) for the right-hand side (b (n,), b_e); NaN for a singular system."""
+        n_blades = len(self.factors.column)
+        solution, z = self.factors.solve(by_pair(right, self.n_rows, n_blades), np.array([last]))
+        return from_pairs(solution, self.n_rows), float(z[0])
+
+
+@dataclass(frozen=True)
+class RingReceptance(RingStructure):
     """The structure of a ring of clamped blades."""
 
     tuned: RelativeReceptance  # the tuned blade with its phase psi, harmonics and excitation
@@ -41,8 +62,7 @@ class RingReceptance:
     @property
     def blade(self) -> ModalModel:
         """The modes of the tuned blade alone."""
-        assert isinstance(self.tuned.modal, ModalModel)  # a sector of a disk is refused before
-        return self.tuned.modal
+        return self.tuned.modal.at(0)
 
     @property
     def n_blades(self) -> int:
@@ -53,6 +73,11 @@ class RingReceptance:
     def n_nodes(self) -> int:
         """Number of contact nodes of a pair."""
         return self.blade.n_contacts
+
+    @property
+    def modal_force(self) -> ComplexArray:
+        """Modal forces of the excitation, the same of all blades, (n_h, 1, m)."""
+        return self.tuned.modal_force[:, None, :]
 
     @cached_property
     def _harmonics(self) -> Array:
@@ -70,27 +95,13 @@ class RingReceptance:
         squared: Array = np.outer(self.frequency_ratio, self.blade.angular_frequency) ** 2
         return squared
 
-    def _denominators(self, omega: float) -> tuple[ComplexArray, ComplexArray]:
+    def denominators(self, omega: float) -> tuple[ComplexArray, ComplexArray]:
         """D_j, (n_h, N_b, m), and its derivative in omega, (n_h, 1, m)."""
         h = self._harmonics[:, None]
         rate = 1j * h * self.blade.damping
         value = (rate * omega - (h * omega) ** 2)[:, None, :] + self._squared
         derivative = (rate - 2.0 * h**2 * omega)[:, None, :]
         return np.asarray(value, dtype=np.complex128), np.asarray(derivative, dtype=np.complex128)
-
-    def coordinates(self, omega: float, force: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-        """Modal coordinates of all blades under the excitation and the contact forces.
-
-        Shapes: `force` (n_h, N_b, 3 n_c), returns `coordinates, derivatives` (n_h, N_b, m).
-        """
-        value, derivative = self._denominators(omega)
-        found = (self.tuned.modal_force[:, None, :] + self.pushed(force)) / value
-        return found, -derivative * found / value
-
-    def increments(self, omega: float, force: ComplexArray) -> ComplexArray:
-        """Change of the modal coordinates, (n_h, N_b, m), by changes of the contact forces (n_h, N_b, 3 n_c)."""
-        found: ComplexArray = self.pushed(force) / self._denominators(omega)[0]
-        return found
 
     def pushed(self, force: ComplexArray) -> ComplexArray:
         """Modal forces R^T f_j - exp(-i h psi) L^T f_(j-1), (n_h, N_b, m), of forces (n_h, N_b, 3 n_c)."""
@@ -113,18 +124,10 @@ class RingReceptance:
         found: ComplexArray = (coordinates @ self.blade.outputs[name]).T
         return found
 
-    def response(self, omega: float, force: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-        """Relative displacements under the excitation and the contact forces.
-
-        Shapes: `force` (n_h, N_b, 3 n_c), returns `displacement, derivative` (n_h, N_b, 3 n_c).
-        """
-        coordinates, derivative = self.coordinates(omega, force)
-        return self.relative(coordinates), self.relative(derivative)
-
     def blocks(self, omega: float) -> RingBlocks:
         """The blocks of the receptance."""
         modal, n_dofs = self.blade, 3 * self.blade.n_contacts
-        inverse = 1.0 / self._denominators(omega)[0].transpose(1, 0, 2)
+        inverse = 1.0 / self.denominators(omega)[0].transpose(1, 0, 2)
         faces = modal.right if modal.left is None else np.concatenate([modal.right, modal.left])
         both = np.empty((*inverse.shape[:2], len(faces), len(faces)), complex)
         both.real = (faces * inverse.real[:, :, None, :]) @ faces.T
@@ -138,3 +141,20 @@ class RingReceptance:
             own + following[..., n_dofs:, n_dofs:],
             -self._ahead * following[..., n_dofs:, :n_dofs],
         )
+
+    def jacobian_blocks(self, omega: float, change: ComplexArray) -> CyclicBlocks:
+        """The blocks of dR/dx; rows and columns of a block: coefficient, node, component."""
+        blocks = self.blocks(omega)
+        own = -real_product(blocks.own, change)
+        own[:, np.arange(own.shape[1]), np.arange(own.shape[1])] += 1.0
+        if self.blade.left is None:
+            return CyclicBlocks(np.zeros_like(own), own, np.zeros_like(own))
+        before = -real_product(blocks.before, np.roll(change, 1, axis=0))
+        return CyclicBlocks(before, own, -real_product(blocks.after, np.roll(change, -1, axis=0)))
+
+    def factorise(self, system: RingSystem) -> RingFactors:
+        """Factors of a bordered Jacobian, by block elimination."""
+        n_rows, end = system.n_rows, np.array([[system.corner]])
+        column, row = (by_pair(each, n_rows, self.n_blades)[..., None] for each in (system.column, system.row))
+        blocks = self.jacobian_blocks(system.omega, system.change)
+        return RingFactors(CyclicBlockFactors.of(blocks, column, row, end), n_rows)

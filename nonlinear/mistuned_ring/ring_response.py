@@ -19,13 +19,14 @@ from nonlinear.continuation.response_quantities import largest_amplitude
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.continuation.step_control import ContinuationParameters, Resonances
 from nonlinear.harmonic_balance.initial_solution import NewtonResult, continue_homotopy, periodic_start, solve_at
+from nonlinear.mistuned_ring.linear_contacts import strain_directions
 from nonlinear.mistuned_ring.mistuning import Mistuning, MistuningError, check_blades
 from nonlinear.mistuned_ring.ring_balance import RingBalance
 from nonlinear.mistuned_ring.ring_receptance import RingReceptance
-from nonlinear.mistuned_ring.sector_ring import SectorRing, strain_directions
+from nonlinear.mistuned_ring.sector_ring import SectorRing
 from nonlinear.options import Excitation, OptionsError, SolverOptions
 from nonlinear.response_solver import build_continuation
-from rom import ModalModel, RingModes, coupled_frequencies, one_blas_thread
+from rom import RingModes, coupled_frequencies, one_blas_thread
 
 NEARLY_HIGHEST = 0.97  # of the largest sample: a maximum whose largest sample is lower is not the highest one
 UNCERTAIN = 5e-3  # relative error of the height expected of a maximum between two points
@@ -327,10 +328,10 @@ def mistuned_response(
 def _strain(tuned: Continuation, contact: ContactParameters, mistuning: Mistuning) -> Array:
     """The strains on which the deviating stiffness of blades on a disk acts, (t, n); none of clamped blades."""
     receptance = tuned.balance.receptance
-    if isinstance(receptance.modal, ModalModel):
+    if not receptance.modal.has_disk:
         return np.zeros((0, 0))
     if not mistuning.frequency.any():
-        return np.zeros((0, receptance.modal.model.size))
+        return np.zeros((0, len(receptance.modal.at(0).shapes)))
     return strain_directions(receptance, contact, tuned.options.omega_range[1])
 
 
@@ -371,11 +372,8 @@ class _Ring:
     def _scaled(self, factor: float) -> RingBalance:
         options, receptance = self.tuned.options, self.tuned.balance.receptance
         mistuning = self.mistuning.scaled(factor)
-        structure: RingReceptance | SectorRing
-        if isinstance(receptance.modal, ModalModel):
-            structure = RingReceptance(receptance, 1.0 + mistuning.frequency)
-        else:
-            structure = self._sectors
+        clamped = not receptance.modal.has_disk
+        structure = RingReceptance(receptance, 1.0 + mistuning.frequency) if clamped else self._sectors
         return RingBalance.of(structure, self.contact, mistuning, options)
 
     @cached_property

@@ -9,94 +9,48 @@ discrete Fourier transform over the sectors, x_j = N^(-1/2) sum_l exp(2 pi i j l
 where F_l is there in the wave 0 alone. The stiffness by which blade j differs acts like more contact nodes, with
 linear springs: B_l holds the rows Q^T S of `strain_directions` below those of the contact motion.
 
-The stiffness of blade j is ((1 + delta_j)^2 - 1) K_b above the tuned one, with the reduced stiffness K_b = S^T S of
-the blade. Of all strains S q those count that vibrations in the frequency range have: with orthonormal directions Q,
-K_b is replaced by S^T Q Q^T S. A mode of the ring has its frequency changed by mistuning through its strain energy in
-the blades; Q is as wide as it needs to be for the energy neglected to be below `NEGLECTED` of that of every mode.
+In the bordered systems of a large ring the modes near the frequency carry the motion far around the ring: their
+modal coordinates z are unknowns of their own, beside the border. What the other modes move further than the
+neighbouring pairs is left out, as is what they make of the small forces -k s of the strains s = Q^T S q, in which k
+is the stiffness by which the blades differ. With the relative displacements d the rest is block-tridiagonal and
+cyclic,
+
+    [ I - G_near df/dd   -B                   c ] [ d ]
+    [ -D^-1 B^H df/dd     I + D^-1 S^H k S    0 ] [ z ],    s = S z + S_near df/dd d.
+    [ t                   0                   e ] [ y ]
+
+Its factors, also those of a state nearby, precondition GMRES [1]_ on the whole system, so that the solution is that
+of the whole system.
+
+References
+----------
+.. [1] Y. Saad, M. H. Schultz, GMRES: a generalized minimal residual algorithm for solving nonsymmetric linear
+   systems, SIAM J. Sci. Stat. Comput. 7 (1986) 856-869.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
-from nonlinear.contact.parameters import Array, ContactParameters
-from nonlinear.mistuned_ring.linear_contacts import springs_in_state, supported_stiffness
-from rom import ModalModel, RelativeReceptance, SectorModes, WaveModes, relative_contact_motion, strain_rows
+from nonlinear.contact.parameters import Array
+from nonlinear.harmonic_balance.condensed_factors import DenseFactors
+from nonlinear.harmonic_balance.residual import BorderedFactors
+from nonlinear.mistuned_ring.cyclic_blocks import CyclicBlockFactors, CyclicBlocks
+from nonlinear.mistuned_ring.mistuned_structure import RingStructure, RingSystem, by_pair, from_pairs, real_product
+from rom import RelativeReceptance, WaveModes
 
-if TYPE_CHECKING:
-    from nonlinear.mistuned_ring.sector_factors import NearFactors
-
-
-HIGHEST = 3.0  # of the modes, relative to the upper end of the range
-NEGLECTED = 1e-5  # strain energy of a mode outside the directions, of its whole strain energy
-_NONE = 1e-14  # of the largest squared frequency: a rigid motion
-
-
-def strain_directions(tuned: RelativeReceptance, contact: ContactParameters, highest: float) -> Array:
-    """Rows that give the strains of a blade: half the sum of their squares is its strain energy.
-
-    Shapes: returns (t, n).
-    """
-    modal = tuned.modal
-    assert isinstance(modal, SectorModes)
-    rows = blade_strain(modal)
-    found = [rows @ each for each in _motions(tuned, contact, HIGHEST * highest)]
-    columns = np.concatenate([part for each in found for part in (each.real, each.imag)], axis=1)
-    left = np.linalg.svd(columns, full_matrices=False)[0]
-    left_out = (columns**2).sum(axis=0) - np.cumsum((left.T @ columns) ** 2, axis=0)
-    count = 1 + int(np.argmax(left_out.max(axis=1) <= NEGLECTED))
-    count = min(3 * -(-count // 3), len(rows))
-    chosen = left[:, :count].T @ rows
-    return np.pad(chosen, ((0, -count % 3), (0, 0)))
-
-
-def blade_strain(modal: SectorModes) -> Array:
-    """S (r, n), S^T S the stiffness of the blade."""
-    stiffness = modal.model.blade_stiffness
-    assert stiffness is not None  # asked for before
-    return strain_rows(stiffness)
-
-
-def _motions(tuned: RelativeReceptance, contact: ContactParameters, highest: float) -> Iterator[ComplexArray]:
-    """Motions (n, k) of unit strain energy: modes of all waves, and responses to the forces."""
-    modal, n_contacts = tuned.modal, contact.n_contacts
-    assert isinstance(modal, SectorModes)
-    states = [springs_in_state(contact, state) for state in ("free", "sliding", "stuck")]
-    phase = modal.phase(round(tuned.phase * modal.n_blades / (2.0 * np.pi)))
-    for springs in states:
-        for n in range(modal.n_blades // 2 + 1):
-            modes = modal.at(n)
-            squared, shapes = np.linalg.eigh(supported_stiffness(modes, 2.0 * np.pi * n / modal.n_blades, springs))
-            elastic = (squared > _NONE * squared[-1]) & (squared <= highest**2)
-            yield modes.shapes @ shapes[:, elastic] / np.sqrt(squared[elastic])
-        still, excited = modal.at(0), modal.at_phase(phase)
-        pressed = np.zeros((n_contacts, 3))
-        pressed[:, 2] = contact.normal_load(np.zeros(n_contacts))
-        pressing = relative_contact_motion(still.right, still.left, 0.0).conj().T @ pressed.reshape(-1)
-        for force in (still.static_force, pressing):
-            yield _response(still, springs, 0.0, force, 0.0)
-        for share in (0.0, 0.5):
-            yield _response(excited, springs, phase, excited.force, share * highest / HIGHEST)
-
-
-def _response(
-    modes: ModalModel, springs: Array, phase: float, force: NDArray[np.number], omega: float
-) -> ComplexArray:
-    """Response to a force at a frequency, of unit strain energy, (n, 1); (n, 0) without a force."""
-    moving = modes.angular_frequency > 0.0
-    if not np.any(force[moving]):
-        return np.zeros((len(modes.shapes), 0), complex)
-    stiffness = supported_stiffness(modes, phase, springs)[np.ix_(moving, moving)]
-    found = np.linalg.solve(stiffness - omega**2 * np.eye(len(stiffness)), force[moving])
-    size = np.sqrt((found.conj() @ stiffness @ found).real)
-    return np.asarray((modes.shapes[:, moving] @ found / size)[:, None], dtype=complex)
+SMALLEST_ITERATIVE = 400  # unknowns of a ring from which GMRES is faster than a dense factorisation
+NEAR = 1.2  # ratio of frequencies up to which a mode carries motion far around the ring
+SOLVED, ENOUGH = 1e-9, 1e-7  # relative residual asked for, and one that will do
+ITERATIONS = 80
+PATIENCE = 25  # iterations with the factors of another state
 
 
 class WaveChoice(NamedTuple):
@@ -107,24 +61,23 @@ class WaveChoice(NamedTuple):
 
 
 @dataclass(frozen=True)
-class SectorRing:
+class SectorRing(RingStructure):
     """The structure of a ring of sectors joined at a disk."""
 
     tuned: RelativeReceptance  # the tuned sector with its phase psi, harmonics and excitation
-    n_blades: int  # number N of sectors: that of the ring, or 1 where all move alike
+    n_sectors: int  # number N of sectors: that of the ring, or 1 where all move alike
     # (t, n), rows of the strains that mistuning needs, for unit reduced coordinates; t a multiple of three, or 0
     strain: Array
 
     @property
-    def modal(self) -> SectorModes:
-        """The modes of the tuned sector."""
-        assert isinstance(self.tuned.modal, SectorModes)
-        return self.tuned.modal
+    def n_blades(self) -> int:
+        """Number N of sectors."""
+        return self.n_sectors
 
     @property
     def n_nodes(self) -> int:
         """Number of nodes of a pair, those of the strain counted."""
-        return self.modal.n_contacts + len(self.strain) // 3
+        return self.tuned.modal.n_contacts + len(self.strain) // 3
 
     @property
     def neighbours_only(self) -> bool:
@@ -144,7 +97,7 @@ class SectorRing:
     @cached_property
     def waves(self) -> WaveModes:
         """Modes of all waves of all harmonics, n_h N rows; rigid motions have no static response."""
-        return self.modal.waves(self._phases.ravel(), np.repeat(self._harmonics != 0.0, self.n_blades).tolist())
+        return self.tuned.modal.waves(self._phases.ravel(), np.repeat(self._harmonics != 0.0, self.n_blades).tolist())
 
     @cached_property
     def motion(self) -> ComplexArray:
@@ -154,7 +107,7 @@ class SectorRing:
         found[:, : waves.relative.shape[1]] = waves.relative
         if len(self.strain):
             for row, phase in zip(found[:, waves.relative.shape[1] :], self._phases.ravel(), strict=True):
-                shapes = self.modal.at_phase(float(phase)).shapes
+                shapes = self.tuned.modal.at_phase(float(phase)).shapes
                 row[:, : shapes.shape[1]] = self.strain @ shapes
         return found.reshape(*self._phases.shape, *found.shape[1:])
 
@@ -164,7 +117,7 @@ class SectorRing:
         return np.ascontiguousarray(self.motion.conj().transpose(0, 1, 3, 2))
 
     @cached_property
-    def _force(self) -> ComplexArray:
+    def modal_force(self) -> ComplexArray:
         """Modal forces of the waves, (n_h, N, m): the wave 0 holds those of the tuned sector."""
         found = np.zeros((*self._phases.shape, self.motion.shape[-1]), complex)
         own = self.tuned.modal_force[:, : found.shape[2]]
@@ -179,21 +132,8 @@ class SectorRing:
         value = rate * omega + (self.waves.angular_frequency.reshape(shape) ** 2 - (h * omega) ** 2)
         return np.asarray(value, complex), np.asarray(rate - 2.0 * h**2 * omega, complex)
 
-    def coordinates(self, omega: float, force: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-        """Modal coordinates of all waves under the excitation and the forces at the nodes.
-
-        Shapes: `force` (n_h, N, 3 n_nodes), returns `coordinates, derivatives` (n_h, N, m).
-        """
-        value, derivative = self.denominators(omega)
-        found = (self._force + self._pushed(force)) / value
-        return found, -derivative * found / value
-
-    def increments(self, omega: float, force: ComplexArray) -> ComplexArray:
-        """Change of the modal coordinates, (n_h, N, m), by changes of the forces (n_h, N, 3 n_nodes)."""
-        found: ComplexArray = self._pushed(force) / self.denominators(omega)[0]
-        return found
-
-    def _pushed(self, force: ComplexArray) -> ComplexArray:
+    def pushed(self, force: ComplexArray) -> ComplexArray:
+        """B_l^H f: modal forces of the waves, (n_h, N, m), of forces at the nodes (n_h, N, 3 n_nodes)."""
         found: ComplexArray = (self.adjoint @ np.fft.fft(force, axis=1, norm="ortho")[..., None])[..., 0]
         return found
 
@@ -202,14 +142,6 @@ class SectorRing:
         found: ComplexArray = np.fft.ifft((self.motion @ coordinates[..., None])[..., 0], axis=1, norm="ortho")
         return found
 
-    def response(self, omega: float, force: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-        """Motion of the nodes under the excitation and the forces, and its derivative in omega, (n_h, N, 3 n_nodes).
-
-        Shapes: `force` (n_h, N, 3 n_nodes).
-        """
-        coordinates, derivative = self.coordinates(omega, force)
-        return self.relative(coordinates), self.relative(derivative)
-
     def output(self, name: str, coordinates: ComplexArray) -> ComplexArray:
         """An output of all blades, each in its own time, (N, n_h), of modal coordinates (n_h, N, m)."""
         rows = self._output_rows(name)
@@ -217,11 +149,8 @@ class SectorRing:
 
     def _output_rows(self, name: str) -> ComplexArray:
         if name not in self._outputs:
-            rows = np.zeros((self._phases.size, self.motion.shape[-1]), complex)
-            for row, phase in zip(rows, self._phases.ravel(), strict=True):
-                own = self.modal.at_phase(float(phase)).outputs[name]
-                row[: own.size] = own
-            self._outputs[name] = rows.reshape(*self._phases.shape, -1)
+            rows = self.tuned.modal.wave_outputs(name, self._phases.ravel())
+            self._outputs[name] = np.asarray(rows, complex).reshape(*self._phases.shape, -1)
         return self._outputs[name]
 
     @cached_property
@@ -258,8 +187,200 @@ class SectorRing:
         every = (self.motion / self.denominators(omega)[0][:, :, None]) @ self.adjoint
         return np.fft.ifft(every, axis=1).transpose(1, 0, 2, 3)
 
+    def coupling(self, omega: float, change: ComplexArray) -> tuple[Array, NDArray[np.intp]]:
+        """G df/dx, (n, n), of changes of forces (see `pair_force_change`), and the indices of its columns: all."""
+        count, n_rows, pair_dofs = self.n_blades, 2 * len(self.tuned.harmonics) - 1, 3 * self.n_nodes
+        size = n_rows * pair_dofs
+        found = np.empty((count, size, count, size))
+        pairs = np.arange(count)
+        for distance, block in enumerate(self.flexibility(omega)):
+            before = (pairs - distance) % count
+            found[pairs, :, before] = real_product(np.broadcast_to(block, (count, *block.shape)), change[before])
+        indices = np.arange(count * size)
+        place = indices.reshape(n_rows, count, -1).transpose(1, 0, 2).reshape(-1)
+        whole = np.empty((indices.size, indices.size))
+        whole[np.ix_(place, place)] = found.reshape(whole.shape)
+        return whole, indices
+
+    def factorise(self, system: RingSystem) -> BorderedFactors:
+        """Factors of a bordered Jacobian: dense of a small ring, else solved by GMRES."""
+        if system.column.size < SMALLEST_ITERATIVE:
+            coupling = self.coupling(system.omega, system.change)
+            return DenseFactors.of(coupling, system.column, system.row, system.corner)
+        return SectorFactors(self, system)
+
 
 def wave_turns(count: int, wave: NDArray[np.intp]) -> ComplexArray:
     """N^(-1/2) exp(2 pi i j l / N) of the sectors j in some waves l, (N, w)."""
     found: ComplexArray = np.exp(2j * np.pi * np.outer(np.arange(count), wave) / count) / np.sqrt(count)
     return found
+
+
+@dataclass(frozen=True)
+class NearFactors:
+    """Factors of what is near to a bordered Jacobian, for displacements d, strains s, modal coordinates z and y."""
+
+    factors: CyclicBlockFactors  # factors for d, and for (y, z) as border; s is eliminated
+    # (N, rows t, w), strains of (y, z), and the transpose of the coefficients of s in the rows of (y, z)
+    strain: Array
+    # (N, rows t, w), strains of (y, z), and the transpose of the coefficients of s in the rows of (y, z)
+    strain_row: Array
+    change: ComplexArray  # (N, H+1, n_c, 3, 3 rows), df/dd, see `pair_force_change`
+    # (H+1, t, 3 n_c), strains of a blade under forces on the pair before it, its own pair and the pair after it, m/N
+    flexibility: tuple[ComplexArray, ComplexArray, ComplexArray]
+
+    @classmethod
+    def of(cls, ring: SectorRing, system: RingSystem) -> NearFactors:
+        """Factorise."""
+        count, rows, contacts = ring.n_blades, system.n_rows, ring.tuned.modal.n_contacts
+        change, own = system.change, system.change[:, :, :contacts]
+        chosen = [_far_reaching(ring, h, system.omega) for h in range((rows + 1) // 2)]
+        near = ring.near_flexibility(system.omega, chosen, 3 * contacts)
+        motion = _real_columns(ring, chosen, rows)
+        force = _real_rows(ring, change, chosen, system.omega)
+        beside, below = (by_pair(each, rows, count).reshape(count, rows, -1) for each in (system.column, system.row))
+        strain = _with_border(motion, -beside, slice(3 * contacts, None))
+        strain_row = _with_border(-force, below, slice(3 * contacts, None))
+        end = np.eye(strain.shape[2])
+        end[0, 0] = system.corner
+        factors = CyclicBlockFactors.of(
+            _near_blocks([each[:, : 3 * contacts] for each in near], own),
+            _with_border(-motion, beside, slice(3 * contacts)),
+            _with_border(-force, below, slice(3 * contacts)),
+            end + np.einsum("kbw,kbv->wv", strain_row, strain),
+        )
+        before, middle, after = (each[:, 3 * contacts :] for each in near)
+        return cls(factors, strain, strain_row, own, (before, middle, after))
+
+    def solve(self, vector: Array) -> Array:
+        """Solution (d, s, y) for a right-hand side in the order of the unknowns, (n + 1,)."""
+        count, rows = len(self.strain), self.change.shape[-1] // 3
+        contacts = 3 * self.change.shape[2]
+        right = by_pair(vector[:-1], rows, count).reshape(count, rows, -1)
+        strain = right[:, :, contacts:].reshape(self.strain.shape[:2])
+        last = -np.einsum("kbw,kb->w", self.strain_row, strain)
+        last[0] += vector[-1]
+        displacement, border = self.factors.eliminated(right[:, :, :contacts].reshape(count, -1), last)
+        displacement = displacement.reshape(count, rows, contacts)
+        strain = (strain + self.strain @ border).reshape(right[:, :, contacts:].shape)
+        found = np.concatenate([displacement, strain + self._strain_of(displacement)], axis=2)
+        return np.append(from_pairs(found.reshape(count, -1), rows), border[0])
+
+    def _strain_of(self, displacement: Array) -> Array:
+        """Strains by the contact forces of displacements (N, rows, 3 n_c), (N, rows, t)."""
+        count, rows, contacts = displacement.shape
+        by_node = (
+            displacement.reshape(count, rows, -1, 3).transpose(0, 2, 1, 3).reshape(count, 1, contacts // 3, -1, 1)
+        )
+        force = (self.change @ by_node).reshape(count, -1, contacts, 1)
+        before, own, after = self.flexibility
+        strain = own @ force + before @ np.roll(force, 1, axis=0) + after @ np.roll(force, -1, axis=0)
+        real = np.empty((count, rows, strain.shape[2]))
+        real[:, 0] = strain[:, 0, :, 0].real
+        real[:, 1::2], real[:, 2::2] = strain[:, 1:, :, 0].real, strain[:, 1:, :, 0].imag
+        return real
+
+
+@dataclass(frozen=True)
+class SectorFactors:
+    """A bordered Jacobian of a ring, solved by GMRES."""
+
+    ring: SectorRing  # keeps the last factors
+    system: RingSystem
+
+    @cached_property
+    def near(self) -> NearFactors:
+        """Factors of what is near to it; the ring keeps them for the states that follow."""
+        found = NearFactors.of(self.ring, self.system)
+        self.ring.factors[self.system.column.size] = found
+        return found
+
+    @property
+    def sign(self) -> int:
+        """Sign of the determinant of the system that is near to it."""
+        return self.near.factors.sign
+
+    def solve(self, right: Array, last: float) -> tuple[Array, float]:
+        """Solution (x (n,), y) for the right-hand side (b (n,), b_e); NaN for a singular system."""
+        whole = np.append(right, last)
+        before = self.ring.factors.get(right.size)
+        found = None if before is None else self._solved(whole, before, PATIENCE, 10.0 * SOLVED)
+        if found is None:
+            found = self._solved(whole, self.near, ITERATIONS, ENOUGH)
+        if found is None:
+            return np.full(right.shape, np.nan), np.nan
+        return found[:-1], float(found[-1])
+
+    def _solved(self, whole: Array, near: NearFactors, iterations: int, enough: float) -> Array | None:
+        """The solution (n + 1,) with these factors; None where so many iterations leave a larger residual."""
+        from scipy.sparse.linalg import LinearOperator, gmres
+
+        def times(vector: Array) -> Array:
+            return self._times(near.solve(vector))
+
+        operator = LinearOperator((whole.size, whole.size), matvec=times, dtype=np.float64)
+        with np.errstate(all="ignore"):
+            if not np.isfinite(near.solve(whole)).all():
+                return None
+            found = near.solve(gmres(operator, whole, rtol=SOLVED, restart=iterations, maxiter=1)[0])
+            left = np.linalg.norm(whole - self._times(found))
+        return found if left <= enough * np.linalg.norm(whole) else None
+
+    def _times(self, vector: Array) -> Array:
+        x, y = vector[:-1], vector[-1]
+        system = self.system
+        return np.append(system.times(x) + y * system.column, system.row @ x + system.corner * y)
+
+
+def _near_blocks(flexibility: list[ComplexArray], change: ComplexArray) -> CyclicBlocks:
+    """I - G_near df/dd of the contact nodes of each pair."""
+    before, own, after = (np.broadcast_to(each, (len(change), *each.shape)) for each in flexibility)
+    blocks = -real_product(own, change)
+    blocks[:, np.arange(blocks.shape[1]), np.arange(blocks.shape[1])] += 1.0
+    return CyclicBlocks(
+        -real_product(before, np.roll(change, 1, axis=0)), blocks, -real_product(after, np.roll(change, -1, axis=0))
+    )
+
+
+def _with_border(values: Array, first: Array, dofs: slice) -> Array:
+    """A column (N, rows, 3 n_nodes) and values (N, rows, 3 n_nodes, w - 1) beside it, of some dofs, (N, b, w)."""
+    whole = np.concatenate([first[:, :, dofs, None], values[:, :, dofs]], axis=3)
+    return whole.reshape(len(whole), math.prod(whole.shape[1:3]), whole.shape[3])
+
+
+def _far_reaching(ring: SectorRing, row: int, omega: float) -> WaveChoice:
+    """The modes of one harmonic that are near its frequency; none in harmonic 0, and in small rings."""
+    none: NDArray[np.intp] = np.zeros(0, dtype=np.intp)
+    at = ring.tuned.harmonics[row] * omega
+    if at == 0.0 or ring.neighbours_only:
+        return WaveChoice(none, none)
+    frequency = ring.waves.angular_frequency.reshape(len(ring.tuned.harmonics), ring.n_blades, -1)[row]
+    return WaveChoice(*np.nonzero((frequency > at / NEAR) & (frequency < NEAR * at)))
+
+
+def _real_columns(ring: SectorRing, chosen: list[WaveChoice], rows: int) -> Array:
+    """Motions of the nodes for unit Re z and Im z of the chosen modes, (N, rows, 3 n_nodes, w)."""
+    parts = [np.zeros((ring.n_blades, rows, 3 * ring.n_nodes, 0))]
+    for h, (wave, mode) in enumerate(chosen):
+        moved = wave_turns(ring.n_blades, wave)[:, None, :] * ring.motion[h, wave, :, mode].T
+        part = np.zeros((*moved.shape[:1], rows, moved.shape[1], 2 * wave.size))
+        if wave.size:
+            part[:, 2 * h - 1] = np.concatenate([moved.real, -moved.imag], axis=2)
+            part[:, 2 * h] = np.concatenate([moved.imag, moved.real], axis=2)
+        parts.append(part)
+    return np.concatenate(parts, axis=3)
+
+
+def _real_rows(ring: SectorRing, change: ComplexArray, chosen: list[WaveChoice], omega: float) -> Array:
+    """Re z and Im z of the chosen modes for unit motions of the nodes, (N, rows, 3 n_nodes, w)."""
+    count, nodes = ring.n_blades, ring.n_nodes
+    rows, denominators = change.shape[-1] // 3, ring.denominators(omega)[0]
+    parts = [np.zeros((count, rows, 3 * nodes, 0))]
+    for h, (wave, mode) in enumerate(chosen):
+        shapes = ring.motion[h, wave, :, mode].conj() / denominators[h, wave, mode][:, None]
+        by_node = shapes.reshape(wave.size, nodes, 3).transpose(1, 0, 2)
+        pushed = (by_node @ change[:, h]).reshape(count, nodes, wave.size, rows, 3)
+        pushed = wave_turns(count, wave).conj()[:, None, :, None, None] * pushed
+        both = np.concatenate([pushed.real, pushed.imag], axis=2)
+        parts.append(both.transpose(0, 3, 1, 4, 2).reshape(count, rows, 3 * nodes, 2 * wave.size))
+    return np.concatenate(parts, axis=3)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactError, ContactParameters
 from nonlinear.options import Excitation
-from rom import ModalModel, RelativeReceptance, RingModes, contact_springs
+from rom import RelativeReceptance, RingModes, contact_springs
 
 
 @dataclass(frozen=True)
@@ -53,11 +53,6 @@ class Ring:
                 f"contact: parameters of {self.contact.n_contacts} nodes, allowed: {self.modal.n_contacts}, "
                 "as the model"
             )
-
-    @property
-    def has_disk(self) -> bool:
-        """Whether the sectors are joined at a disk, with other modes in each wave."""
-        return not isinstance(self.modal, ModalModel)
 
     @property
     def phase(self) -> float:
@@ -103,7 +98,7 @@ class Ring:
     def sampled_phases(self) -> Array:
         """Phases 0, about pi / 2 and pi from one blade to the next that the ring can have, (3,), rad."""
         quarters = 2.0 * math.pi * np.array([0.0, 0.25, 0.5])
-        if not self.has_disk:
+        if not self.modal.has_disk:
             return quarters
         pitch = self.shift(1)
         return pitch * np.rint(quarters / pitch)

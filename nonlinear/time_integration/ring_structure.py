@@ -193,11 +193,7 @@ class JoinedSectors:
     def output(self) -> ComplexArray:
         """Output of the modes, (J, m)."""
         ring = self.modes.ring
-        rows = np.zeros(self.angular_frequency.shape, dtype=complex)
-        for row, phase in zip(rows, self.phases, strict=True):
-            own = ring.modal.at_phase(float(phase)).outputs[ring.output]
-            row[: own.size] = own
-        return rows
+        return ring.modal.wave_outputs(ring.output, self.phases)
 
     def scaled(self, coordinates: Array, factor: NDArray[Any]) -> Array:
         """Coordinates (..., q, m) times a factor (J, m) of each mode."""
@@ -340,4 +336,4 @@ Kernel = BladeKernel | SectorKernel
 def ring_structure(modes: RetainedModes, n_blades: int) -> RingStructure:
     """The structure of q blades."""
     modal = modes.ring.modal
-    return ClampedBlades(modal, modes, n_blades) if isinstance(modal, ModalModel) else JoinedSectors(modes, n_blades)
+    return JoinedSectors(modes, n_blades) if modal.has_disk else ClampedBlades(modal.at(0), modes, n_blades)

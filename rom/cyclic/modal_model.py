@@ -156,6 +156,16 @@ class ModalModel:
         return tuple(self.outputs)
 
     @property
+    def has_disk(self) -> bool:
+        """Whether sectors are joined at a disk, with other modes in each wave."""
+        return False
+
+    @property
+    def blades_may_differ(self) -> bool:
+        """Whether mistuning of the blades can be described: with a disk only where their own stiffness is known."""
+        return True
+
+    @property
     def neighbours_coupled(self) -> bool:
         """Whether neighbouring blades move each other: through their contacts, unless these are against ground."""
         return self.left is not None
@@ -204,3 +214,27 @@ class ModalModel:
         shape = len(phases), self.angular_frequency.size
         frequency, damping = (np.broadcast_to(row, shape) for row in (self.angular_frequency, self.damping))
         return WaveModes(frequency, damping, relative)
+
+    def wave_outputs(self, name: str, phases: Array) -> NDArray[Any]:
+        """An output of the modes in several waves: (m,), the same in all.
+
+        Parameters
+        ----------
+        name : str
+            Name of the output.
+        phases : (J,) array
+            Phases from one blade to the next, rad.
+        """
+        return self.outputs[name]
+
+    def reduced_coordinates(self, coordinates: NDArray[Any], phases: Array) -> NDArray[Any]:
+        """Coordinates of the reduced model, (J, n), from modal ones (J, m) in several waves.
+
+        Parameters
+        ----------
+        coordinates : (J, m) array
+            Modal coordinates.
+        phases : (J,) array
+            Phases from one blade to the next, rad.
+        """
+        return coordinates @ self.shapes.T

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rom.cyclic.modal_model import ModalModel, WaveModes
+from rom.cyclic.modal_model import WaveModes
 from rom.cyclic.reduced_model import Array, ComplexArray
 from rom.cyclic.sector_modes import RingModes
 
@@ -170,7 +170,7 @@ class RelativeReceptance:
     _modes: dict[float, tuple[ComplexArray, Array]] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
-    _outputs: dict[str, ComplexArray] = field(default_factory=dict, init=False, repr=False, compare=False)
+    _outputs: dict[str, NDArray[Any]] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @cached_property
     def waves(self) -> WaveModes:
@@ -397,10 +397,7 @@ class RelativeReceptance:
         (n_h, n) complex array
             q^(h) of the reduced model.
         """
-        if isinstance(self.modal, ModalModel):
-            return coordinates @ self.modal.shapes.T
-        shapes = [self.modal.at_phase(float(phase)).shapes for phase in self._phases]
-        return np.stack([row[: own.shape[1]] @ own.T for row, own in zip(coordinates, shapes, strict=True)])
+        return self.modal.reduced_coordinates(coordinates, self._phases)
 
     def coordinates(self, omegas: Array, contact_force: ComplexArray) -> ComplexArray:
         """Modal coordinates at several frequencies, each under its own contact force.
@@ -445,14 +442,8 @@ class RelativeReceptance:
         name : str
             Name of the output.
         """
-        if isinstance(self.modal, ModalModel):
-            return self.modal.outputs[name]
         if name not in self._outputs:
-            rows = np.zeros(self.waves.angular_frequency.shape, dtype=complex)
-            for row, phase in zip(rows, self._phases, strict=True):
-                own = self.modal.at_phase(float(phase)).outputs[name]
-                row[: own.size] = own
-            self._outputs[name] = rows
+            self._outputs[name] = self.modal.wave_outputs(name, self._phases)
         return self._outputs[name]
 
     def output(self, name: str, coordinates: ComplexArray) -> ComplexArray:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rom.cyclic.cyclic_symmetry import in_wave, inter_blade_phase, relative_contact_motion, sparse_wave
 from rom.cyclic.modal_model import ModalDamping, ModalModel, WaveModes
-from rom.cyclic.reduced_model import Array, ReducedModel
+from rom.cyclic.reduced_model import Array, ComplexArray, ReducedModel
 from rom.errors import ReducedModelError
 from rom.units import angular_speed
 
@@ -168,6 +168,16 @@ class SectorModes:
         return tuple(self.model.outputs)
 
     @property
+    def has_disk(self) -> bool:
+        """Whether sectors are joined at a disk, with other modes in each wave."""
+        return True
+
+    @property
+    def blades_may_differ(self) -> bool:
+        """Whether mistuning of the blades can be described: with a disk only where their own stiffness is known."""
+        return self.model.blade_stiffness is not None
+
+    @property
     def neighbours_coupled(self) -> bool:
         """Whether neighbouring blades move each other: through the disk, whatever the contacts touch."""
         return True
@@ -253,6 +263,35 @@ class SectorModes:
             damping[row, :count] = each.damping
             relative[row, :, :count] = relative_contact_motion(each.right, each.left, phase)
         return WaveModes(frequency, damping, relative)
+
+    def wave_outputs(self, name: str, phases: Array) -> ComplexArray:
+        """An output of the modes in several waves, (J, m); 0 in those that fill a row up.
+
+        Parameters
+        ----------
+        name : str
+            Name of the output.
+        phases : (J,) array
+            Phases from one blade to the next, rad, multiples of 2 pi / N_b.
+        """
+        found = [self.at_phase(float(phase)).outputs[name] for phase in phases]
+        rows = np.zeros((len(found), max(own.size for own in found)), dtype=complex)
+        for row, own in zip(rows, found, strict=True):
+            row[: own.size] = own
+        return rows
+
+    def reduced_coordinates(self, coordinates: ComplexArray, phases: Array) -> ComplexArray:
+        """Coordinates of the reduced model, (J, n), from modal ones (J, m) in several waves.
+
+        Parameters
+        ----------
+        coordinates : (J, m) complex array
+            Modal coordinates.
+        phases : (J,) array
+            Phases from one blade to the next, rad, multiples of 2 pi / N_b.
+        """
+        shapes = [self.at_phase(float(phase)).shapes for phase in phases]
+        return np.stack([row[: own.shape[1]] @ own.T for row, own in zip(coordinates, shapes, strict=True)])
 
     def _solved(self, n: int) -> ModalModel:
         wave = self.model.wave(2.0 * np.pi * n / self.n_blades)

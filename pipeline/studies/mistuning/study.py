@@ -97,7 +97,7 @@ class RingProblem:
     @classmethod
     def of(cls, scene: Scene, keys: MistuningKeys, rom: Path) -> RingProblem:
         """The problem of a scene on a reduced model."""
-        from rom import SectorModes, read_reduced_model
+        from rom import read_reduced_model
 
         modal, contact, excitation, options = nonlinear_problem(scene, read_reduced_model(rom, with_basis=False))
         if modal.n_blades is None:
@@ -106,7 +106,7 @@ class RingProblem:
             found, needed = len(keys.frequency), modal.n_blades
             raise StudyError(f"mistuning.frequency: a list of {found}, allowed: one of {needed}, as the model")
         differ = keys.frequency_deviation if keys.frequency is None else any(keys.frequency)
-        if isinstance(modal, SectorModes) and differ and modal.model.blade_stiffness is None:
+        if differ and not modal.blades_may_differ:
             raise StudyError(
                 "blades on a disk that differ need blade_stiffness in the reduced model; without it allowed: "
                 "mistuning.frequency_deviation = 0"
