@@ -44,6 +44,10 @@ class RigidDisk:
     """A blade alone, taken for a sector that has the same modes in every wave."""
 
     blade: ModalModel
+    has_disk = True
+
+    def wave_outputs(self, name, phases):
+        return np.tile(self.blade.outputs[name], (len(phases), 1))
 
     def __getattr__(self, name):
         return getattr(self.blade, name)
