@@ -26,7 +26,7 @@ from pipeline.results.tables import (
     is_estimate,
     sampling_errors,
 )
-from pipeline.results.worst import share, with_unit
+from pipeline.results.worst import NOTICEABLE, motion_said, share, with_unit
 from pipeline.scene.labels import quantity
 from pipeline.stages.curve_summary import CurveSummary
 from pipeline.stages.respond import CurveResult
@@ -371,9 +371,9 @@ def _worst(known: Sequence[SweepPoint], count: int) -> str:
     text = f"{'At least ' * highest.worst_open}{_place(highest)}{where}."
     if count > 1:
         text += f" It is the highest of {len(known)} curves."
-    if highest.peak[1] > 1.03 * highest.worst[1]:
+    if highest.peak[1] > NOTICEABLE * highest.worst[1]:
         text += f" The main branch reaches {with_unit(highest.peak[1])}, but that motion is unstable."
-    elif highest.worst[1] > 1.03 * highest.peak[1]:
+    elif highest.worst[1] > NOTICEABLE * highest.peak[1]:
         text += f" The main branch alone reaches {with_unit(highest.peak[1])}."
     return text
 
@@ -407,4 +407,4 @@ def _how_sure(errors: Sequence[ErrorRow], unsure: int, known: int) -> str:
 
 
 def _place(point: SweepPoint) -> str:
-    return f"{with_unit(point.worst[1])} at {point.worst[0]:.5g} Hz{point.mark}"
+    return f"{motion_said(point.worst[1], point.worst[0])}{point.mark}"

@@ -38,7 +38,7 @@ from pipeline.report.viewer import MOST_MODELS, ViewerData, chosen_evenly
 from pipeline.results.publishing import Attempts
 from pipeline.results.run_folder import origin
 from pipeline.results.stress import SPOT_HEADINGS
-from pipeline.results.worst import END_MARK, search_notes
+from pipeline.results.worst import END_MARK, search_notes, with_unit
 from pipeline.scene.labels import member_label, prefixed
 from pipeline.scene.schema import Scene
 from pipeline.stages.build_mesh import SECTOR
@@ -192,7 +192,7 @@ def _extremes(
         of = (
             f"{curves[place].label + ', ' if curves[place].parameters else ''}{points[place][0]:.5g} Hz{marks[place]}"
         )
-        cards.append((title, _with_unit(points[place][1], "m"), of))
+        cards.append((title, with_unit(points[place][1]), of))
     if len(curves) == 1:
         return [(name, *cards[0][1:])]
     ratio = points[order[-1]][1] / points[order[0]][1] if points[order[0]][1] > 0.0 else math.inf
@@ -302,22 +302,16 @@ def _contacts(
         details.append(
             ContactDetail(
                 label=curve.label,
-                peak=f"{curve.peak[0]:.5g} Hz, {_with_unit(curve.peak[1], 'm')}",
+                peak=f"{curve.peak[0]:.5g} Hz, {with_unit(curve.peak[1])}",
                 face=face,
                 factor=factor,
                 unit=unit,
-                total=_with_unit(face.work_j, "J"),
+                total=with_unit(face.work_j, "J"),
                 loops=None if drawn is None else inline_vector(drawn),
                 open=curve is damped,
             )
         )
     return details, len(peaks)
-
-
-def _with_unit(value: float, unit: str) -> str:
-    """Four digits and a prefixed unit."""
-    factor, shown = prefixed(value, unit)
-    return f"{value * factor:.4g} {shown}"
 
 
 def _json(values: dict[str, Any]) -> str:

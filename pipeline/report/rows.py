@@ -20,7 +20,7 @@ from pipeline.results.tables import (
     static_said,
     truncation_cell,
 )
-from pipeline.results.worst import END_MARK, end_said, share, worst_cells
+from pipeline.results.worst import END_MARK, branch_said, end_said, open_remarks, share, worst_cells
 from pipeline.scene.geometry_parameters import geometry_parameters
 from pipeline.scene.labels import member_label, prefixed, quantity, value_label
 from pipeline.scene.schema import Scene
@@ -243,21 +243,14 @@ def _notes(curve: Any, stable: bool) -> Iterable[str]:
         yield said + "; closed at rest, opened by static forces" * facts.static_opened
     if not stable:
         yield "unstable peak"
-    if facts.worst_unresolved:
-        yield f"the worst motion may be higher: {facts.worst_unresolved}"
-    if facts.worst_not_counted:
-        yield f"not counted as worst motion: {facts.worst_not_counted}"
+    yield from open_remarks(facts)
     if facts.truncation_branch == "detached":
         where = f"{facts.truncation_frequency_hz:.6g} Hz"
         yield f"with more harmonics the peak lies on a detached branch, that of the main branch at {where}"
     if facts.truncation_branch == "lost":
         yield "the peak could not be followed to more harmonics on its branch"
     for count, branch in enumerate(facts.detached, start=1):
-        factor, unit = prefixed(branch["peak_amplitude_m"], "m")
-        yield (
-            f"detached branch {count}, {branch['from_hz']:.6g} to {branch['to_hz']:.6g} Hz, "
-            f"up to {branch['peak_amplitude_m'] * factor:.4g} {unit}{branch_remarks(branch)}"
-        )
+        yield f"detached branch {count}, {branch_said(branch)}{branch_remarks(branch)}"
     kinds = [item["kind"] for item in facts.bifurcations]
     for kind in dict.fromkeys(kinds):
         yield f"{kind}: {kinds.count(kind)}"

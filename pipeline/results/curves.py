@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from pipeline.errors import input_error, shown
 from pipeline.results.run_folder import RESPONSE, PointReader
-from pipeline.results.worst import END_MARK, truncation_mark
-from pipeline.scene.labels import prefixed, value_label
+from pipeline.results.worst import END_MARK, truncation_mark, with_unit
+from pipeline.scene.labels import value_label
 from pipeline.stages.codec import restored
 from pipeline.stages.curve_file import BRANCHES
 from pipeline.stages.curve_summary import CurveSummary, stored_peak, stored_static, stored_worst
@@ -99,7 +99,7 @@ class DetachedBranch(_Points):
     truncation_branch: str = ""
 
     def __repr__(self) -> str:
-        height = _height(self.peak_amplitude_m)
+        height = with_unit(self.peak_amplitude_m)
         return f"<DetachedBranch {self.from_hz:.6g} to {self.to_hz:.6g} Hz, up to {height}>"
 
 
@@ -199,9 +199,9 @@ class Curve(_Points):
 
     def __repr__(self) -> str:
         swept = ", ".join(value_label(key, value) for key, value in self.parameters.items())
-        peak = "no peak" if self.peak is None else f"peak {_height(self.peak.amplitude_m)}"
+        peak = "no peak" if self.peak is None else f"peak {with_unit(self.peak.amplitude_m)}"
         peak += "" if self.peak is None else f" at {self.peak.frequency_hz:.6g} Hz{END_MARK * self.peak.at_end}"
-        worst = "" if self.worst is None else f", worst motion {_height(self.worst.amplitude_m)}"
+        worst = "" if self.worst is None else f", worst motion {with_unit(self.worst.amplitude_m)}"
         worst += (
             "" if self.worst is None else END_MARK * self.worst.at_end + truncation_mark(self.worst.truncation_error)
         )
@@ -326,8 +326,3 @@ def _detached(reader: PointReader, curve: int, facts: CurveSummary) -> tuple[Det
         )
         for number, branch in enumerate(facts.detached, start=1)
     )
-
-
-def _height(amplitude_m: float) -> str:
-    factor, unit = prefixed(amplitude_m, "m")
-    return f"{amplitude_m * factor:.4g} {unit}"

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from nonlinear import TRUNCATION_TOLERATED as TOLERATED
-from pipeline.results.worst import END_MARK, MOST_NAMED, share, worst_cells
+from pipeline.results.worst import END_MARK, MOST_NAMED, branch_said, share, worst_cells
 from pipeline.scene.labels import prefixed, quantity, value_label
 from pipeline.stages.curve_summary import CurveSummary
 from pipeline.stages.request import RunOutcome
@@ -357,11 +357,8 @@ def motion_notes(outcome: RunOutcome) -> list[str]:
         if curve.facts is None:
             continue
         for branch in curve.facts.detached:
-            factor, unit = prefixed(branch["peak_amplitude_m"], "m")
-            height = f"{branch['peak_amplitude_m'] * factor:.4g} {unit}"
-            span = f"{branch['from_hz']:.6g} to {branch['to_hz']:.6g} Hz"
             stable = "" if branch["stable_points"] else ", unstable"
-            notes.append(f"curve {index}: a detached branch, {span}, up to {height}{stable}{branch_remarks(branch)}")
+            notes.append(f"curve {index}: a detached branch, {branch_said(branch)}{stable}{branch_remarks(branch)}")
         kinds = Counter(item["kind"] for item in curve.facts.bifurcations if item["kind"] != "fold")
         if kinds:
             found = ", ".join(f"{kind} ({count})" for kind, count in kinds.items())

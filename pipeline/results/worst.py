@@ -1,11 +1,12 @@
-"""The worst motion of the curves in words: cells of tables, what was searched, and a warning."""
+"""The motions of the curves in words, as table, report, summary and terminal say them: heights with their marks, the
+worst motion, detached branches, what was searched, ends of the range, and a warning."""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from nonlinear import TRUNCATION_TOLERATED
 from pipeline.scene.labels import prefixed
@@ -134,10 +135,7 @@ def search_notes(curves: Sequence[CurveResult]) -> list[str]:
         )
         notes.append(f"{named}: the peak of the main branch is unstable and does not persist")
     for number, curve in enumerate(curves):
-        if curve.facts is not None and curve.facts.worst_unresolved:
-            notes.append(f"curve {number}: the worst motion may be higher: {curve.facts.worst_unresolved}")
-        if curve.facts is not None and curve.facts.worst_not_counted:
-            notes.append(f"curve {number}: not counted as worst motion: {curve.facts.worst_not_counted}")
+        notes += [f"curve {number}: {said}" for said in (() if curve.facts is None else open_remarks(curve.facts))]
     short = {
         curve.member.scene.response.blade_periods
         for curve in curves
@@ -146,6 +144,14 @@ def search_notes(curves: Sequence[CurveResult]) -> list[str]:
     if short:
         notes.append(f"response.blade_periods above {max(short)} lets time integration go on for longer")
     return notes
+
+
+def open_remarks(facts: CurveSummary) -> Iterator[str]:
+    """What the search for the worst motion of a curve left open, and what it did not count."""
+    if facts.worst_unresolved:
+        yield f"the worst motion may be higher: {facts.worst_unresolved}"
+    if facts.worst_not_counted:
+        yield f"not counted as worst motion: {facts.worst_not_counted}"
 
 
 def end_notes(curves: Sequence[CurveResult]) -> list[str]:
@@ -167,14 +173,29 @@ def end_said(facts: CurveSummary) -> str:
     inner = max(facts.peaks, key=lambda peak: float(peak["amplitude_m"]), default=None)
     inside = "none inside it"
     if inner is not None:
-        inside = f"the highest inside it: {with_unit(inner['amplitude_m'])} at {inner['frequency_hz']:.6g} Hz"
-    return f"{with_unit(height)} at {at:.6g} Hz, an end of the frequency range, is no peak ({inside})"
+        inside = f"the highest inside it: {motion_said(inner['amplitude_m'], inner['frequency_hz'], 6)}"
+    return f"{motion_said(height, at, 6)}, an end of the frequency range, is no peak ({inside})"
 
 
-def with_unit(amplitude_m: float) -> str:
-    """An amplitude with four digits and its unit."""
-    factor, unit = prefixed(amplitude_m, "m")
-    return f"{amplitude_m * factor:.4g} {unit}"
+def with_unit(value: float, unit: str = "m") -> str:
+    """A value with four digits and a prefixed unit."""
+    factor, prefixed_unit = prefixed(value, unit)
+    return f"{value * factor:.4g} {prefixed_unit}"
+
+
+def motion_said(amplitude_m: float, frequency_hz: float, digits: int = 5) -> str:
+    """An amplitude at its frequency, which has so many digits."""
+    return f"{with_unit(amplitude_m)} at {frequency_hz:.{digits}g} Hz"
+
+
+def branch_said(branch: Mapping[str, Any]) -> str:
+    """Range and height of a detached branch, an entry of `detached` in summary.json."""
+    return f"{branch['from_hz']:.6g} to {branch['to_hz']:.6g} Hz, up to {with_unit(branch['peak_amplitude_m'])}"
+
+
+def sentence(text: str) -> str:
+    """A remark as a sentence: with a capital letter and a full stop."""
+    return f"{text[:1].upper()}{text[1:]}."
 
 
 def _merged(texts: Sequence[str]) -> str:

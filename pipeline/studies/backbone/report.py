@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from pipeline.results.worst import with_unit
+from pipeline.results.worst import motion_said, with_unit
 from pipeline.studies.backbone.result import (
     BackboneResult,
     CurveBackbones,
@@ -77,12 +77,12 @@ def _notes(curve: CurveBackbones) -> Iterator[str]:
         of = f"{curve.label}, mode {_name(curve, mode)}"
         for each in mode.resonances:
             if each.reasons:
-                place = f"{with_unit(each.amplitude_m)} at {each.frequency_hz:.5g} Hz"
+                place = f"{motion_said(each.amplitude_m, each.frequency_hz)}"
                 yield f"{of}, {place}: {'; '.join(each.reasons)}."
         if not mode.resonances and mode.nodal_diameter == curve.engine_order:
             yield f"{of}: {_without(mode)}."
     for missed in curve.unpredicted:
-        peak = f"{with_unit(missed.peak.amplitude_m)} at {missed.peak.frequency_hz:.5g} Hz"
+        peak = f"{motion_said(missed.peak.amplitude_m, missed.peak.frequency_hz)}"
         yield f"{curve.label}: the peak of {peak} is near no resonance: {'; '.join(missed.reasons)}."
 
 
@@ -96,7 +96,7 @@ def _cells(each: PredictedResonance) -> tuple[str, ...]:
     peak, off = "-", ("-", "-")
     if each.peak is not None:
         branch = "" if each.peak.branch == 0 else f", branch {each.peak.branch}"
-        peak = f"{with_unit(each.peak.amplitude_m)} at {each.peak.frequency_hz:.5g} Hz{branch}"
+        peak = f"{motion_said(each.peak.amplitude_m, each.peak.frequency_hz)}{branch}"
         off = f"{100.0 * each.amplitude_deviation:+.2g} %", f"{100.0 * each.frequency_deviation:+.2g} %"
     return (
         f"{each.frequency_hz:.5g}",

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipeline.scene.labels import prefixed
+from pipeline.results.worst import motion_said
 from pipeline.stages.respond import CurveResult
 from pipeline.studies.backbone.curve_backbones import curve_backbones
 from pipeline.studies.backbone.result import BackboneResult, CurveBackbones, PredictedResonance, agreement
@@ -90,17 +90,12 @@ def _told(curve: CurveBackbones) -> Iterator[str]:
         for each in mode.resonances:
             if each.reasons and each.stable:
                 said = "" if each.peak is None else _deviations(each)
-                yield f"{name}, {_place(each.amplitude_m, each.frequency_hz)}, {said}{'; '.join(each.reasons)}"
+                yield f"{name}, {motion_said(each.amplitude_m, each.frequency_hz)}, {said}{'; '.join(each.reasons)}"
     for missed in curve.unpredicted:
-        place = _place(missed.peak.amplitude_m, missed.peak.frequency_hz)
+        place = motion_said(missed.peak.amplitude_m, missed.peak.frequency_hz)
         yield f"{curve.label}: peak {place} is near no resonance: {'; '.join(missed.reasons)}"
 
 
 def _deviations(resonance: PredictedResonance) -> str:
     amplitude, frequency = 100.0 * resonance.amplitude_deviation, 100.0 * resonance.frequency_deviation
     return f"amplitude {amplitude:+.2g} %, frequency {frequency:+.2g} %: "
-
-
-def _place(amplitude_m: float, frequency_hz: float) -> str:
-    factor, unit = prefixed(amplitude_m, "m")
-    return f"{amplitude_m * factor:.4g} {unit} at {frequency_hz:.5g} Hz"

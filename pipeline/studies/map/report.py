@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pipeline.results.worst import sentence
 from pipeline.scene.labels import quantity
 from pipeline.studies.map.result import BasinRange, WorstMotionMap
 from pipeline.studies.map.study import conclusion
@@ -19,7 +20,7 @@ def map_section(result: WorstMotionMap) -> StudySection:
     shares = ", ".join(
         f"{state} {100 * share:.2g} %" for state, share in sorted(result.shares.items(), key=lambda item: -item[1])
     )
-    said = [f"{line[:1].upper()}{line[1:]}." for line in conclusion(result)]
+    said = [sentence(line) for line in conclusion(result)]
     rows = () if result.basin is None else tuple(_row(each) for each in result.basin.ranges)
     return StudySection(
         heading="Map",

@@ -10,8 +10,8 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from nonlinear import NO_PEAK, TRUNCATION_TOLERATED
-from pipeline.results.worst import share, truncation_mark
-from pipeline.scene.labels import prefixed, value_label
+from pipeline.results.worst import motion_said, share, truncation_mark
+from pipeline.scene.labels import value_label
 from pipeline.studies.map.grid import MapAxis, MapGrid, MapPoint, Place, even_in_logarithm, map_point, spaced
 from pipeline.studies.map.result import WorstMotionMap, continue_each_other, lowest_point, worst_motion_map
 
@@ -186,13 +186,12 @@ def conclusion(result: WorstMotionMap) -> list[str]:
         [point for point in result.points if point.at_end],
         [point for point in result.points if point.truncation_error > TRUNCATION_TOLERATED],
     )
-    if basin is None or lowest is None:
+    if basin is None or lowest is None or lowest.frequency_hz is None:
         return [*_ends_said(ends, result), "the worst motion is not known anywhere on the map"]
-    factor, unit = prefixed(lowest.height, "m")
     at = ", ".join(value_label(key, value) for key, value in zip(result.keys, lowest.values, strict=True))
     said = [
-        f"lowest worst motion of {len(result.points)} curves: {lowest.height * factor:.4g} {unit} at "
-        f"{lowest.frequency_hz:.6g} Hz{truncation_mark(lowest.truncation_error)}, {lowest.state}, with {at}"
+        f"lowest worst motion of {len(result.points)} curves: {motion_said(lowest.height, lowest.frequency_hz, 6)}"
+        f"{truncation_mark(lowest.truncation_error)}, {lowest.state}, with {at}"
     ]
     ranges = " and ".join(
         f"{value_label(each.key, each.together[0])} to {value_label(each.key, each.together[1])}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pipeline.results.worst import with_unit
+from pipeline.results.worst import sentence, with_unit
 from pipeline.studies.mistuning.result import MistuningResult
 from pipeline.studies.mistuning.study import headline, remarks
 from pipeline.studies.registry import StudySection
@@ -33,8 +33,4 @@ def mistuning_section(result: MistuningResult) -> StudySection:
     said = (headline(result), *remarks(result))
     left = len(ordered) - len(rows)
     more = (f"{left} more rings are in mistuning.json.",) if left else ()
-    return StudySection("Mistuned ring", (*(_sentence(line) for line in said), *more), CAPTION, HEADINGS, rows)
-
-
-def _sentence(line: str) -> str:
-    return f"{line[0].upper()}{line[1:]}."
+    return StudySection("Mistuned ring", (*(sentence(line) for line in said), *more), CAPTION, HEADINGS, rows)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from pipeline.results.worst import truncation_mark, with_unit
+from pipeline.results.worst import motion_said, sentence, truncation_mark, with_unit
 from pipeline.scene.labels import quantity, value_label
 from pipeline.studies.optimum.figure import elasticities_of
 from pipeline.studies.optimum.result import OptimumResult
@@ -45,8 +45,8 @@ def optimum_section(result: OptimumResult) -> StudySection:
 def _choice(result: OptimumResult) -> str:
     """What to choose, and how much better than the scene's own values it is."""
     chosen = ", ".join(value_label(key, _rounded(value)) for key, value in result.values.items())
-    what = f"worst motion ({OBJECTIVES[result.objective]}) {with_unit(result.amplitude_m)}"
-    text = f"Choose {chosen}: {what} at {result.frequency_hz:.5g} Hz{truncation_mark(result.truncation_error)}"
+    what = f"worst motion ({OBJECTIVES[result.objective]}) {motion_said(result.amplitude_m, result.frequency_hz)}"
+    text = f"Choose {chosen}: {what}{truncation_mark(result.truncation_error)}"
     if not math.isfinite(result.gain):
         return f"{text}."
     own = ", ".join(quantity(key).value(_rounded(value)) for key, value in result.base.values.items())
@@ -66,7 +66,7 @@ def _sharpness(result: OptimumResult) -> str:
     ranges = [f"{_range(key, edges)}" for key, edges in result.within.items() if all(map(math.isfinite, edges))]
     within = f"at most 10 % higher with {', '.join(ranges)}" if ranges else ""
     said = "; ".join(filter(None, (kind, within)))
-    return f"{said[:1].upper()}{said[1:]}." if said else ""
+    return sentence(said) if said else ""
 
 
 def _remarks(result: OptimumResult) -> str:

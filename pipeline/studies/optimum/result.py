@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from nonlinear import JointOptimum, Optimum
-from pipeline.results.worst import END_MARK, truncation_mark
-from pipeline.scene.labels import prefixed, quantity
+from pipeline.results.worst import END_MARK, motion_said, truncation_mark, with_unit
+from pipeline.scene.labels import quantity
 from pipeline.scene.units import key_unit
 from pipeline.studies.optimum.section import OBJECTIVES
 
@@ -144,10 +144,9 @@ def _per(key: str, power: int = 1) -> str:
 
 def _motion(result: OptimumResult | Trial) -> str:
     """Amplitude and frequency with units."""
-    factor, unit = prefixed(result.amplitude_m, "m")
     at_end = END_MARK if isinstance(result, Trial) and result.at_end else ""
     mark = at_end + truncation_mark(result.truncation_error)
-    return f"{result.amplitude_m * factor:.4g} {unit} at {result.frequency_hz:.6g} Hz{mark}"
+    return f"{motion_said(result.amplitude_m, result.frequency_hz, 6)}{mark}"
 
 
 def _base(base: Trial) -> str:
@@ -159,5 +158,4 @@ def _gain(result: OptimumResult) -> str:
     """How the worst motion of the scene's own values compares."""
     if not math.isfinite(result.gain):
         return ""
-    factor, unit = prefixed(result.base.amplitude_m, "m")
-    return f" (scene: {result.base.amplitude_m * factor:.4g} {unit}, {result.gain:.3g} times)"
+    return f" (scene: {with_unit(result.base.amplitude_m)}, {result.gain:.3g} times)"

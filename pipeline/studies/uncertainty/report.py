@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from pipeline.results.worst import sentence
 from pipeline.scene.labels import prefixed, quantity
 from pipeline.studies.registry import StudySection
 from pipeline.studies.uncertainty.quantiles import Estimate
@@ -24,14 +25,10 @@ CAPTION = (
 def uncertainty_section(result: UncertaintyResult) -> StudySection:
     """The section of a result."""
     said = ", ".join(_distribution(marginal) for marginal in result.marginals)
-    conclusion = (f"{_capital(result.message)}.", f"Uncertain: {said}. All are independent.")
-    remarks = tuple(f"{_capital(remark)}." for remark in result.remarks)
+    conclusion = (sentence(result.message), f"Uncertain: {said}. All are independent.")
+    remarks = tuple(sentence(remark) for remark in result.remarks)
     rows = (*_quantile_rows(result), *_moment_rows(result), *_sensitivity_rows(result))
     return StudySection("Uncertainty", (*conclusion, *remarks), CAPTION, HEADINGS, rows)
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]
 
 
 def _distribution(marginal: Marginal) -> str:
