@@ -15,10 +15,24 @@ from pipeline.figures.data import PlottedCurve, SweepPoint, plotted_curves, swee
 from pipeline.figures.hysteresis import most_damped
 from pipeline.figures.peaks import curves_to_read, has_few_lines
 from pipeline.figures.response import has_lines
-from pipeline.report.charts import captions, charts, loops_drawing, ring_drawing
-from pipeline.report.contacts import FaceCycle, campbell_table, crossing_tables, face_cycle, stress_details
+from pipeline.report.charts import (
+    captions,
+    charts,
+    inline_figure,
+    inline_render,
+    inline_vector,
+    loops_drawing,
+    ring_drawing,
+)
+from pipeline.report.details import (
+    FaceCycle,
+    campbell_table,
+    crossing_tables,
+    face_cycle,
+    stress_details,
+    study_sections,
+)
 from pipeline.report.error_budget import LEVELS, error_rows, first_few, quantile_rows, shown_rows, story
-from pipeline.report.pictures import inline_figure, inline_render, inline_vector
 from pipeline.report.report_source import ReportSource
 from pipeline.report.rows import (
     blade_rows,
@@ -33,7 +47,6 @@ from pipeline.report.rows import (
     output_rows,
     over_sweep,
 )
-from pipeline.report.studies import study_sections
 from pipeline.report.viewer import MOST_MODELS, ViewerData, chosen_evenly
 from pipeline.results.publishing import Attempts
 from pipeline.results.run_folder import origin

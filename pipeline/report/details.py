@@ -1,7 +1,7 @@
-"""Details of the page: contact nodes over the cycle at the peak of a curve, resonance crossings, stress.
+"""Details of the page: contact nodes over the cycle at the peak of a curve, resonance crossings, stress, studies.
 
 A contact node has states, largest force and friction work; crossings are those of each reduced model and over the
-speeds of a sweep; stress has a picture, hot spots and errors of each curve.
+speeds of a sweep; stress has a picture, hot spots and errors of each curve; a study has its own section and figure.
 """
 
 from __future__ import annotations
@@ -16,11 +16,43 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.figures.data import PlottedCurve
-from pipeline.report.pictures import inline_render
+from pipeline.report.charts import inline_figure, inline_render
 from pipeline.report.report_source import ReportSource
 from pipeline.results.publishing import Attempts
 from pipeline.results.stress import errors_said, headline, spot_rows
 from pipeline.scene.labels import member_label
+from pipeline.stages.request import StudyOutcome
+from pipeline.studies.registry import StudySection, figure_file, section_of
+
+
+@dataclass(frozen=True)
+class ShownStudy:
+    """A study on the page: its name, which is its place, its section, its figure as a data URI."""
+
+    name: str
+    section: StudySection
+    uri: str | None
+
+
+def study_sections(source: ReportSource, attempts: Attempts) -> list[ShownStudy]:
+    """Sections of all studies of the run, in the order of the scene."""
+    shown = []
+    for name, study in source.studies.items():
+        section = attempts.result(name, partial(_section, study))
+        if section is not None:
+            shown.append(ShownStudy(name, section, _figure(source, name, attempts)))
+    return shown
+
+
+def _section(study: StudyOutcome) -> StudySection:
+    return section_of(study.name)(study.result)
+
+
+def _figure(source: ReportSource, study: str, attempts: Attempts) -> str | None:
+    """The figure of a study as a data URI."""
+    svg, png = (source.pictures.get(f"figures/{figure_file(study)}.{suffix}") for suffix in ("svg", "png"))
+    return None if svg is None else attempts.result(f"figure {study}", partial(inline_figure, svg, png))
+
 
 MOST_ROWS = 60
 _NAMES = ("no.", "engine order", "nodal diameters", "wave", "mode", "free [Hz]", "stuck [Hz]", "speed [rev/min]")
