@@ -76,7 +76,7 @@ def lies_on(continuation: Continuation, branch: KnownBranch, point: SolutionPoin
     normal = metric.unit(point.tangent)
     unknown = branch.unknowns(point.unknown.size)
     height = (unknown - point.unknown) @ (normal[0] / metric.length**2)
-    height += (branch.omega - point.omega) * (normal[1] / metric.omega**2)
+    height += (branch.omega - point.omega) * (normal[1] / metric.parameter**2)
     rise = np.diff(height)
     with np.errstate(all="ignore"):
         fraction = -height[:-1] / rise
@@ -96,7 +96,7 @@ def lies_on(continuation: Continuation, branch: KnownBranch, point: SolutionPoin
     for distance, offset in sorted(candidates, key=lambda item: item[0])[:MOST_CROSSINGS]:
         plane = NormalPlane(point.unknown, point.omega, normal, metric, 2.0 * distance)
         solved = correct(continuation.balance, continuation.options, plane, offset)
-        if solved is not None and plane.distance(solved.unknown, solved.omega) <= SAME_SOLUTION:
+        if solved is not None and plane.distance(solved.unknown, solved.parameter) <= SAME_SOLUTION:
             return True
     return False
 

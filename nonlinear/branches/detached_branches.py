@@ -4,19 +4,30 @@ An isolated branch (isola) is a closed curve. A branch that is not known to clos
 leave the frequency range, and be connected with the main branch outside of it.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 from typing import NamedTuple
 
+import numpy as np
+
 from nonlinear.branches.branch import Branch
 from nonlinear.branches.branch_collection import BranchCollection, FoundBranch, KnownBranch, Lifting, lift_branch
-from nonlinear.branches.interference_curves import solutions_over_interference
+from nonlinear.branches.parameter_continuation import (
+    FixedFrequencyBalance,
+    Homotopy,
+    continue_in_parameter,
+    over_parameter,
+    solution_between,
+)
 from nonlinear.branches.range_continuation import continue_over_range
 from nonlinear.contact.parameters import Array
 from nonlinear.continuation.arclength_continuation import Continuation, Progress
 from nonlinear.continuation.corrector import nearest_solution
+from nonlinear.continuation.linear_segments import LinearSegments
 from nonlinear.continuation.solution_point import SolutionPoint
+from nonlinear.continuation.step_control import ContinuationParameters
 from nonlinear.harmonic_balance.initial_solution import TruncatedBalances, solve_at
 from nonlinear.nonlinear_modes.resonance_motions import resonance_motions
 
@@ -25,6 +36,14 @@ FEW_HARMONICS = (1, 3)  # numbers of harmonics with which all branches are trace
 MOST_POINTS = 1500  # of a main branch with few harmonics
 # steps along branches with few harmonics, which only lead to others; see ContinuationParameters
 MAX_STEP, TARGET_DEVIATION = 0.5, 0.2
+SPREAD = 3  # frequencies evenly over the range at which there is a curve over the interference
+AMONG_FOLDS = 4  # the same between the lowest and the highest fold of the branches with fewer harmonics
+MOST_OVER_INTERFERENCE = 60  # points of such a curve, in each direction
+RANGE = 2.0  # of the interference on both sides, in largest normal displacements of the main branch
+# these curves only have to lead to starting points, which are solved to the tolerance asked for
+STEPS = ContinuationParameters(frequency_scale=0.25, target_deviation=0.3, largest_factor=4.0, kink_step=0.05)
+TOLERANCE, ROUND_OFF = 1e-5, 1e-9  # relative residuals
+ASKED_FOR, LOW, HIGH = 1.0, 0.0, 2.0  # the parameter at the interference asked for, and at the ends of the range
 
 
 class BranchSearch(NamedTuple):
@@ -151,3 +170,65 @@ def _from_nonlinear_modes(continuation: Continuation, static: Array) -> Iterator
         if found is not None and options.omega_range[0] <= found[1] <= options.omega_range[1]:
             point = continuation.solver.point(*found, (0.0 * unknown, 1.0), 0, 0.0, options.step)
             yield point, f"a resonance of nonlinear mode {number}"
+
+
+def solutions_over_interference(
+    continuation: Continuation, main: list[SolutionPoint], folds: Sequence[float] = ()
+) -> Iterator[tuple[SolutionPoint, str]]:
+    """Solutions on curves over the interference through points of the main branch, and how they were found.
+
+    At one frequency the solutions of all interferences form a curve from the stuck response (a large interference) to
+    the free one (a wide gap). Where it turns back and passes the interference asked for again, there are more
+    solutions than that of the main branch: also those of isolated branches. Force and interference scaled together
+    scale the response, so that the curve over the force tells nothing new.
+    """
+    contact = continuation.contact
+    if contact is None or contact.odd:
+        return
+    options = replace(continuation.options, tolerance=TOLERANCE, round_off=ROUND_OFF, max_step=MAX_STEP)
+    unit = RANGE * max(_normal_motion(point) for point in main)
+    below = contact.with_interference(contact.interference - unit)
+    force = continuation.balance.receptance.force
+    homotopy = Homotopy(continuation.balance, (below, contact), (force, force), options)
+    segments = None if continuation.linear is None else continuation.linear.segments
+    omega = np.array([point.omega for point in main])
+    spread = np.linspace(*continuation.options.omega_range, SPREAD + 2)[1:-1]
+    among = np.linspace(min(folds), max(folds), AMONG_FOLDS + 2)[1:-1] if len(folds) else ()
+    for place in dict.fromkeys(int(np.argmin(np.abs(omega - wanted))) for wanted in (*among, *spread)):
+        start = main[place]
+        balance = FixedFrequencyBalance.of(homotopy, start.omega, (LOW, HIGH))
+        over = over_parameter(balance, options, STEPS)
+        end = partial(straight_end, balance, segments)
+        origin = f"the curve over the interference at {start.omega / (2.0 * np.pi):.4g} Hz"
+        for direction in (1.0, -1.0):
+            points = continue_in_parameter(over, start.unknown, ASKED_FOR, direction, MOST_OVER_INTERFERENCE, end)
+            for before, after in pairwise(points):
+                found = solution_between(continuation, before, after, ASKED_FOR)
+                if found is not None:
+                    yield found, origin
+
+
+def _normal_motion(point: SolutionPoint) -> float:
+    """Bound of the normal vibration of the contacts, m."""
+    rows = point.displacement[1:, :, 2]
+    return float(np.hypot(rows[::2], rows[1::2]).sum(axis=0).max())
+
+
+def straight_end(
+    balance: FixedFrequencyBalance, segments: LinearSegments | None, point: SolutionPoint
+) -> SolutionPoint | None:
+    """The end of the range, where no contact changes its state on the way; else None.
+
+    The motions of one linear state are a convex set: if both ends of a straight line belong to it, the line does.
+    """
+    if segments is None or point.tangent[1] == 0.0:
+        return None
+    state = segments.state(balance.shifted(point.unknown, point.parameter))
+    if state is None:
+        return None
+    limit = HIGH if point.tangent[1] > 0.0 else LOW
+    unknown = point.unknown + (limit - point.parameter) / point.tangent[1] * point.tangent[0]
+    last = segments.state(balance.shifted(unknown, limit))
+    if last is None or not np.array_equal(last.pressed, state.pressed):
+        return None
+    return replace(point, unknown=unknown, parameter=limit)

@@ -1,7 +1,9 @@
 """Solutions carried from one problem to another: contact, force and structure change with a homotopy parameter s."""
 
+from __future__ import annotations
+
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from itertools import islice, pairwise
@@ -9,19 +11,16 @@ from itertools import islice, pairwise
 import numpy as np
 
 from nonlinear.contact.element_choice import contact_element
+from nonlinear.contact.fourier import ComplexArray, to_complex, to_real
 from nonlinear.contact.parameters import Array, ContactParameters
+from nonlinear.continuation.acceptance import passed_limit
 from nonlinear.continuation.arclength_continuation import Continuation, ContinuationState
 from nonlinear.continuation.corrector import BorderedSystem
 from nonlinear.continuation.response_quantities import amplitude_derivative
 from nonlinear.continuation.solution_point import SolutionPoint, Tangent
 from nonlinear.continuation.step_control import ContinuationParameters
 from nonlinear.harmonic_balance.initial_solution import solve_at
-from nonlinear.harmonic_balance.residual import (
-    HarmonicBalance,
-    InterferenceChange,
-    InterferencePath,
-    LinearisedResidual,
-)
+from nonlinear.harmonic_balance.residual import HarmonicBalance, InterferenceChange, LinearisedResidual, Parameter
 from nonlinear.options import SolverOptions
 
 DIFFERENCE = 1e-6  # of s, for dR/ds
@@ -44,12 +43,14 @@ class Homotopy:
 
     def balance(self, s: float) -> HarmonicBalance:
         """The balance at the homotopy parameter s."""
+        if s == 1.0:
+            return self.last
         force = (1.0 - s) * self.forces[0] + s * self.forces[1]
         receptance = self.last.receptance
         if force != receptance.force:
             receptance = replace(receptance, force=force)
         element = contact_element(interpolated(*self.contacts, s), self.last.n_harmonics, self.options)
-        defect = None if self.defect is None or s == 1.0 else (1.0 - s) * self.defect
+        defect = None if self.defect is None else (1.0 - s) * self.defect
         return replace(self.last, receptance=receptance, element=element, defect=defect)
 
     @cached_property
@@ -61,7 +62,7 @@ class Homotopy:
         shift = np.asarray(self.contacts[1].interference - self.contacts[0].interference, dtype=float)
         return InterferenceChange(shift, np.zeros(self.last.size) if self.defect is None else -self.defect)
 
-    def from_solution(self, unknown: Array, omega: float) -> "Homotopy":
+    def from_solution(self, unknown: Array, omega: float) -> Homotopy:
         """The homotopy of which a given (x, omega) is the solution at s = 0.
 
         Shapes: `unknown` (n,).
@@ -85,16 +86,16 @@ def interpolated(first: ContactParameters, last: ContactParameters, s: float) ->
 
 @dataclass(frozen=True, kw_only=True)
 class FixedFrequencyBalance(HarmonicBalance):
-    """The balance at one frequency with the homotopy parameter in the place of the frequency.
-
-    The continuation in the frequency becomes one in the parameter. Its `omega` is 1 + s.
-    """
+    """The balances of a homotopy at one frequency, over the parameter s."""
 
     homotopy: Homotopy  # the problems
     frequency: float  # excitation frequency, rad/s
+    limits: tuple[float, float] = (0.0, 1.0)  # range of s
 
     @classmethod
-    def of(cls, homotopy: Homotopy, frequency: float) -> "FixedFrequencyBalance":
+    def of(
+        cls, homotopy: Homotopy, frequency: float, limits: tuple[float, float] = (0.0, 1.0)
+    ) -> FixedFrequencyBalance:
         """The balances of a homotopy at one frequency."""
         last = homotopy.last
         return cls(
@@ -105,26 +106,65 @@ class FixedFrequencyBalance(HarmonicBalance):
             odd=last.odd,
             homotopy=homotopy,
             frequency=frequency,
+            limits=limits,
         )
 
     @cached_property
-    def interference_path(self) -> InterferencePath | None:
-        """The interference in the place of the frequency, where nothing else changes with s."""
+    def parameter(self) -> Parameter:
+        """The homotopy parameter: s = 1 is the last problem."""
         change = self.homotopy.interference_change
-        return None if change is None else InterferencePath(change, self.frequency, 2.0)
+        name = "homotopy" if change is None else "interference"
+        return Parameter(name, self.frequency, self.limits, change, origin=1.0)
 
-    def evaluate(self, unknown: Array, omega: float) -> LinearisedResidual:
-        """Residual and derivatives; `dR_domega` is the derivative with respect to the homotopy parameter.
+    @property
+    def is_modal_sum(self) -> bool:
+        """The kernels know no other change than that of the interference."""
+        return self.parameter.change is not None and super().is_modal_sum
+
+    def shifted(self, unknown: Array, s: float) -> Array:
+        """The displacement (2H+1, n_c, 3) that contacts with the last interference see, m.
+
+        The contact force depends on d_n + v0 only, so that an interference is added to harmonic 0 of the normal
+        displacement. Shapes: `unknown` (n,).
+        """
+        displacement = self.displacement(unknown).copy()
+        if self.parameter.change is not None:
+            displacement[0, :, 2] += (s - 1.0) * self.parameter.change.shift
+        return displacement
+
+    def evaluate(self, unknown: Array, s: float) -> LinearisedResidual:
+        """Residual and derivatives at the parameter s.
 
         Shapes: `unknown` (n,).
         """
-        s = omega - 1.0
-        linearised = self.homotopy.balance(s).evaluate(unknown, self.frequency)
-        shifted = self.homotopy.balance(s + DIFFERENCE).evaluate(unknown, self.frequency)
-        return replace(linearised, dR_domega=(shifted.residual - linearised.residual) / DIFFERENCE)
+        change = self.parameter.change
+        if change is None:
+            linearised = self.homotopy.balance(s).evaluate(unknown, self.frequency)
+            ahead = self.homotopy.balance(s + DIFFERENCE).evaluate(unknown, self.frequency)
+            return replace(linearised, dR_dp=(ahead.residual - linearised.residual) / DIFFERENCE)
+        contact = self.forces_of(self.shifted(unknown, s))
+        rate = (contact.jacobian[:, :, 2, :, 0] * change.shift[:, None, None]).transpose(2, 0, 1)
+        rows = rate.shape[0]
+        forces = np.stack([contact.force.reshape(rows, -1), rate.reshape(rows, -1)], axis=-1)
+        motion = to_real(self._matrix @ to_complex(forces))[self.first_row :]
+        residual = unknown - self._linear - motion[..., 0].reshape(-1) - (s - 1.0) * change.defect_rate
+        dR_ds = -motion[..., 1].reshape(-1) - change.defect_rate
+        return LinearisedResidual(self, self.frequency, residual, dR_ds, contact)
+
+    @cached_property
+    def _matrix(self) -> ComplexArray:
+        """The receptance, (H+1, 3 n_c, 3 n_c), m/N."""
+        return self.receptance.matrix(self.frequency)
+
+    @cached_property
+    def _linear(self) -> Array:
+        """Response without contact forces, (n,), m."""
+        shape = len(self.receptance.harmonics), 3 * self.n_contacts
+        response, _ = self.receptance.response(self.frequency, np.zeros(shape, dtype=complex))
+        return to_real(response)[self.first_row :].reshape(-1)
 
 
-PARAMETER_SCALE = 0.5  # range of s that counts as unit arc length
+STEPS_OF_PARAMETER = ContinuationParameters(frequency_scale=0.5)  # a range of s of 0.5 counts as unit arc length
 MAX_MOVE = 0.5  # distance that a solution may move in one step of s, relative to the vibration
 SMALLEST_INCREMENT = 1.0 / 64.0  # of s
 SMALLEST_INCREMENT_OF_TOP = 1.0 / 256.0
@@ -163,9 +203,11 @@ def carry_solution(
         return Carried((point,), 1.0)
     if not fixed_frequency:
         return Carried((), reached)
-    for before, after in pairwise(continue_in_parameter(homotopy, omega, unknown, 0.0, 1.0, MAX_POINTS)):
-        reached = max(reached, min(after.omega - 1.0, 1.0))
-        found = solution_between(homotopy, omega, before, after, 1.0)
+    over_s = over_parameter(FixedFrequencyBalance.of(homotopy, omega), homotopy.options)
+    last = Continuation(homotopy.balance(1.0), homotopy.options)
+    for before, after in pairwise(continue_in_parameter(over_s, unknown, 0.0, 1.0, MAX_POINTS)):
+        reached = max(reached, min(after.parameter, 1.0))
+        found = solution_between(last, before, after, 1.0)
         if found is not None:
             return Carried((found,), 1.0)
     return Carried((), min(reached, 1.0))
@@ -225,9 +267,9 @@ def _predicted(point: SolutionPoint, rate: Tangent, ds: float) -> SolutionPoint:
     """
     dx, domega = ds * rate[0], ds * rate[1]
     vibration = point.balance.vibration(dx) / point.metric.length
-    if not math.hypot(vibration, domega / point.metric.omega) <= MAX_MOVE:  # nor with a NaN
+    if not math.hypot(vibration, domega / point.metric.parameter) <= MAX_MOVE:  # nor with a NaN
         return point
-    return replace(point, unknown=point.unknown + dx, omega=point.omega + domega)
+    return replace(point, unknown=point.unknown + dx, parameter=point.omega + domega)
 
 
 def _top(continuation: Continuation, start: SolutionPoint) -> SolutionPoint:
@@ -244,45 +286,59 @@ def _top(continuation: Continuation, start: SolutionPoint) -> SolutionPoint:
     return top
 
 
-def continue_in_parameter(
-    homotopy: Homotopy, omega: float, unknown: Array, s: float, direction: float, max_points: int
-) -> Iterator[SolutionPoint]:
-    """Points (x, 1 + s) of the curve through a solution at the homotopy parameter `s`, at one frequency.
+def over_parameter(
+    balance: FixedFrequencyBalance, options: SolverOptions, parameters: ContinuationParameters = STEPS_OF_PARAMETER
+) -> Continuation:
+    """The continuation in the homotopy parameter at a fixed frequency."""
+    return Continuation(balance, options, parameters=parameters)
 
-    It ends beyond 0 or 1, after `max_points`, and where no next point is found. Folds in s are followed.
+
+def continue_in_parameter(
+    continuation: Continuation,
+    unknown: Array,
+    s: float,
+    direction: float,
+    max_points: int,
+    straight_end: Callable[[SolutionPoint], SolutionPoint | None] = lambda _: None,
+) -> Iterator[SolutionPoint]:
+    """Points (x, s) of the curve through a solution at the homotopy parameter `s`, folds in s included.
+
+    It ends beyond a limit of s, after `max_points`, where no next point is found, and with what `straight_end` gives
+    for a point from which on the curve is a straight line.
     Shapes: `unknown` (n,).
     """
-    unit_range = 1.0 / (2.0 * math.pi), 2.0 / (2.0 * math.pi)  # Hz: omega from 1 to 2
-    options = replace(homotopy.options, frequency_hz=unit_range)
-    balance = FixedFrequencyBalance.of(homotopy, omega)
-    parameters = ContinuationParameters(frequency_scale=PARAMETER_SCALE)
-    continuation = Continuation(balance, options, parameters=parameters)
-    towards = 0.0 * unknown, direction
-    state = ContinuationState(continuation.solver.point(unknown, 1.0 + s, towards, 0, 0.0, options.step))
+    solver = continuation.solver
+    state = ContinuationState(solver.point(unknown, s, (0.0 * unknown, direction), 0, 0.0, continuation.options.step))
     yield state.point
     for _ in range(max_points):
+        end = straight_end(state.point)
+        if end is not None:
+            yield end
+            return
         step = continuation.next_point(state)
         if step is None:
             return
         yield step.point
-        if not 1.0 <= step.point.omega <= 2.0:
+        if passed_limit(step.point.parameter, solver.limits) is not None:
             return
-        crossed = () if step.branch_point is None else (step.branch_point,)
-        state = ContinuationState(step.point, state.point, state.branch_points + crossed)
+        state = state.after(step)
 
 
 def solution_between(
-    homotopy: Homotopy, omega: float, before: SolutionPoint, after: SolutionPoint, s: float
+    continuation: Continuation, before: SolutionPoint, after: SolutionPoint, s: float
 ) -> SolutionPoint | None:
-    """The solution at the parameter `s` between two points of a curve over s; None if it does not lie between."""
-    first, last = before.omega - 1.0 - s, after.omega - 1.0 - s
+    """The solution at the parameter `s`, whose continuation is given, between two points of a curve over s.
+
+    None if it does not lie between them.
+    """
+    first, last = before.parameter - s, after.parameter - s
     if not first * last < 0.0:
         return None
-    balance = homotopy.balance(s)
     guess = before.unknown + first / (first - last) * (after.unknown - before.unknown)
-    solved = solve_at(balance, omega, guess, homotopy.options, MAX_ITERATIONS)
+    solved = solve_at(continuation.balance, before.omega, guess, continuation.options, MAX_ITERATIONS)
     if not solved.converged:
         return None
-    solver = Continuation(balance, homotopy.options).solver
     towards = 0.0 * solved.solution, 1.0
-    return solver.point(solved.solution, omega, towards, solved.iterations, 0.0, homotopy.options.step)
+    return continuation.solver.point(
+        solved.solution, before.omega, towards, solved.iterations, 0.0, continuation.options.step
+    )

@@ -39,7 +39,7 @@ def leaves_mean_tangent(point: SolutionPoint, found: SolutionPoint, parameters: 
     """
     metric = point.metric
     first, last = point.tangent, metric.unit(found.tangent)
-    chord = found.unknown - point.unknown, found.omega - point.omega
+    chord = found.unknown - point.unknown, found.parameter - point.parameter
     length = metric.norm(*chord)
     tangent_change = metric.norm(last[0] - first[0], last[1] - first[1])
     deviation = (
@@ -51,12 +51,12 @@ def leaves_mean_tangent(point: SolutionPoint, found: SolutionPoint, parameters: 
 
 def distance(one: SolutionPoint, other: SolutionPoint, metric: Metric) -> float:
     """Distance of two points."""
-    return metric.norm(one.unknown - other.unknown, one.omega - other.omega)
+    return metric.norm(one.unknown - other.unknown, one.parameter - other.parameter)
 
 
 def distance_along_tangent(point: SolutionPoint, other: SolutionPoint) -> float:
     """Distance from `point` to `other`, projected on the tangent at `point`."""
-    chord = other.unknown - point.unknown, other.omega - point.omega
+    chord = other.unknown - point.unknown, other.parameter - point.parameter
     return point.metric.product(chord, point.tangent)
 
 
@@ -121,16 +121,16 @@ def passes_through(
         return False
     metric = point.metric
     deviation = start.unknown - point.unknown - step * point.tangent[0]
-    if metric.norm(deviation, start.omega - point.omega - step * point.tangent[1]) > step:
+    if metric.norm(deviation, start.parameter - point.parameter - step * point.tangent[1]) > step:
         return False
     same = solver.step(point, step)
     return same is not None and metric.norm(same.unknown - start.unknown, 0.0) <= solver.parameters.same_solution
 
 
-def passed_limit(omega: float, omega_range: tuple[float, float]) -> float | None:
-    """The limit of the frequency range (rad/s) that `omega` has reached or passed; None inside the range."""
-    low, high = omega_range
-    return high if omega >= high else low if omega <= low else None
+def passed_limit(parameter: float, limits: tuple[float, float]) -> float | None:
+    """The limit of the range of the parameter that is reached or passed; None inside the range."""
+    low, high = limits
+    return high if parameter >= high else low if parameter <= low else None
 
 
 def point_beyond_kink(solver: PredictorCorrector, point: SolutionPoint) -> SolutionPoint | None:
@@ -142,7 +142,7 @@ def point_beyond_kink(solver: PredictorCorrector, point: SolutionPoint) -> Solut
     metric, parameters = point.metric, solver.parameters
     for ahead in np.geomspace(parameters.kink_step, solver.options.min_step, 13):
         unknown = point.unknown + ahead * point.tangent[0]
-        linearised = solver.balance.evaluate(unknown, point.omega + ahead * point.tangent[1])
+        linearised = solver.balance.evaluate(unknown, point.parameter + ahead * point.tangent[1])
         tangent, sign, _ = BorderedSystem.factorise(linearised, point.tangent, metric).tangent()
         beyond = tangent if sign == point.bordered_sign else (-tangent[0], -tangent[1])
         for step in (ahead, 10.0 * ahead):

@@ -1,4 +1,6 @@
-"""Pseudo-arc-length continuation of the harmonic balance in the frequency."""
+"""Pseudo-arc-length continuation of the solutions of R(x, p) = 0: the loop over accepted steps."""
+
+from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
@@ -34,6 +36,13 @@ class ContinuationState(NamedTuple):
     previous: SolutionPoint | None = None  # the point before, if it has the same harmonics
     branch_points: tuple[SolutionPoint, ...] = ()  # branch points crossed so far
 
+    def after(self, step: AcceptedStep, adapted: SolutionPoint | None = None) -> ContinuationState:
+        """The state after a step, whose point may have been `adapted` to another number of harmonics."""
+        point = adapted or step.point
+        previous = self.point if point.balance is self.point.balance else None
+        crossed = () if step.branch_point is None else (step.branch_point,)
+        return ContinuationState(point, previous, self.branch_points + crossed)
+
 
 class AcceptedStep(NamedTuple):
     """The next point, and the branch point crossed on the way to it, if any."""
@@ -44,7 +53,7 @@ class AcceptedStep(NamedTuple):
 
 @dataclass(frozen=True)
 class Continuation:
-    """Continuation of the solutions of a balance in the frequency."""
+    """Continuation of the solutions of a balance in its parameter, for most the frequency."""
 
     balance: HarmonicBalance  # the equations
     options: SolverOptions  # frequency range, step lengths and tolerances
@@ -53,7 +62,7 @@ class Continuation:
     # with it, linear segments, on which no contact changes its state, are followed without iterations
     contact: ContactParameters | None = None
     # gives each new point the number of harmonics that it needs; see `HarmonicSelection`
-    adapt: Callable[["Continuation", SolutionPoint], SolutionPoint | None] | None = None
+    adapt: Callable[[Continuation, SolutionPoint], SolutionPoint | None] | None = None
     stability: PointStability | None = None  # computes the Floquet exponents of each point
     # thresholds of step control and acceptance
     parameters: ContinuationParameters = field(default_factory=ContinuationParameters)
@@ -75,7 +84,7 @@ class Continuation:
         """Adds derived quantities to points."""
         return PointRecorder(self.options.output, self.stability)
 
-    def with_balance(self, balance: HarmonicBalance) -> "Continuation":
+    def with_balance(self, balance: HarmonicBalance) -> Continuation:
         """The same continuation of another balance of the problem."""
         return self if balance is self.balance else replace(self, balance=balance)
 
@@ -106,17 +115,15 @@ class Continuation:
                 arc = point.arc + distance_along_tangent(point, first)
                 yield self.recorder.record(first.changed(arc=arc))
                 return
-            limit = passed_limit(found.omega, self.options.omega_range)
+            limit = passed_limit(found.parameter, current.solver.limits)
             if limit is not None:
-                end = found if found.omega == limit else current.solver.at_frequency(point, limit)
+                end = found if found.parameter == limit else current.solver.at_parameter(point, limit)
                 yield self.recorder.record(found if end is None else end)
                 return
             adapted = found if current.adapt is None else current.adapt(current, found)
             if adapted is None:
                 return
-            crossed = () if step.branch_point is None else (step.branch_point,)
-            previous = point if adapted.balance is point.balance else None
-            state = ContinuationState(adapted, previous, state.branch_points + crossed)
+            state = state.after(step, adapted)
             current = current.with_balance(adapted.balance)
             if progress is not None:
                 progress(adapted.omega / (2.0 * np.pi), count)
@@ -183,7 +190,7 @@ class Continuation:
         point, previous = state.point, state.previous
         if previous is None:
             return None
-        secant = point.metric.unit((point.unknown - previous.unknown, point.omega - previous.omega))
+        secant = point.metric.unit((point.unknown - previous.unknown, point.parameter - previous.parameter))
         for step in np.geomspace(self.options.max_step, self.options.min_step, 24):
             found = self.solver.step(point, float(step), secant)
             if found is not None and found.bordered_sign == point.bordered_sign:

@@ -15,23 +15,31 @@ from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.numba_cache import compiled, inner, inner_counted, lapack_lu
 from nonlinear.contact.parameters import Array
 from nonlinear.contact.return_map import Integers
-from nonlinear.continuation.corrector import (
-    CHORD_STEPS,
-    MANY_CHORD_STEPS,
-    MANY_UNKNOWNS,
+from nonlinear.harmonic_balance.newton_decisions import (
     MAX_CORRECTIONS,
     SAME_SYSTEM,
+    chord_steps,
+    has_converged,
+    needs_factors,
+    stagnations_after,
 )
 from nonlinear.harmonic_balance.residual import SMALLEST_VIBRATION
 
+FAILED = -1
+LARGEST_CONTRACTION = 0.25  # of the error of the tangent by a refinement with old factors
+TANGENT_ERROR = 1e-5  # relative change of the tangent by the last refinement
+MAX_REFINEMENTS = 5
 _lu = lapack_lu()
 _DOUBLE = ord("d")
+_chord_steps, _needs_factors = inner(chord_steps), inner(needs_factors)
+_has_converged, _stagnations_after = inner(has_converged), inner(stagnations_after)
 
 
 class Path(NamedTuple):
-    """How the balance changes with a parameter in the place of the frequency (see `InterferencePath`)."""
+    """What the parameter is (see `Parameter`): the frequency, or the interference."""
 
-    frequency: float  # excitation frequency, rad/s; 0: it is the parameter itself
+    of_frequency: bool  # the parameter is the frequency
+    omega: float  # else the excitation frequency, rad/s
     origin: float  # the parameter at which the loads at rest are those given
     load: Array  # (n_c,), unclipped loads at rest, N
     shift: Array  # (n_c,), see `InterferenceChange`
@@ -49,7 +57,7 @@ class Structure(NamedTuple):
     odd: bool  # no even harmonics (see `HarmonicBalance`)
     floor: float  # added to the norm of the displacement in the relative error, m
     defect: Array  # (n,), residual that counts as zero, m
-    path: Path  # what takes the place of the frequency
+    path: Path  # what the parameter is
 
 
 class Plane(NamedTuple):
@@ -57,23 +65,24 @@ class Plane(NamedTuple):
 
     unknown: Array  # (n,), x of the predicted point
     direction: Array  # (n,), x part of the normal
-    omega: float  # frequency of the predicted point
-    direction_omega: float  # frequency part of the normal
+    parameter: float  # p of the predicted point
+    direction_parameter: float  # p part of the normal
     length: float  # scale of displacements in the metric
-    omega_scale: float  # scale of the frequency in the metric
+    parameter_scale: float  # scale of the parameter in the metric
     max_distance: float  # from the predicted point
+    lowest: float  # what the parameter must exceed
     tolerance: float  # see `ConvergenceMonitor`
     round_off: float  # see `ConvergenceMonitor`
 
 
 class Iterate(NamedTuple):
-    """State (x, omega) and all that belongs to it; all arrays are written."""
+    """State (x, p) and all that belongs to it; all arrays are written."""
 
     unknown: Array  # (n,), x
     residual: Array  # (n,), R
     motion: Array  # (2H+1, n_c, 3), another view of `unknown`
-    # (2,), frequency, or what takes its place; its change in the last solution of the bordered system, scaled
-    omega: Array
+    parameter: Array  # (1,), p
+    change: Array  # (1,), p part of the last solution of the bordered system, scaled
     force: Array  # see `ContactForces`
     jacobian: Array  # see `ContactForces`
     state: Integers  # see `ContactForces`
@@ -89,12 +98,13 @@ class Workspace(NamedTuple):
     weighted_force: ComplexArray  # (H+1, m), modal forces
     contact_force: ComplexArray  # (H+1, 3 n_c), f
     response: ComplexArray  # (H+1, 3 n_c), d
-    receptance: ComplexArray  # (H+1, 3 n_c, 3 n_c), G; G^(0), which does not depend on the frequency, is given
+    # (H+1, 3 n_c, 3 n_c), G; that of a fixed frequency, and G^(0), which does not depend on it, are given
+    receptance: ComplexArray
     weighted: ComplexArray  # (3 n_c, m), the modes divided by their denominators
     # df/dx in rows: force coefficient, node, force component; columns: displacement component, coefficient
     by_row: Array
     coupling: Array  # (n, n), G df/dx; columns in the order node, component, coefficient
-    dR_domega: Array  # (n,), scaled
+    dR_dp: Array  # (n,), scaled
     tangent: Array  # (n,), scaled
     columns: Integers  # (n,), columns of `coupling` that are active
     active: Integers  # (n,), unknowns that are active
@@ -103,8 +113,6 @@ class Workspace(NamedTuple):
     matrix: Array
     pivots: NDArray[np.int32]
     right: Array
-    # (3,), number of active unknowns, sign of the determinant, 1 where G is that of a fixed frequency
-    sizes: Integers
 
 
 @inner
@@ -121,24 +129,25 @@ def subtract(unknown: Array, response: ComplexArray, residual: Array) -> None:
 
 
 @inner_counted
-def factorise(structure: Structure, plane: Plane, at: Iterate, work: Workspace) -> None:
-    """Factorise the bordered system at the iterate (see `BorderedSystem`)."""
-    _write_receptance(structure, work)
-    _list_active(at.jacobian, structure.odd, work)
+def factorise(structure: Structure, plane: Plane, at: Iterate, work: Workspace) -> tuple[int, int]:
+    """Factorise the bordered system at the iterate (see `BorderedSystem`): number of active unknowns, sign of det."""
+    if structure.path.of_frequency:
+        _write_receptance(structure, work)
+    n_active = _list_active(at.jacobian, structure.odd, work)
     _write_coupling(at.jacobian, work)
-    if structure.path.frequency > 0.0:
-        write_rate(structure.path.shift, structure.path.defect_rate, at, work, work.dR_domega)
+    if not structure.path.of_frequency:
+        write_rate(structure.path.shift, structure.path.defect_rate, at, work, work.dR_dp)
     else:
         for h in range(work.rates.shape[0]):
             for m in range(work.rates.shape[1]):
                 work.weighted_force[h, m] = -work.rates[h, m] * work.coordinates[h, m] / work.denominators[h, m]
             np.dot(structure.relative[h], work.weighted_force[h], work.response[h])
-        for i in range(work.dR_domega.shape[0]):
+        for i in range(work.dR_dp.shape[0]):
             at.tangent[i] = 0.0
-        subtract(at.tangent, work.response, work.dR_domega)
-    for i in range(work.dR_domega.shape[0]):
-        work.dR_domega[i] *= plane.omega_scale / plane.length
-    count = work.sizes[0] + 1
+        subtract(at.tangent, work.response, work.dR_dp)
+    for i in range(work.dR_dp.shape[0]):
+        work.dR_dp[i] *= plane.parameter_scale / plane.length
+    count = n_active + 1
     matrix = work.matrix[: count * count].reshape(count, count)
     _write_bordered(plane, matrix, work)
     _lu(_DOUBLE, count, count, matrix.ctypes, count, work.pivots.ctypes)
@@ -150,14 +159,12 @@ def factorise(structure: Structure, plane: Plane, at: Iterate, work: Workspace) 
             sign = 0
         if work.pivots[i] != i + 1:
             sign = -sign
-    work.sizes[1] = sign
+    return n_active, sign
 
 
 @inner_counted
 def _write_receptance(structure: Structure, work: Workspace) -> None:
-    """Write G at the frequency of the denominators; at a fixed frequency once."""
-    if work.sizes[2] == 1:
-        return
+    """Write G at the frequency of the denominators."""
     for h in range(1, work.rates.shape[0]):
         for m in range(work.rates.shape[1]):
             work.weighted_force[h, m] = 1.0 / work.denominators[h, m]
@@ -165,8 +172,6 @@ def _write_receptance(structure: Structure, work: Workspace) -> None:
             for m in range(work.weighted.shape[1]):
                 work.weighted[i, m] = structure.relative[h, i, m] * work.weighted_force[h, m]
         np.dot(work.weighted, structure.adjoint[h], work.receptance[h])
-    if structure.path.frequency > 0.0:
-        work.sizes[2] = 1
 
 
 @inner
@@ -181,8 +186,8 @@ def write_rate(shift: Array, defect_rate: Array, at: Iterate, work: Workspace, r
 
 
 @inner
-def _list_active(jacobian: Array, odd: bool, work: Workspace) -> None:
-    """List the active unknowns: those on which a contact force depends."""
+def _list_active(jacobian: Array, odd: bool, work: Workspace) -> int:
+    """List the active unknowns, those on which a contact force depends; returns their number."""
     n_contacts, size = jacobian.shape[0], jacobian.shape[3]
     n_active, n_passive = 0, 0
     for k in range(n_contacts):
@@ -196,7 +201,7 @@ def _list_active(jacobian: Array, odd: bool, work: Workspace) -> None:
                 else:
                     work.passive[n_passive] = unknown
                     n_passive += 1
-    work.sizes[0] = n_active
+    return n_active
 
 
 @inner
@@ -266,25 +271,25 @@ def _write_bordered(plane: Plane, matrix: Array, work: Workspace) -> None:
     border = matrix[count]
     for c in range(count):
         border[c] = plane.direction[work.active[c]] / length
-    border[count] = plane.direction_omega / plane.omega_scale
+    border[count] = plane.direction_parameter / plane.parameter_scale
     for r in range(count):
         row, source = matrix[r], work.coupling[work.active[r]]
         for c in range(count):
             row[c] = -source[work.columns[c]]
         row[r] += 1.0
-        row[count] = work.dR_domega[work.active[r]]
+        row[count] = work.dR_dp[work.active[r]]
     for p in range(work.active.shape[0] - count):
         unknown = work.passive[p]
         factor, source = plane.direction[unknown] / length, work.coupling[unknown]
         for c in range(count):
             border[c] += factor * source[work.columns[c]]
-        border[count] -= factor * work.dR_domega[unknown]
+        border[count] -= factor * work.dR_dp[unknown]
 
 
 @inner
-def solve(plane: Plane, at: Iterate, work: Workspace, last: float) -> None:
+def solve(plane: Plane, at: Iterate, work: Workspace, n_active: int, last: float) -> None:
     """Solve the factorised system for the residual of the iterate and the right side `last` of the constraint."""
-    count, right = work.sizes[0] + 1, work.right
+    count, right = n_active + 1, work.right
     for r in range(count - 1):
         right[r] = -at.residual[work.active[r]] / plane.length
     right[count - 1] = last
@@ -295,10 +300,10 @@ def solve(plane: Plane, at: Iterate, work: Workspace, last: float) -> None:
     solve_factorised(work.matrix, work.pivots, right, count)
     for r in range(count - 1):
         at.tangent[work.active[r]] = right[r]
-    at.omega[1] = right[count - 1]
+    at.change[0] = right[count - 1]
     for p in range(n_passive):
         unknown, source = work.passive[p], work.coupling[work.passive[p]]
-        value = -at.residual[unknown] / plane.length - work.dR_domega[unknown] * right[count - 1]
+        value = -at.residual[unknown] / plane.length - work.dR_dp[unknown] * right[count - 1]
         for c in range(count - 1):
             value += source[work.columns[c]] * right[c]
         at.tangent[unknown] = value
@@ -340,12 +345,6 @@ def _dot(one: Array | ComplexArray, other: Array | ComplexArray, first: int, las
     return (s0 + s1) + (s2 + s3)
 
 
-FAILED = -1
-LARGEST_CONTRACTION = 0.25  # of the error of the tangent by a refinement with old factors
-TANGENT_ERROR = 1e-5  # relative change of the tangent by the last refinement
-MAX_REFINEMENTS = 5
-
-
 @compiled
 def correct_in_plane(
     structure: Structure,
@@ -355,13 +354,13 @@ def correct_in_plane(
     work: Workspace,
     scratch: Scratch,
     refactorise: bool,
-) -> int:
-    """Solve R(x, omega) = 0 in the plane from the iterate on; returns the iterations, or FAILED.
+) -> tuple[int, int]:
+    """Solve R(x, p) = 0 in the plane from the iterate on; returns the iterations, or FAILED, and the sign of det.
 
     Afterwards the iterate holds the solution and the tangent: the last solution of the bordered system, whose right
     side is 1 in the constraint only.
     """
-    chord_steps = CHORD_STEPS if at.unknown.shape[0] < MANY_UNKNOWNS else MANY_CHORD_STEPS
+    steps, n_active, sign = _chord_steps(at.unknown.shape[0]), 0, 0
     previous, first, stagnations, factorised = np.inf, np.inf, 0, False
     for iteration in range(MAX_CORRECTIONS + 1):
         _write_residual(structure, laws, at, work, scratch)
@@ -369,25 +368,26 @@ def correct_in_plane(
         contraction = error / previous
         if first == np.inf:
             first = contraction
-        stagnations = stagnations + 1 if error >= 0.3 * previous else 0
-        stagnates = (error <= plane.round_off and stagnations >= 1) or (
-            error <= 1e3 * plane.round_off and stagnations >= 3
-        )
-        if error <= plane.tolerance or stagnates:
-            if refactorise or not factorised or not _write_tangent(structure, plane, at, work, first > SAME_SYSTEM):
-                factorise(structure, plane, at, work)
-                _write_tangent(structure, plane, at, work, False)
-            return iteration
+        stagnations = _stagnations_after(error, previous, stagnations)
+        if _has_converged(error, plane.tolerance, plane.round_off, stagnations):
+            if (
+                refactorise
+                or not factorised
+                or not _write_tangent(structure, plane, at, work, n_active, first > SAME_SYSTEM)
+            ):
+                n_active, sign = factorise(structure, plane, at, work)
+                _write_tangent(structure, plane, at, work, n_active, False)
+            return iteration, sign
         if iteration == MAX_CORRECTIONS or not np.isfinite(error):
-            return FAILED
-        if not factorised or error * (2.0 * contraction) ** chord_steps > plane.tolerance:
-            factorise(structure, plane, at, work)
+            return FAILED, 0
+        if not factorised or _needs_factors(error, contraction, steps, plane.tolerance):
+            n_active, sign = factorise(structure, plane, at, work)
             first, factorised = np.inf, True
-        solve(plane, at, work, 0.0)
+        solve(plane, at, work, n_active, 0.0)
         previous = error
         if not _take_step(plane, at):
-            return FAILED
-    return FAILED
+            return FAILED, 0
+    return FAILED, 0
 
 
 @compiled
@@ -400,14 +400,14 @@ def rate_in_plane(
     scratch: Scratch,
     change: tuple[Array, Array],
 ) -> None:
-    """Write the change of a solution in the plane with a parameter of the interference to the tangent, scaled.
+    """Write the change of a solution in the plane with another parameter, of the interference, to the tangent.
 
     `change`: `shift` and `defect_rate` of the `InterferenceChange`.
     """
     _write_residual(structure, laws, at, work, scratch)
-    factorise(structure, plane, at, work)
+    n_active, _ = factorise(structure, plane, at, work)
     write_rate(change[0], change[1], at, work, at.residual)
-    solve(plane, at, work, 0.0)
+    solve(plane, at, work, n_active, 0.0)
 
 
 @inner
@@ -418,10 +418,10 @@ def _take_step(plane: Plane, at: Iterate) -> bool:
         at.unknown[i] += plane.length * at.tangent[i]
         change = at.unknown[i] - plane.unknown[i]
         square += change * change
-    at.omega[0] += plane.omega_scale * at.omega[1]
-    shift = (at.omega[0] - plane.omega) / plane.omega_scale
+    at.parameter[0] += plane.parameter_scale * at.change[0]
+    shift = (at.parameter[0] - plane.parameter) / plane.parameter_scale
     distance = math.sqrt(square / (plane.length * plane.length) + shift * shift)
-    return at.omega[0] > 0.0 and distance <= plane.max_distance  # a NaN fails this comparison too
+    return at.parameter[0] > plane.lowest and distance <= plane.max_distance  # a NaN fails this comparison too
 
 
 @inner
@@ -442,11 +442,11 @@ def _relative_error(residual: Array, unknown: Array, floor: float, n_contacts: i
 @inner_counted
 def _write_residual(structure: Structure, laws: NodeLaws, at: Iterate, work: Workspace, scratch: Scratch) -> None:
     """Contact forces, R and the modal coordinates of the iterate."""
-    size, n_contacts, omega, path = at.motion.shape[0], at.motion.shape[1], at.omega[0], structure.path
-    if path.frequency > 0.0:
-        omega = path.frequency
+    size, n_contacts, omega, path = at.motion.shape[0], at.motion.shape[1], at.parameter[0], structure.path
+    if not path.of_frequency:
+        omega = path.omega
         for k in range(n_contacts):
-            change = laws.normal_stiffness[k] * path.shift[k] * (at.omega[0] - path.origin)
+            change = laws.normal_stiffness[k] * path.shift[k] * (at.parameter[0] - path.origin)
             laws.offset[k, 2] = path.load[k] + change
     evaluate_nodes(at.motion, laws, scratch, at.force, at.jacobian, at.state)
     if structure.odd:
@@ -472,32 +472,34 @@ def _write_residual(structure: Structure, laws: NodeLaws, at: Iterate, work: Wor
     subtract(at.unknown, work.response, at.residual)
     for i in range(at.residual.shape[0]):
         at.residual[i] -= structure.defect[i]
-    if path.frequency > 0.0:
+    if not path.of_frequency:
         for i in range(at.residual.shape[0]):
-            at.residual[i] -= (at.omega[0] - path.origin) * path.defect_rate[i]
+            at.residual[i] -= (at.parameter[0] - path.origin) * path.defect_rate[i]
 
 
 @inner_counted
-def _write_tangent(structure: Structure, plane: Plane, at: Iterate, work: Workspace, refine: bool) -> bool:
+def _write_tangent(
+    structure: Structure, plane: Plane, at: Iterate, work: Workspace, n_active: int, refine: bool
+) -> bool:
     """Write the tangent from the last factors; whether its refinement with the Jacobian at the iterate converges.
 
     Iterative refinement, z - B_0^-1 (B z - e): factors B_0 that solve nearly for B need few products with B.
     """
     for i in range(at.residual.shape[0]):
         at.residual[i] = 0.0
-    solve(plane, at, work, 1.0)
+    solve(plane, at, work, n_active, 1.0)
     if not refine:
         return True
     previous = np.inf
     for _ in range(MAX_REFINEMENTS):
-        tangent, omega = work.tangent, at.omega[1]
-        total = omega * omega
+        tangent, parameter = work.tangent, at.change[0]
+        total = parameter * parameter
         for i in range(tangent.shape[0]):
             tangent[i] = at.tangent[i]
             total += tangent[i] * tangent[i]
-        solve(plane, at, work, _write_defect(structure, plane, at, work))
-        change = at.omega[1] * at.omega[1]
-        at.omega[1] += omega
+        solve(plane, at, work, n_active, _write_defect(structure, plane, at, work))
+        change = at.change[0] * at.change[0]
+        at.change[0] += parameter
         for i in range(tangent.shape[0]):
             change += at.tangent[i] * at.tangent[i]
             at.tangent[i] += tangent[i]
@@ -514,8 +516,8 @@ def _write_tangent(structure: Structure, plane: Plane, at: Iterate, work: Worksp
 def _write_defect(structure: Structure, plane: Plane, at: Iterate, work: Workspace) -> float:
     """Write what the tangent leaves of the equations into the residual; returns what it leaves of the constraint."""
     size, n_contacts, path = at.motion.shape[0], at.motion.shape[1], structure.path
-    rate = at.omega[1] * plane.omega_scale / plane.length
-    fixed = path.frequency > 0.0
+    rate = at.change[0] * plane.parameter_scale / plane.length
+    fixed = not path.of_frequency
     for k in range(n_contacts):
         for a in range(3):
             for i in range(size):
@@ -538,7 +540,7 @@ def _write_defect(structure: Structure, plane: Plane, at: Iterate, work: Workspa
     if fixed:
         for i in range(at.residual.shape[0]):
             at.residual[i] -= rate * path.defect_rate[i]
-    last = 1.0 - at.omega[1] * plane.direction_omega / plane.omega_scale
+    last = 1.0 - at.change[0] * plane.direction_parameter / plane.parameter_scale
     for i in range(at.residual.shape[0]):
         at.residual[i] *= plane.length
         last -= work.tangent[i] * plane.direction[i] / plane.length

@@ -361,7 +361,7 @@ class LinearSegmentSteps:
         point = SolutionPoint(
             balance=balance,
             unknown=unknown,
-            omega=omega,
+            parameter=omega,
             tangent=tangent,
             metric=metric,
             contact=system.forces(motion.displacement),

@@ -18,24 +18,24 @@ from nonlinear.harmonic_balance.residual import HarmonicBalance
 from nonlinear.stability.floquet import grows
 from nonlinear.stability.ring_stability import PatternExponent
 
-Tangent = tuple[Array, float]  # dx/ds (n,), domega/ds
+Tangent = tuple[Array, float]  # dx/ds (n,), dp/ds
 
 
 @dataclass(frozen=True)
 class Metric:
-    """Norm and scalar product of steps (dx, domega): ds^2 = (dx . dx) / length^2 + domega^2 / omega^2."""
+    """Norm and scalar product of steps (dx, dp): ds^2 = (dx . dx) / length^2 + dp^2 / parameter^2."""
 
     length: float  # scale of the displacement, m
-    omega: float  # scale of the frequency, rad/s
+    parameter: float  # scale of the parameter p: of the frequency, rad/s
 
-    def norm(self, displacement: Array, omega: float) -> float:
-        """Length of the step (displacement (n,), omega)."""
-        return math.hypot(math.sqrt(displacement @ displacement) / self.length, omega / self.omega)
+    def norm(self, displacement: Array, parameter: float) -> float:
+        """Length of the step (displacement (n,), parameter)."""
+        return math.hypot(math.sqrt(displacement @ displacement) / self.length, parameter / self.parameter)
 
     def product(self, one: Tangent, other: Tangent) -> float:
         """Scalar product of two steps."""
         # products, not powers: these are not rounded alike when force and interference are scaled together
-        squares = self.length * self.length, self.omega * self.omega
+        squares = self.length * self.length, self.parameter * self.parameter
         return float(one[0] @ other[0] / squares[0] + one[1] * other[1] / squares[1])
 
     def unit(self, tangent: Tangent) -> Tangent:
@@ -56,18 +56,18 @@ class LinearState:
 
 @dataclass(frozen=True)
 class SolutionPoint:
-    """One solution (x, omega) of the balance, and how it was found."""
+    """One solution (x, p) of the balance, and how it was found."""
 
     balance: HarmonicBalance  # the equations
     unknown: Array  # (n,), x, m
-    omega: float  # frequency, rad/s
-    tangent: Tangent  # (dx/ds, domega/ds), of unit length in `metric`, towards growing `arc`
-    metric: Metric  # scales of displacement and frequency at the point
+    parameter: float  # p, in most balances the frequency, rad/s
+    tangent: Tangent  # (dx/ds, dp/ds), of unit length in `metric`, towards growing `arc`
+    metric: Metric  # scales of displacement and parameter at the point
     contact: ContactForces  # contact forces
     # sign of det dR/dx, a test function of folds and branch points. It is -1 where an odd number of real Floquet
     # exponents is positive
     jacobian_sign: int
-    # sign of det [dR/dx, dR/domega; tangent], a test function of branch points. It is the same all along a curve,
+    # sign of det [dR/dx, dR/dp; tangent], a test function of branch points. It is the same all along a curve,
     # folds and kinks included, and changes at a branch point
     bordered_sign: int
     iterations: int  # Newton iterations
@@ -79,6 +79,12 @@ class SolutionPoint:
     exponents: ComplexArray | None = None
     # the least stable exponent of the other nodal diameters; None: not known, or there are no others
     pattern: PatternExponent | None = None
+
+    @property
+    def omega(self) -> float:
+        """Excitation frequency, rad/s."""
+        fixed = self.balance.parameter.omega
+        return self.parameter if fixed is None else fixed
 
     def state_differs(self, other: "SolutionPoint") -> bool:
         """Whether a node slips or opens here but not at an `other` point, or the other way round."""

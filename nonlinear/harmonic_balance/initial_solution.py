@@ -11,6 +11,7 @@ import numpy as np
 
 from nonlinear.contact.element_choice import contact_element
 from nonlinear.contact.parameters import Array, ContactParameters
+from nonlinear.harmonic_balance.newton_decisions import has_converged, stagnations_after
 from nonlinear.harmonic_balance.residual import HarmonicBalance, LinearisedResidual
 from nonlinear.options import SolverOptions
 from rom import RelativeReceptance
@@ -61,12 +62,9 @@ class ConvergenceMonitor:
 
     def converged(self, error: float) -> bool:
         """Take the relative error of the next iterate."""
-        self.stagnations = self.stagnations + 1 if error >= 0.3 * self.previous else 0
+        self.stagnations = stagnations_after(error, self.previous, self.stagnations)
         self.previous = error
-        stagnates = (error <= self.round_off and self.stagnations >= 1) or (
-            error <= 1e3 * self.round_off and self.stagnations >= 3
-        )
-        return error <= self.tolerance or stagnates
+        return has_converged(error, self.tolerance, self.round_off, self.stagnations)
 
 
 def newton(

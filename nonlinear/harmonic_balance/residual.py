@@ -40,13 +40,23 @@ class InterferenceChange:
 
 
 @dataclass(frozen=True)
-class InterferencePath:
-    """The parameter in the place of the frequency, at one frequency."""
+class Parameter:
+    """What the parameter of a balance is."""
 
-    change: InterferenceChange  # what changes with the parameter
-    frequency: float  # excitation frequency, rad/s
+    name: str
+    omega: float | None = None  # excitation frequency, rad/s; None: it is the parameter itself
+    limits: tuple[float, float] | None = None  # range that is of interest; None: the frequency range
+    change: InterferenceChange | None = None  # how the balance changes, where only the interference does
     # the parameter at which the interference is that of the contact element, and no residual but zero counts as zero
-    origin: float
+    origin: float = 0.0
+
+    @property
+    def lowest(self) -> float:
+        """What the parameter must exceed."""
+        return 0.0 if self.omega is None else float("-inf")
+
+
+FREQUENCY = Parameter("frequency")
 
 
 class BorderedFactors(Protocol):
@@ -74,8 +84,8 @@ class LinearisedResidual:
         Excitation frequency, rad/s.
     residual : (n,) float
         R, m.
-    dR_domega : (n,) float
-        Derivative of R with respect to omega at constant x.
+    dR_dp : (n,) float
+        Derivative of R with respect to the parameter of the balance, omega in most, at constant x.
     contact : ContactForces
         Contact forces and their Jacobian.
 
@@ -93,7 +103,7 @@ class LinearisedResidual:
     balance: "HarmonicBalance"
     omega: float
     residual: Array
-    dR_domega: Array
+    dR_dp: Array
     contact: ContactForces
 
     @cached_property
@@ -214,9 +224,14 @@ class HarmonicBalance:
     defect: Array | None = None
 
     @property
-    def interference_path(self) -> InterferencePath | None:
-        """What takes the place of the frequency, where that is the interference; None: something else."""
-        return None
+    def parameter(self) -> Parameter:
+        """The parameter p of R(x, p) = 0."""
+        return FREQUENCY
+
+    @property
+    def is_modal_sum(self) -> bool:
+        """Whether R is what the kernels write out: every harmonic balanced, G the plain sum over the modes."""
+        return self.frozen_static is None and type(self.receptance) is RelativeReceptance
 
     @property
     def n_contacts(self) -> int:
@@ -267,7 +282,11 @@ class HarmonicBalance:
         unknown : (n,) float
             x, m.
         """
-        forces = self.element.evaluate(self.displacement(unknown))
+        return self.forces_of(self.displacement(unknown))
+
+    def forces_of(self, displacement: Array) -> ContactForces:
+        """The same of a displacement (2H+1, n_c, 3), a frozen harmonic 0 included."""
+        forces = self.element.evaluate(displacement)
         if self.odd:
             forces.force[3::4] = forces.force[4::4] = 0.0  # round-off, which stiff contacts would amplify
         return forces

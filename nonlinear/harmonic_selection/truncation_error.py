@@ -195,7 +195,7 @@ def retrace(way: WayToPeak, wider: Continuation, follower: PeakFollower, work: W
             return None
         if shift is not None:
             point = point.with_balance(wider.balance)
-            point = replace(point, unknown=point.unknown + shift[0], omega=point.omega + shift[1])
+            point = replace(point, unknown=point.unknown + shift[0], parameter=point.omega + shift[1])
         return follower.refit(wider, point)
 
     amplitude = follower.amplitude

@@ -134,6 +134,11 @@ class RingBalance(HarmonicBalance):
         return cls(receptance=receptance, element=element, odd=odd, structure=structure)
 
     @property
+    def is_modal_sum(self) -> bool:
+        """The kernels have the equations of one pair."""
+        return False
+
+    @property
     def n_blades(self) -> int:
         """Number of blades N_b."""
         return self.structure.n_blades

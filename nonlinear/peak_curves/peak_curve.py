@@ -258,7 +258,7 @@ class _Base:
             continuation = self.follower.continuation(self.share + beta)
         except (ContactError, OptionsError):  # beyond what is allowed: friction or preload below 0
             return None
-        guess = replace(point, balance=continuation.balance, unknown=x, omega=omega)
+        guess = replace(point, balance=continuation.balance, unknown=x, parameter=omega)
         found = continuation.solver.refit(guess)
         if found is None:
             return None

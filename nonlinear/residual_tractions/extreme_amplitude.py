@@ -92,9 +92,9 @@ def _bordered_adjoint(linearised: LinearisedResidual, peak: SolutionPoint, dA_dx
     metric, size = peak.metric, dA_dx.size
     matrix = np.empty((size + 1, size + 1))
     matrix[:size, :size] = linearised.jacobian
-    matrix[:size, size] = linearised.dR_domega * (metric.omega / metric.length)
-    matrix[size, :size], matrix[size, size] = peak.tangent[0] / metric.length, peak.tangent[1] / metric.omega
-    right = np.append(dA_dx, dA_domega * metric.omega / metric.length)
+    matrix[:size, size] = linearised.dR_dp * (metric.parameter / metric.length)
+    matrix[size, :size], matrix[size, size] = peak.tangent[0] / metric.length, peak.tangent[1] / metric.parameter
+    right = np.append(dA_dx, dA_domega * metric.parameter / metric.length)
     return np.asarray(np.linalg.solve(matrix.T, right)[:size], dtype=np.float64)
 
 

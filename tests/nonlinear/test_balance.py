@@ -35,7 +35,7 @@ def test_jacobian_and_frequency_derivative(method, law):
     omega, step = 2.1, 1e-6
     linearised = balance.evaluate(x, omega)
     ahead, behind = (balance.evaluate(x, omega + shift).residual for shift in (step, -step))
-    assert linearised.dR_domega == pytest.approx((ahead - behind) / (2 * step), rel=1e-7, abs=1e-8)
+    assert linearised.dR_dp == pytest.approx((ahead - behind) / (2 * step), rel=1e-7, abs=1e-8)
     for _ in range(6):
         direction = rng.normal(size=balance.size)
         ahead, behind = (balance.evaluate(x + shift * direction, omega).residual for shift in (step, -step))

@@ -8,7 +8,8 @@ from lumped import lumped_blade
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response
 from nonlinear.branches.branch_collection import BranchCollection, KnownBranch, lies_on, representative_indices
-from nonlinear.branches.interference_curves import HIGH, LOW, MIDDLE, InterferenceBalance, _linear_end
+from nonlinear.branches.detached_branches import HIGH, LOW, straight_end
+from nonlinear.branches.parameter_continuation import FixedFrequencyBalance, Homotopy
 from nonlinear.contact.fourier import to_real
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.harmonic_balance.initial_solution import pad_or_truncate
@@ -116,43 +117,49 @@ def test_the_upper_end_of_a_closed_branch_is_located(solved):
     assert found.frequency_hz.min() == pytest.approx(finer.frequency_hz.min(), rel=1e-9)
 
 
+def over_interference(balance, contact, omega, unit, options):
+    """The balances of all interferences at one frequency: that of the contact at 1, more by `unit` at 2."""
+    contacts = contact.with_interference(contact.interference - unit), contact
+    return FixedFrequencyBalance.of(Homotopy(balance, contacts, (1.0, 1.0), options), omega, (LOW, HIGH))
+
+
 def test_a_balance_over_the_interference_is_that_of_a_shifted_contact():
     modal, contact, excitation, options = problem("light friction")
     balance = build_continuation(modal, contact, excitation, options)[0].balance
     omega, shift = 2.0, 0.37
-    over = InterferenceBalance.of(balance, omega, 0.5)
+    over = over_interference(balance, contact, omega, 0.5, options)
     shifted = contact.with_interference(contact.interference + shift)
     expected = build_continuation(modal, shifted, excitation, options)[0].balance
     unknown = 2.0 * np.random.default_rng(3).normal(size=balance.size)
-    found = over.evaluate(unknown, MIDDLE + shift / 0.5)
+    found = over.evaluate(unknown, 1.0 + shift / 0.5)
     wanted = expected.evaluate(unknown, omega)
     assert np.allclose(found.residual, wanted.residual, rtol=1e-12)
     assert np.allclose(found.jacobian, wanted.jacobian, rtol=1e-9)
     step = 1e-6
-    ends = [over.evaluate(unknown, MIDDLE + shift / 0.5 + side * step).residual for side in (-1.0, 1.0)]
-    assert np.allclose(found.dR_domega, (ends[1] - ends[0]) / (2.0 * step), rtol=1e-6, atol=1e-8)
+    ends = [over.evaluate(unknown, 1.0 + shift / 0.5 + side * step).residual for side in (-1.0, 1.0)]
+    assert np.allclose(found.dR_dp, (ends[1] - ends[0]) / (2.0 * step), rtol=1e-6, atol=1e-8)
 
 
 def test_the_straight_end_of_a_curve_over_the_interference_solves_the_balance():
     modal, contact, excitation, options = problem("light friction")
     continuation = build_continuation(modal, contact, excitation, options)[0]
     omega, unit = 2.0, 60.0  # far enough for open contacts at the one end, for stuck ones at the other
-    over = InterferenceBalance.of(continuation.balance, omega, unit)
+    over = over_interference(continuation.balance, contact, omega, unit, options)
     solver = Continuation(over, continuation.options).solver
     segments = continuation.linear.segments
-    for first, last, wanted in ((1.5, LOW, False), (2.5, HIGH, True)):
+    for first, last, wanted in ((0.5, LOW, False), (1.5, HIGH, True)):
         solved = newton_solution(over, first)
         point = solver.point(solved, first, (0.0 * solved, last - first), 0, 0.0, 0.05)
-        end = _linear_end(over, segments, point)
+        end = straight_end(over, segments, point)
         assert end is not None
-        assert end.omega == last
-        assert segments.state(over.closing(end.unknown, last)).pressed.all() == wanted
+        assert end.parameter == last
+        assert segments.state(over.shifted(end.unknown, last)).pressed.all() == wanted
         for share in (0.5, 1.0):  # the whole line, not only its end
             unknown = solved + share * (end.unknown - solved)
             residual = over.evaluate(unknown, first + share * (last - first)).residual
             assert np.abs(residual).max() < 1e-8 * np.abs(unknown).max()
         back = replace(point, tangent=(-point.tangent[0], -point.tangent[1]))
-        assert _linear_end(over, segments, back) is None  # contacts change their state on the way
+        assert straight_end(over, segments, back) is None  # contacts change their state on the way
 
 
 def newton_solution(balance, parameter):

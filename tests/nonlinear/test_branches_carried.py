@@ -8,7 +8,13 @@ from lumped import lumped_blade
 from test_branch_search import known, problem
 
 from nonlinear import BranchStart, branch_starts, carry_branches, extend_response, forced_response
-from nonlinear.branches.parameter_continuation import Homotopy, carry_solution, continue_in_parameter
+from nonlinear.branches.parameter_continuation import (
+    FixedFrequencyBalance,
+    Homotopy,
+    carry_solution,
+    continue_in_parameter,
+    over_parameter,
+)
 from nonlinear.contact.fourier import to_real
 from nonlinear.harmonic_balance.initial_solution import solve_at
 from nonlinear.response_solver import build_continuation
@@ -112,12 +118,13 @@ def test_curves_at_fixed_frequency_pass_folds(home):
     homotopy = Homotopy(last.balance, (contact, last.contact), (1.0, 1.0), continuation.options)
     omega = 2.0 * np.pi * branch.frequency_hz[upper]
     unknown = balance.unknown(to_real(branch.relative_displacement[upper])).reshape(-1)
-    points = list(continue_in_parameter(homotopy, omega, unknown, 0.0, 1.0, 200))
-    s = np.array([point.omega - 1.0 for point in points])
+    over_s = over_parameter(FixedFrequencyBalance.of(homotopy, omega), continuation.options)
+    points = list(continue_in_parameter(over_s, unknown, 0.0, 1.0, 200))
+    s = np.array([point.parameter for point in points])
     assert 0.1 < s.max() < 1.0  # it turns back: at this frequency the branch ends
     assert s[-1] < 0.0
     for point in points[::5]:
-        at_s = homotopy.balance(point.omega - 1.0)
+        at_s = homotopy.balance(point.parameter)
         residual = at_s.evaluate(point.unknown, omega).residual
         assert at_s.relative_error(residual, point.unknown) < 1e-10
 

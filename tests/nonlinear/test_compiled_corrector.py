@@ -7,13 +7,11 @@ import pytest
 from lumped import lumped_blade
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance
-from nonlinear.branches.interference_curves import InterferenceBalance
 from nonlinear.branches.parameter_continuation import FixedFrequencyBalance, Homotopy, rate_of_change
 from nonlinear.branches.range_continuation import continue_over_range
 from nonlinear.contact.element_choice import contact_element
 from nonlinear.continuation.arclength_continuation import Continuation
-from nonlinear.continuation.corrector import NormalPlane, correct
-from nonlinear.continuation.predictor_corrector import compiled_corrector
+from nonlinear.continuation.corrector import NormalPlane, compiled_corrector, correct
 from nonlinear.harmonic_balance.initial_solution import static_displacement
 from rom import modal_model
 
@@ -56,16 +54,16 @@ def test_solution_tangent_and_signs_satisfy_the_dense_equations(case, harmonics)
     compiled = compiled_corrector(balance, options)
     for plane in planes(points):
         found = compiled.correct(plane, None, refactorise=True)
-        linearised, metric = balance.evaluate(found.unknown, found.omega), plane.metric
+        linearised, metric = balance.evaluate(found.unknown, found.parameter), plane.metric
         assert balance.relative_error(linearised.residual, found.unknown) <= options.tolerance
-        off = found.unknown - plane.unknown, found.omega - plane.omega
+        off = found.unknown - plane.unknown, found.parameter - plane.parameter
         assert metric.product(off, plane.direction) == pytest.approx(0.0, abs=1e-12)
         (dx, domega), sign, jacobian_sign = found.tangent
-        change = linearised.jacobian @ dx + linearised.dR_domega * domega
-        assert np.abs(change).max() < 1e-9 * np.abs(linearised.dR_domega * domega).max() + 1e-12 * metric.length
+        change = linearised.jacobian @ dx + linearised.dR_dp * domega
+        assert np.abs(change).max() < 1e-9 * np.abs(linearised.dR_dp * domega).max() + 1e-12 * metric.length
         assert metric.norm(dx, domega) == pytest.approx(1.0)
-        row = np.append(plane.direction[0] / metric.length**2, plane.direction[1] / metric.omega**2)
-        bordered = np.vstack([np.column_stack([linearised.jacobian, linearised.dR_domega]), row])
+        row = np.append(plane.direction[0] / metric.length**2, plane.direction[1] / metric.parameter**2)
+        bordered = np.vstack([np.column_stack([linearised.jacobian, linearised.dR_dp]), row])
         assert sign == np.linalg.slogdet(bordered).sign
         assert jacobian_sign == np.linalg.slogdet(linearised.jacobian).sign
         contact = balance.forces(found.unknown)
@@ -86,7 +84,7 @@ def test_iterations_are_those_of_the_corrector_in_python(case):
             one, other = compiled.correct(plane, start, False), correct(balance, options, plane, start)
             assert one.iterations == other.iterations
             assert one.unknown == pytest.approx(other.unknown, abs=1e-8 * plane.metric.length)
-            assert one.omega == pytest.approx(other.omega, rel=1e-8)
+            assert one.parameter == pytest.approx(other.parameter, rel=1e-8)
             assert one.tangent[0][0] == pytest.approx(other.tangent[0][0], abs=1e-5 * plane.metric.length)
             assert one.tangent[1:] == other.tangent[1:]
 
@@ -102,22 +100,25 @@ def test_a_defect_is_what_the_equations_leave(case):
     compiled = compiled_corrector(shifted, options)
     for plane in planes(points):
         found, other = compiled.correct(plane, None, True), correct(shifted, options, plane, None)
-        left = balance.evaluate(found.unknown, found.omega).residual
+        left = balance.evaluate(found.unknown, found.parameter).residual
         assert np.abs(left - defect).max() < 1e-6 * np.abs(defect).max()
         assert found.unknown == pytest.approx(other.unknown, abs=1e-8 * plane.metric.length)
-        assert found.omega == pytest.approx(other.omega, rel=1e-8)
+        assert found.parameter == pytest.approx(other.parameter, rel=1e-8)
 
 
 def interference_balances(balance, options, points):
     """Balances over the interference: the same at all nodes; to another problem, with what it leaves."""
-    point = points[len(points) // 2]
-    yield InterferenceBalance.of(balance, point.omega, 0.1), point, 2.0
+    point, limits = points[len(points) // 2], (-0.5, 2.5)
+    contact = balance.element.parameters
+    below = contact.with_interference(contact.interference - 0.1)
+    homotopy = Homotopy(balance, (below, contact), (1.0, 1.0), options)
+    yield FixedFrequencyBalance.of(homotopy, point.omega, limits), point, 1.0
     shift = np.array([0.05, -0.1])
     first = balance.element.parameters.with_interference(balance.element.parameters.interference + shift)
     homotopy = Homotopy(balance, (first, balance.element.parameters), (1.0, 1.0), options)
     homotopy = homotopy.from_solution(point.unknown, point.omega)
     assert homotopy.defect is not None
-    yield FixedFrequencyBalance.of(homotopy, point.omega), point, 1.0
+    yield FixedFrequencyBalance.of(homotopy, point.omega, limits), point, 0.0
 
 
 @pytest.mark.parametrize("harmonics", [1, 4])
@@ -125,19 +126,18 @@ def interference_balances(balance, options, points):
 def test_curves_over_the_interference_are_those_of_the_equations(case, harmonics):
     balance, options, points = curve(case, harmonics)
     for over, point, parameter in interference_balances(balance, options, points):
-        limits = 0.5 / (2.0 * np.pi), 3.5 / (2.0 * np.pi)
-        continuation = Continuation(over, replace(options, frequency_hz=limits))
+        continuation = Continuation(over, options)
         solver = continuation.solver
         assert compiled_corrector(over, continuation.options) is not None
         at, step = solver.point(point.unknown, parameter, (0.0 * point.unknown, 1.0), 0, 0.0, 0.01), 0.01
         for _ in range(3):
             following = solver.step(at, step, refactorise=True)
-            linearised = over.evaluate(following.unknown, following.omega)
+            linearised = over.evaluate(following.unknown, following.parameter)
             assert over.relative_error(linearised.residual, following.unknown) <= 10.0 * options.tolerance
             (dx, dp), change = following.tangent, linearised.jacobian @ following.tangent[0]
-            left = np.abs(change + linearised.dR_domega * dp).max()  # dR/ds is a difference
-            assert left < 1e-4 * np.abs(linearised.dR_domega * dp).max() + 1e-9
-            predicted = at.unknown + step * at.tangent[0], at.omega + step * at.tangent[1]
+            left = np.abs(change + linearised.dR_dp * dp).max()  # dR/ds is a difference
+            assert left < 1e-4 * np.abs(linearised.dR_dp * dp).max() + 1e-9
+            predicted = at.unknown + step * at.tangent[0], at.parameter + step * at.tangent[1]
             other = correct(
                 over, continuation.options, NormalPlane(*predicted, at.tangent, at.metric, 1.0), None, True
             )
@@ -167,7 +167,7 @@ def test_a_solution_too_far_from_the_prediction_is_refused():
     balance, options, points = curve("slip", 1)
     compiled = compiled_corrector(balance, options)
     plane = next(planes(points))
-    away = NormalPlane(3.0 * plane.unknown, plane.omega, plane.direction, plane.metric, 1e-3)
+    away = NormalPlane(3.0 * plane.unknown, plane.parameter, plane.direction, plane.metric, 1e-3)
     assert compiled.correct(away, None, False) is None
     assert correct(balance, options, away) is None
 

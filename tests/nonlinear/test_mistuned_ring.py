@@ -74,7 +74,7 @@ def test_jacobian_and_its_bordered_factors(n_blades: int) -> None:
         linearised.jacobian @ direction, difference / 2e-9, atol=1e-5 * np.abs(difference).max() / 2e-9
     )
     difference = balance.evaluate(x, omega + 1e-4).residual - balance.evaluate(x, omega - 1e-4).residual
-    np.testing.assert_allclose(linearised.dR_domega, difference / 2e-4, atol=1e-6 * np.abs(difference).max() / 2e-4)
+    np.testing.assert_allclose(linearised.dR_dp, difference / 2e-4, atol=1e-6 * np.abs(difference).max() / 2e-4)
     whole = np.block([[linearised.jacobian, column[:, None]], [row[None], np.array([[0.3]])]])
     factors = linearised.factorise(column, row, 0.3)
     solution, z = factors.solve(right, 0.7)

@@ -1,0 +1,29 @@
+"""Decisions of Newton's iterations, written once: the kernels of the corrector compile these very functions."""
+
+MAX_CORRECTIONS = 12
+MANY_UNKNOWNS = 120  # a factorisation costs as much as ten evaluations, not as three
+SAME_SYSTEM = 1e-3  # contraction of the error by a step, below which its Jacobian also gives the tangent
+
+
+def chord_steps(unknowns: int) -> int:
+    """Number of steps that the factors of a Jacobian may still serve for."""
+    return 2 if unknowns < MANY_UNKNOWNS else 4
+
+
+def needs_factors(error: float, contraction: float, steps: int, tolerance: float) -> bool:
+    """Whether the factors in hand do not suffice.
+
+    With an error e and a contraction c of the last step, the next step with the same factors leaves 2 c e or less.
+    """
+    return error * (2.0 * contraction) ** steps > tolerance
+
+
+def stagnations_after(error: float, previous: float, stagnations: int) -> int:
+    """Number of successive iterations, the last one included, that did not reduce the error notably."""
+    return stagnations + 1 if error >= 0.3 * previous else 0
+
+
+def has_converged(error: float, tolerance: float, round_off: float, stagnations: int) -> bool:
+    """The decision of `ConvergenceMonitor`."""
+    stagnates = (error <= round_off and stagnations >= 1) or (error <= 1e3 * round_off and stagnations >= 3)
+    return error <= tolerance or stagnates
