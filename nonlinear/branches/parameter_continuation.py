@@ -43,14 +43,12 @@ class Homotopy:
 
     def balance(self, s: float) -> HarmonicBalance:
         """The balance at the homotopy parameter s."""
-        if s == 1.0:
-            return self.last
         force = (1.0 - s) * self.forces[0] + s * self.forces[1]
         receptance = self.last.receptance
         if force != receptance.force:
             receptance = replace(receptance, force=force)
         element = contact_element(interpolated(*self.contacts, s), self.last.n_harmonics, self.options)
-        defect = None if self.defect is None else (1.0 - s) * self.defect
+        defect = None if self.defect is None or s == 1.0 else (1.0 - s) * self.defect
         return replace(self.last, receptance=receptance, element=element, defect=defect)
 
     @cached_property

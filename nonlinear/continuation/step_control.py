@@ -1,6 +1,10 @@
-"""Lengths of steps: thresholds, the length of the next step, and the resonances that no step must skip."""
+"""Lengths of steps: thresholds, the length of the next step, the resonances that no step must skip, and the loop over
+steps that are halved where they fail.
+"""
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields
+from typing import TypeVar
 
 import numpy as np
 
@@ -8,6 +12,8 @@ from nonlinear.contact.parameters import Array, ContactParameters
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.options import SolverOptions
 from rom import RelativeReceptance, coupled_frequencies
+
+Point = TypeVar("Point")
 
 
 @dataclass(frozen=True)
@@ -117,3 +123,39 @@ def step_to_resonance(
         if distance * domega_ds > 0.0 and abs(distance) > tolerance * resonance:
             step = min(step, distance / domega_ds)
     return max(step, min_step)
+
+
+@dataclass(frozen=True)
+class IterationControl:
+    """Step lengths of a curve whose corrector tells by its iterations how hard a step was."""
+
+    first: float
+    largest: float
+    smallest: float  # the curve ends where a shorter step would be needed
+    few: int  # iterations up to which the next step is longer
+    many: int  # iterations from which it is shorter
+
+    def following(self, step: float, iterations: int) -> float:
+        """Length of the next step."""
+        step = min(1.5 * step, self.largest) if iterations <= self.few else step
+        return 0.5 * step if iterations >= self.many else step
+
+
+def follow(
+    start: Point, advance: Callable[[Point, float], tuple[Point, int] | None], control: IterationControl, most: int
+) -> Iterator[tuple[Point, float]]:
+    """Points of a curve after `start`, each with the length of the step to it; `most` of them at most.
+
+    `advance`: the accepted point a step beyond another, and the iterations that it took; None: the step is halved.
+    """
+    point, step = start, control.first
+    for _ in range(most):
+        found = advance(point, step)
+        while found is None:
+            step /= 2.0
+            if step < control.smallest:
+                return
+            found = advance(point, step)
+        point, iterations = found
+        yield point, step
+        step = control.following(step, iterations)

@@ -19,17 +19,17 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
+from nonlinear.continuation.step_control import IterationControl, follow
 from nonlinear.continuation.zero_bracket import closed_bracket
 from nonlinear.nonlinear_modes.extended_motion import EXTRA, ExtendedMotion, LinearisedMotion, MotionState
 
 TOLERANCE = 1e-11  # of the last Newton step, relative
 ITERATIONS = 12
-FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.05, 0.15, 1e-5
+STEPS = IterationControl(first=0.05, largest=0.15, smallest=1e-5, few=4, many=8)
 MOST_POINTS = 400
 DAMPING_UNIT = 0.15  # change of the damping ratio that counts as much as one of the amplitude by a factor e
 KINK_STEP = 2e-3  # arc length of a step over which a turn below 90 degrees counts as a kink of the contact law
 SMALLEST_COSINE = 0.8  # of the angle between the tangents of two successive points
-_FEW, _MANY = 4, 8  # iterations with which the step grows and shrinks
 RATE_STEP = 1e-4  # arc length of a derivative along the curve
 BETWEEN = 1e-9  # of a step: tolerance of a motion located between two
 _LARGEST_MOVE = 0.5  # of a Newton step, in arc length
@@ -54,7 +54,7 @@ class ModeContinuation:
 
     motion: ExtendedMotion  # the equations
     shape: tuple[int, ...]  # shape of the displacement, (2H+1, n_c, 3)
-    largest_step: float = LARGEST_STEP  # largest arc length of a step
+    steps: IterationControl = STEPS  # arc lengths of steps
     tolerance: float = TOLERANCE  # relative size of the last step of Newton's method
     smallest_cosine: float = SMALLEST_COSINE  # A step over which the tangent turns further is halved
 
@@ -66,21 +66,17 @@ class ModeContinuation:
 
     def points(self, start: MotionPoint) -> Iterator[MotionPoint]:
         """Points after `start`, at first towards larger amplitudes; it ends where no next point is found."""
-        point, step = start, FIRST_STEP
-        for _ in range(MOST_POINTS):
-            found = None
-            while found is None:
-                values = point.state.packed()
-                found = self._correct(values + step * self._scale(values) * point.tangent, point.tangent)
-                least = self.smallest_cosine if step > KINK_STEP else 0.0
-                if found is None or found.tangent @ point.tangent < least:
-                    found, step = None, step / 2.0
-                    if step < SMALLEST_STEP:
-                        return
-            step = min(step * 1.5, self.largest_step) if found.iterations <= _FEW else step
-            step = step / 2.0 if found.iterations >= _MANY else step
-            point = found
+        for point, _ in follow(start, self._advance, self.steps, MOST_POINTS):
             yield point
+
+    def _advance(self, point: MotionPoint, step: float) -> tuple[MotionPoint, int] | None:
+        """The point a step along the tangent; None where the curve would turn too far, but for a kink."""
+        values = point.state.packed()
+        found = self._correct(values + step * self._scale(values) * point.tangent, point.tangent)
+        least = self.smallest_cosine if step > KINK_STEP else 0.0
+        if found is None or found.tangent @ point.tangent < least:
+            return None
+        return found, found.iterations
 
     def between(
         self, first: MotionState, last: MotionState, excess: Callable[[MotionPoint], float]

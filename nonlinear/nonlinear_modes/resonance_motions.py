@@ -24,10 +24,14 @@ from nonlinear.nonlinear_modes.extended_motion import (
     first_state,
     linear_mode,
 )
-from nonlinear.nonlinear_modes.mode_curve import ModeContinuation, MotionPoint
+from nonlinear.nonlinear_modes.mode_curve import STEPS, ModeContinuation, MotionPoint
 from rom import RelativeReceptance, coupled_frequencies
 
-LARGEST_STEP, TOLERANCE, COSINE = 0.4, 1e-6, 0.5  # the motions only have to lead to solutions
+STEPS_TO_STARTS, TOLERANCE, COSINE = (
+    replace(STEPS, largest=0.4),
+    1e-6,
+    0.5,
+)  # the motions only have to lead to solutions
 BEFORE = 0.05  # ln of the amplitude below the end of linear motion at which a mode starts
 MOST_POINTS = 150
 
@@ -50,7 +54,7 @@ def resonance_motions(
             continue
         carrier, state = first_state(receptance, mode, static, np.log(limit) - BEFORE)
         motion = ExtendedMotion(replace(receptance, force=0.0), balance.element, carrier)
-        continuation = ModeContinuation(motion, state.displacement.shape, LARGEST_STEP, TOLERANCE, COSINE)
+        continuation = ModeContinuation(motion, state.displacement.shape, STEPS_TO_STARTS, TOLERANCE, COSINE)
         for found in _passing(continuation, state, receptance.modal_force[1]):
             if omega_range[0] <= found.omega <= omega_range[1]:
                 yield found.displacement.reshape(-1), found.omega, number

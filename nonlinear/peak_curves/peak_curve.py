@@ -30,16 +30,17 @@ from nonlinear.contact.parameters import Array, ContactError
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.response_quantities import amplitude_derivative, output_amplitude
 from nonlinear.continuation.solution_point import SolutionPoint
+from nonlinear.continuation.step_control import IterationControl, follow
+from nonlinear.continuation.zero_bracket import ZeroBracket
 from nonlinear.options import OptionsError
 from nonlinear.peak_curves.parameter_family import ParameterFamily
 
 DIFFERENCE = 1e-5  # of alpha and of s, for the slopes of g
 TOLERANCE = 1e-10  # of g: the relative change of amplitude over unit arc length
 ITERATIONS = 12
-FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.02, 0.15, 1e-4  # in (alpha, beta)
+STEPS = IterationControl(first=0.02, largest=0.15, smallest=1e-4, few=6, many=10)  # in (alpha, beta)
 MOST_POINTS, MOST_FOLDS = 300, 12
 NEAR_END = 1e-3  # of the share
-_FEW, _MANY = 6, 10
 AT_FOLD, FOLD_ITERATIONS = 3e-3, 12  # part of the unit tangent along the parameter that counts as none
 
 
@@ -120,7 +121,8 @@ class PeakContinuation:
         part = other.share - peak.share
         if peak.tangent[1] * part < 0.0:
             peak = replace(peak, tangent=(-peak.tangent[0], -peak.tangent[1]))
-        return None if peak.is_fold else self._step(peak, 0.5 * part / peak.tangent[1])[0]
+        found = None if peak.is_fold else self._step(peak, 0.5 * part / peak.tangent[1])
+        return None if found is None else found[0]
 
     def points(self, start: PeakPoint, direction: float) -> Iterator[PeakPoint]:
         """Peaks after `start`, at first with growing (`direction` +1) or falling (-1) parameter.
@@ -130,17 +132,8 @@ class PeakContinuation:
         """
         if start.tangent[1] * direction < 0.0:
             start = replace(start, tangent=(-start.tangent[0], -start.tangent[1]))
-        peak, step, folds = start, FIRST_STEP, 0
-        low, high = self.family.problem.options.omega_range
-        for _ in range(MOST_POINTS):
-            found = None
-            while found is None:
-                found, iterations = self._step(peak, step)
-                if found is None or not low <= found.point.omega <= high:
-                    found, step = None, step / 2.0
-                    if step < SMALLEST_STEP:
-                        yield from self._end(peak)
-                        return
+        peak, folds = start, 0
+        for found, step in follow(start, self._step_in_range, STEPS, MOST_POINTS):
             if found.tangent[1] * peak.tangent[1] < 0.0:
                 fold = self._fold(peak, found, step)
                 folds += 1
@@ -149,12 +142,16 @@ class PeakContinuation:
             yield found
             if folds > MOST_FOLDS or not 0.0 <= found.share <= 1.0:
                 return
-            step = min(1.5 * step, LARGEST_STEP) if iterations <= _FEW else step
-            step = 0.5 * step if iterations >= _MANY else step
             peak = found
+        yield from self._end(peak)
 
-    def _step(self, peak: PeakPoint, step: float) -> tuple[PeakPoint | None, int]:
-        """The next peak at a distance of `step`, and the iterations it took."""
+    def _step_in_range(self, peak: PeakPoint, step: float) -> tuple[PeakPoint, int] | None:
+        """As `_step`; None outside the frequency range too."""
+        found, (low, high) = self._step(peak, step), self.family.problem.options.omega_range
+        return found if found is not None and low <= found[0].point.omega <= high else None
+
+    def _step(self, peak: PeakPoint, step: float) -> tuple[PeakPoint, int] | None:
+        """The next peak at a distance of `step`, and the iterations it took; None where none is found."""
         base = _Base(self, peak.share, peak.point, self._rate(peak))
         tangent = np.array(peak.tangent)
         normal = np.array([-tangent[1], tangent[0]])
@@ -164,18 +161,19 @@ class PeakContinuation:
             alpha, beta = step * tangent + away * normal
             found = base.at(float(alpha), float(beta))
             if found is None:
-                return None, iteration
+                return None
             if abs(found.value) < TOLERANCE:
-                return self._peak(peak.share + float(beta), found.point, peak.tangent), iteration
+                following = self._peak(peak.share + float(beta), found.point, peak.tangent)
+                return None if following is None else (following, iteration)
             if last is not None and away != last[0]:
                 slope = (found.value - last[1]) / (away - last[0])  # secant
             if slope == 0.0:
-                return None, iteration
+                return None
             last = away, found.value
             away -= found.value / slope
             if not abs(away) < step:
-                return None, iteration
-        return None, ITERATIONS
+                return None
+        return None
 
     def _end(self, peak: PeakPoint) -> Iterator[PeakPoint]:
         """The peak at an end of the range that is near, where the parameter cannot go beyond it."""
@@ -188,21 +186,17 @@ class PeakContinuation:
     def _fold(self, before: PeakPoint, after: PeakPoint, step: float) -> PeakPoint | None:
         """The peak between two, a distance of `step` apart, at which the parameter turns back; None: not found.
 
-        The Illinois variant of the false position, on the part of the tangent along the parameter.
+        There the part of the tangent along the parameter changes its sign.
         """
-        low, high, at_low, at_high = 0.0, step, before.tangent[1], after.tangent[1]
-        found = None
+        bracket = ZeroBracket((0.0, before.tangent[1]), (step, after.tangent[1]))
         for _ in range(FOLD_ITERATIONS):
-            length = (low * at_high - high * at_low) / (at_high - at_low)
-            found, _ = self._step(before, length)
-            if found is None or abs(found.tangent[1]) < AT_FOLD:
-                break
-            value = found.tangent[1]
-            if value * at_high > 0.0:
-                high, at_high, at_low = length, value, 0.5 * at_low
-            else:
-                low, at_low, at_high = length, value, 0.5 * at_high
-        return None if found is None or abs(found.tangent[1]) >= AT_FOLD else found
+            length = bracket.next_place(0.0)
+            found = self._step(before, length)
+            if found is None or found[0].is_fold:
+                return None if found is None else found[0]
+            value = found[0].tangent[1]
+            bracket = bracket.narrowed(length, value, value * after.tangent[1] > 0.0)
+        return None
 
     def _rate(self, peak: PeakPoint) -> tuple[Array, float]:
         """Change of the solution with s in the plane normal to the response curve."""
