@@ -285,7 +285,13 @@ class HarmonicBalance:
         return self.forces_of(self.displacement(unknown))
 
     def forces_of(self, displacement: Array) -> ContactForces:
-        """The same of a displacement (2H+1, n_c, 3), a frozen harmonic 0 included."""
+        """Contact forces of a displacement, a frozen harmonic 0 included.
+
+        Parameters
+        ----------
+        displacement : (2H+1, n_c, 3)
+            Real Fourier coefficients, m.
+        """
         forces = self.element.evaluate(displacement)
         if self.odd:
             forces.force[3::4] = forces.force[4::4] = 0.0  # round-off, which stiff contacts would amplify
