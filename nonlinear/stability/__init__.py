@@ -6,6 +6,8 @@ All formulas stand on one page, docs/developers/stability_algebra.md, in the not
     ring_stability        the least stable exponent over all nodal diameters of the ring
     linear_poles          poles of the ring while no contact changes its state
 
+    eigenproblem          T(sigma) z = 0 in any basis: the strip, inverse iteration, successive linear problems
+
     point_contact         the contact of a point: its Jacobian and the slider memory
     slider_memory         hereditary terms of the linearised hysteresis, of both contact laws
     slider_kernels        their compiled loops

@@ -12,12 +12,13 @@ A. Neumaier, Residual inverse iteration for the nonlinear eigenvalue problem, SI
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.stability.contact_feedback import SliderMemoryFeedback
+from nonlinear.stability.eigenproblem import Near, Refined, converged
 from nonlinear.stability.hill import HillEigenproblem, HillProblem, touching_nodes
 from nonlinear.stability.modal_condensation import Matrix
 from nonlinear.stability.perturbation_pencils import PerturbationPencils
@@ -121,20 +122,15 @@ class ClosedContact:
         return np.ascontiguousarray(result.transpose(2, 0, 3, 1)).reshape(matrix.shape)
 
 
-MAX_ITERATIONS = 10
-MAX_INVERSE_ITERATIONS = 12
 MAX_RESIDUALS = 15
 OFFSET = 1e-3  # of a shift from the eigenvalue sought, in units of omega, as all below
-CONVERGED = 1e-7  # change of an eigenvalue at which the iteration ends
+CONVERGED = 1e-7  # change of an eigenvalue at which its residual iteration ends
 FAR = 0.003  # change of an eigenvalue after which the small problem is linearised again
-ON_AXIS = 1e-6  # imaginary part that is round-off where eigenvalues come in conjugate pairs
 SPURIOUS = 0.05  # distance of the nearest eigenvalues, several as near, of a start that is none
 AWAY = 0.02  # of an eigenvalue from its start, where that may have been another one
 AT_POLE = 5e-3  # of a start from a pole without contact
-FASTEST = 20.0  # growth and decay beyond which no eigenvalue is sought
 CONVERGED_VECTOR = 1e-4  # relative change of its vector
 SLOW = 1.5  # times a change of the vector that the next one may be
-VECTORS = 3  # of an inverse iteration
 
 
 @dataclass(frozen=True)
@@ -155,36 +151,33 @@ class ClosedRefinement:
     closed: ClosedContact  # its contact, closed around the mean flexibility
     conjugate_pairs: bool = False  # whether the eigenvalues come in conjugate pairs
 
-    def converged(self, value: complex) -> tuple[complex | None, bool]:
-        """The eigenvalue that an approximate one leads to, and whether it is exact; None if it leads to none."""
-        found, exact = self._followed(value)
-        if found is None or abs(found - value) > AWAY:
+    def converged(self, value: complex) -> Refined | None:
+        """The eigenvalue that an approximate one leads to; None if it leads to none."""
+        found = converged(self, value)
+        if found is None or abs(found.value - value) > AWAY:
             # a mode that hardly moves the contacts is not in the small problem
             poles = self.structure.pencils.poles[0] / self.contact.omega
             distance = np.abs(poles - 1j * self.structure.pencils.harmonics[:, None, None] - value)
             if distance.size and distance.min() < AT_POLE:
-                return value, False
-        return found, exact
+                return Refined(value, False)
+        return found
 
-    def _followed(self, value: complex) -> tuple[complex | None, bool]:
-        """As `converged`, with the eigenvectors of the small problem."""
-        y: ComplexArray | None = None
-        for _ in range(MAX_ITERATIONS):
-            if not abs(value.real) < FASTEST:  # nor with a NaN
-                return None, True
-            small = self._linearised(value + OFFSET)
-            change, y = small.nearest(y)
-            if y is None:  # several are as near: there is none, unless they are at hand
-                return (None, True) if abs(change) > SPURIOUS else (value, False)
-            value = small.shift + change
-            if abs(change) < FAR:
-                exact = self._exact(small, value, y)
-                return (value, False) if exact is None else (self._on_axis(exact), True)
-        return None, True
+    def around(self, value: complex) -> "SmallProblem":
+        """The small problem linearised beside an approximate eigenvalue."""
+        shift = value + OFFSET
+        flexibility, change = (part[0] for part in self.structure.pencils.flexibility(shift, self.contact.omega))
+        return SmallProblem(shift, flexibility, change, *self.closed.at(shift))
 
-    def _on_axis(self, value: complex) -> complex:
-        """The eigenvalue without an imaginary part that is round-off."""
-        return complex(value.real) if self.conjugate_pairs and abs(value.imag) < ON_AXIS else value
+    def undecided(self, linear: "SmallProblem", near: Near) -> Refined | None:
+        """Where several are as near there is none, unless they are at hand."""
+        return Refined(linear.shift - OFFSET, False) if abs(near.change) <= SPURIOUS else None
+
+    def refined(self, linear: "SmallProblem", value: complex, near: Near) -> Refined | None:
+        """The eigenvalue of the whole problem, where that of the small one is near enough."""
+        if near.vector is None or not abs(near.change) < FAR:
+            return None
+        exact = self._exact(linear, value, near.vector)
+        return Refined(value, False) if exact is None else Refined(exact)
 
     def _exact(self, small: "SmallProblem", sigma: complex, y: ComplexArray) -> complex | None:
         """The eigenvalue of the whole problem near that of the small one, `sigma` with the vector `y`."""
@@ -235,10 +228,6 @@ class ClosedRefinement:
         every[:, active] = d
         return self.contact.forces(sigma, every, self.closed.static)[:, active]
 
-    def _linearised(self, shift: complex) -> "SmallProblem":
-        flexibility, change = (part[0] for part in self.structure.pencils.flexibility(shift, self.contact.omega))
-        return SmallProblem(shift, flexibility, change, *self.closed.at(shift))
-
     @cached_property
     def _relative(self) -> ComplexArray:
         return self.structure.modes.relative[:, self.closed.motions.active]
@@ -257,30 +246,12 @@ class SmallProblem:
     flexibility_change: ComplexArray  # (S, p, p), D, flexibility of the waves less the mean, and its derivative
     contact: ComplexArray  # (S p, S p), K_U and its derivative
     contact_change: ComplexArray  # (S p, S p), K_U and its derivative
+    columns: ClassVar[int] = 3
 
-    def nearest(self, y: ComplexArray | None) -> tuple[complex, ComplexArray | None]:
-        """The eigenvalue mu of N + mu dN / dsigma next to 0 and its vector, by inverse iteration from `y`.
-
-        With a few vectors, as several eigenvalues may be nearly as near. No vector where more of them are.
-        """
-        size, columns = len(self.contact), min(VECTORS, len(self.contact))
-        vectors = np.exp(1j * np.outer(np.arange(size), np.arange(columns)))
-        if y is not None:
-            vectors[:, 0] = y
-        value = complex("nan")
-        for _ in range(MAX_INVERSE_ITERATIONS):
-            vectors = np.linalg.qr(vectors)[0]
-            after = self.solved(self._change(vectors))
-            inverse, parts = np.linalg.eig(vectors.conj().T @ after)
-            leading = int(np.argmax(np.abs(inverse)))
-            if inverse[leading] == 0.0:  # nothing depends on sigma: no contact forces
-                break
-            before, value = value, 1.0 / complex(inverse[leading])
-            if abs(value - before) <= 1e-3 * abs(value) + CONVERGED:
-                z = after @ parts[:, leading]
-                return value, z / np.linalg.norm(z)
-            vectors = after
-        return value, None
+    @property
+    def size(self) -> int:
+        """Number of unknowns, S p."""
+        return len(self.contact)
 
     def solved(self, right: ComplexArray) -> ComplexArray:
         """N^-1 times columns (S p, ...)."""
@@ -288,11 +259,13 @@ class SmallProblem:
 
         return np.asarray(zgetrs(*self._factors, right, trans=1)[0])
 
-    def _change(self, y: ComplexArray) -> ComplexArray:
+    def change(self, vectors: ComplexArray) -> ComplexArray:
         """-dN / dsigma times columns (S p, m)."""
         parts = ((self.flexibility_change, self.contact), (self.flexibility, self.contact_change))
-        shape = *self.flexibility.shape[:2], y.shape[1]
-        return np.asarray(sum((one @ (other @ y).reshape(shape)).reshape(y.shape) for one, other in parts))
+        shape = *self.flexibility.shape[:2], -1
+        return np.asarray(
+            sum((one @ (other @ vectors).reshape(shape)).reshape(vectors.shape) for one, other in parts)
+        )
 
     @cached_property
     def _factors(self) -> tuple[Any, Any]:

@@ -3,11 +3,8 @@
 References
 ----------
 A. H. Nayfeh, B. Balachandran, Applied Nonlinear Dynamics, Wiley, 1995.
-A. Ruhe, Algorithms for the nonlinear eigenvalue problem, SIAM Journal on Numerical Analysis 10(4), 1973.
 """
 
-import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property, partial
@@ -17,7 +14,18 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactParameters
-from nonlinear.stability.hill import FASTEST, HillEigenproblem, HillProblem, Memory
+from nonlinear.stability.eigenproblem import (
+    OVERLAP,
+    SAME,
+    SLICE_WIDTH,
+    WIDTH,
+    Refined,
+    all_refined,
+    converged,
+    eigenvalues_by_slices,
+    in_strip,
+)
+from nonlinear.stability.hill import HillProblem, Memory
 from nonlinear.stability.point_contact import PointContact
 from nonlinear.stability.reduced_problem import ReducedProblem, ReducedProblems
 from nonlinear.stability.reduced_refinement import ReducedRefinement, ReducedWave
@@ -25,14 +33,9 @@ from nonlinear.stability.ring_structure import RingStructure
 from nonlinear.stability.slider_memory import MemorySampler
 from rom import RelativeReceptance
 
-SLICE_WIDTH = 0.25  # of the slices that the strip is cut into; this and all below in units of omega
-WIDE_SLICE = 1.0 / 3.0  # the same with few modes
+# in units of omega
 IN_DOUBT = 2e-3  # decay up to which an eigenvalue of few modes is refined: three times the largest error seen
-OVERLAP = 0.02  # an eigenvalue this near to a border counts on both sides of it
-CONVERGED = 1e-6  # change of an eigenvalue at which the iteration ends
 NEXT_TO_ZERO = 1e-3  # eigenvalue up to which condensed poles do not matter
-SAME = 1e-5  # distance up to which two converged eigenvalues are one
-MAX_ITERATIONS = 8
 NEUTRAL = 1e-6  # real part up to which an exponent is not called growing: the error of a neutral one
 HALF_ORDER = 0.01  # distance of abs(Im sigma) from 1/2 that still counts as period doubling
 
@@ -95,21 +98,14 @@ class FloquetAnalysis:
         One that has left the strip belongs to another nodal diameter.
         """
         contact = PointContact(jacobian, omega, self.sampler.memory(displacement))
-        value = start / omega
-        found: tuple[complex | None, bool] | None = value, False
+        found: Refined | None = Refined(start / omega, False)
         if self.refinement.applies(omega):
-            found = self.refinement.converged(contact, self.problem.kappa, value)
+            found = self.refinement.converged(contact, self.problem.kappa, start / omega)
         elif self._has_closed_contact:
-            found = self.structure.refinement(contact, 0).converged(value)
-        if found is None or found[0] is None:
-            return None
-        value, exact = found[0], found[1]
-        if not exact or abs(value) < SAME:
-            refined = converged(self.problem.eigenproblem(jacobian, omega, contact.memory), value)
-            if refined is None:
-                return None
-            value = refined
-        return omega * value if abs(value.imag) <= 0.5 + OVERLAP else None
+            found = self.structure.refinement(contact, 0).converged(start / omega)
+        if found is not None and (not found.exact or abs(found.value) < SAME):
+            found = converged(self.problem.eigenproblem(jacobian, omega, contact.memory), found.value)
+        return omega * found.value if found is not None and abs(found.value.imag) <= 0.5 + OVERLAP else None
 
     @property
     def _has_closed_contact(self) -> bool:
@@ -143,32 +139,31 @@ class FloquetAnalysis:
             return found
         refinement = self.structure.refinement(contact, 0)
 
-        def refined(value: complex) -> complex | None:
+        def refined(value: complex) -> Refined | None:
             if abs(value) < NEXT_TO_ZERO:
-                return value
-            exact, is_exact = refinement.converged(value)
-            return value if exact is not None and not is_exact else exact
+                return Refined(value)
+            exact = refinement.converged(value)
+            return Refined(value, False) if exact is not None and not exact.exact else exact
 
         sigma = found / contact.omega
-        return _in_strip(np.append(sigma[~growing], _refined(refined, sigma[growing], True)), contact.omega)
+        return contact.omega * in_strip(np.append(sigma[~growing], all_refined(refined, sigma[growing], True)))
 
     def _in_few_modes(self, reduced: ReducedProblem, contact: PointContact) -> ComplexArray:
         """The exponents in few modes; those that may grow are refined to those of all modes."""
         wave = ReducedWave(reduced, self.refinement, contact)
 
-        def refined(value: complex) -> complex | None:
+        def refined(value: complex) -> Refined | None:
             found = wave.converged(value)
-            if found is None:
-                return None
-            if found[1] and abs(found[0]) > SAME:
-                return found[0]
+            if found is None or (found.exact and abs(found.value) > SAME):
+                return found
             # the sign of a real exponent next to zero is that of all modes
-            return converged(self.problem.eigenproblem(contact.jacobian, contact.omega, contact.memory), found[0])
+            every = self.problem.eigenproblem(contact.jacobian, contact.omega, contact.memory)
+            return converged(every, found.value)
 
-        sigma = _eigenvalues_by_slices(wave, WIDE_SLICE)
+        sigma = eigenvalues_by_slices(wave.eigenvalues, WIDTH, wave.conjugate_pairs)
         doubtful = sigma.real > -IN_DOUBT
-        sigma = np.append(sigma[~doubtful], _refined(refined, sigma[doubtful], wave.conjugate_pairs))
-        return _in_strip(sigma, contact.omega)
+        sigma = np.append(sigma[~doubtful], all_refined(refined, sigma[doubtful], wave.conjugate_pairs))
+        return contact.omega * in_strip(sigma)
 
 
 def floquet_exponents(
@@ -184,69 +179,12 @@ def floquet_exponents(
     if memory is None:
         sigma = eigenproblem.eigenvalues()
     else:
-        sigma = _eigenvalues_by_slices(eigenproblem, SLICE_WIDTH)
+        pairs = eigenproblem.conjugate_pairs
+        sigma = eigenvalues_by_slices(eigenproblem.eigenvalues, SLICE_WIDTH, pairs)
         grows = sigma.real > 0.0
-        refined = _refined(partial(converged, eigenproblem), sigma[grows], eigenproblem.conjugate_pairs)
+        refined = all_refined(partial(converged, eigenproblem), sigma[grows], pairs)
         sigma = np.append(sigma[~grows], refined)
-    return _in_strip(sigma, omega)
-
-
-def _in_strip(sigma: ComplexArray, omega: float) -> ComplexArray:
-    """The exponents of the strip, the least stable first."""
-    sigma = sigma[np.abs(sigma.imag) <= 0.5 + OVERLAP]
-    return omega * sigma[np.argsort(-sigma.real)]
-
-
-def _eigenvalues_by_slices(problem: HillEigenproblem | ReducedWave, width: float) -> ComplexArray:
-    """Eigenvalues in the strip, slice by slice; of two that come near each other at a border one is taken."""
-    inside, beside, last = [], [], math.ceil(0.5 / width - 0.51)
-    for centre in width * np.arange(0 if problem.conjugate_pairs else -last, last + 1):
-        values = problem.eigenvalues(1j * float(centre) if centre else 0.0)
-        distance = np.abs(values.imag - centre)
-        if problem.conjugate_pairs and centre > 0.0:
-            values, distance = np.append(values, values.conj()), np.append(distance, distance)
-        near = distance <= width / 2 + OVERLAP
-        within = near & ((distance <= width / 2) | (np.abs(values.imag) > 0.5))  # beyond the strip there is no slice
-        inside.append(values[within])
-        beside.append(values[near & ~within])
-    found = np.concatenate(inside)
-    for value in np.concatenate(beside):
-        if not np.any(np.abs(found - value) < OVERLAP):
-            found = np.append(found, value)
-    return found
-
-
-def _refined(
-    refine: Callable[[complex], complex | None], values: ComplexArray, conjugate_pairs: bool
-) -> ComplexArray:
-    """The eigenvalues that successive linear problems lead to from `values`; what leads to none is spurious."""
-    found: list[complex] = []
-    if conjugate_pairs:  # the others are the complex conjugates
-        values = values[values.imag > -CONVERGED]
-    for start in values[np.argsort(np.abs(values))]:  # spurious ones are large and may lead to true ones
-        value = refine(complex(start))
-        if value is not None and all(abs(value - other) > SAME for other in found):
-            found.append(value)
-    mirrored = [value.conjugate() for value in found if conjugate_pairs and abs(value.imag) > SAME]
-    return np.array(found + mirrored, dtype=complex)
-
-
-def converged(problem: HillEigenproblem, value: complex) -> complex | None:
-    """The eigenvalue that successive linear problems lead to from `value`; None if they lead to none."""
-    state = None
-    for _ in range(MAX_ITERATIONS):
-        before = _on_axis(problem, value)
-        if not abs(before.real) < FASTEST:  # nor with a NaN
-            return None
-        value, state = problem.nearest(before, state)
-        if abs(value - before) < CONVERGED:
-            return _on_axis(problem, value)
-    return None
-
-
-def _on_axis(problem: HillEigenproblem, value: complex) -> complex:
-    """The eigenvalue without an imaginary part that is round-off."""
-    return complex(value.real) if problem.conjugate_pairs and abs(value.imag) < CONVERGED else value
+    return omega * in_strip(sigma)
 
 
 def with_conjugate(exponent: complex) -> ComplexArray:

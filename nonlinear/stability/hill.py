@@ -11,6 +11,7 @@ Comptes Rendus Mecanique 338(9), 2010.
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,16 +26,14 @@ from nonlinear.stability.contact_feedback import (
     SliderMemoryFeedback,
     in_motions,
 )
+from nonlinear.stability.eigenproblem import CONVERGED, ROUND_OFF, Near, Refined
 from nonlinear.stability.modal_condensation import CondensedModes, ContactFreeModel, Matrix, MotionBlocks, NodeBlocks
 from nonlinear.stability.slider_memory import ConeSliderMemory, SliderMemory
 from rom import RingModes
 
 Memory = SliderMemory | ConeSliderMemory
-FASTEST = 100.0  # decay beyond which exp(-2 pi sigma) in the slider memory overflows: no such exponent leads
 RETENTION_RADIUS = 2.0
 RETENTION_HARMONIC = 5
-MAX_INVERSE_ITERATIONS = 12
-ROUND_OFF = 1e-9  # by which a shift is kept off an eigenvalue
 
 
 @dataclass(frozen=True)
@@ -207,33 +206,17 @@ class HillEigenproblem:
         matrix, descriptor = self.linearised(shift)
         return np.linalg.eigvals(np.linalg.solve(descriptor, matrix)).astype(complex)
 
-    def nearest(self, shift: complex, state: ComplexArray | None = None) -> tuple[complex, ComplexArray | None]:
-        """The eigenvalue next to `shift` of those that `eigenvalues` has there, and its eigenvector if it is known.
+    def around(self, value: complex) -> "LinearHillProblem":
+        """The problem linearised next to an approximate eigenvalue."""
+        return LinearHillProblem(value * (1.0 + ROUND_OFF) + ROUND_OFF, *self.linearised(value))
 
-        Inverse iteration; where two are as near, all eigenvalues are solved for.
-        Shapes: `state` (n_z,).
-        """
-        from scipy.linalg import lu_factor, lu_solve
+    def refined(self, linear: "LinearHillProblem", value: complex, near: Near) -> Refined | None:
+        """Where the eigenvalue changes no more, nothing is linearised."""
+        return Refined(value) if abs(near.change) < CONVERGED else None
 
-        matrix, descriptor = self.linearised(shift)
-        if not len(descriptor):  # no pole is retained: there is no exponent
-            return complex("nan"), None
-        beside = shift * (1.0 + ROUND_OFF) + ROUND_OFF
-        factors = lu_factor(matrix - beside * descriptor, check_finite=False)
-        x = np.ones(len(descriptor), dtype=complex) if state is None else state
-        value = complex("nan")
-        for _ in range(MAX_INVERSE_ITERATIONS):
-            x = x / np.linalg.norm(x)
-            y = lu_solve(factors, descriptor @ x, check_finite=False)
-            inverse = complex(x.conj() @ y)
-            if inverse == 0.0:
-                break
-            before, value = value, beside + 1.0 / inverse
-            if abs(value - before) <= 1e-3 * abs(value - shift) + ROUND_OFF:
-                return value, y
-            x = y
-        values = np.linalg.eigvals(np.linalg.solve(descriptor, matrix))
-        return complex(values[np.argmin(np.abs(values - shift))]), None
+    def undecided(self, linear: "LinearHillProblem", near: Near) -> Near | None:
+        """The nearest of all eigenvalues; None where no pole is retained."""
+        return Near(linear.nearest_of_all(), None) if linear.size else None
 
     def x_times(self, sigma: complex, column: Matrix) -> Matrix:
         """Displacement under the contact forces K(sigma) d of one without them, (I - G_0 K(sigma))^-1 d.
@@ -255,3 +238,39 @@ class HillEigenproblem:
             matrix = matrix + terms.state - shift * terms.derivative
             derivative = derivative + terms.derivative + terms.flexibility
         return matrix, np.eye(len(derivative)) - derivative
+
+
+@dataclass(frozen=True)
+class LinearHillProblem:
+    """sigma E_c z = A_c z, the memory linearised around `shift`."""
+
+    shift: complex
+    matrix: Matrix  # (n_z, n_z), A_c
+    descriptor: Matrix  # (n_z, n_z), E_c
+    columns: ClassVar[int] = 1
+
+    @property
+    def size(self) -> int:
+        """Number of states."""
+        return len(self.matrix)
+
+    def change(self, vectors: ComplexArray) -> ComplexArray:
+        """E_c times a vector (n_z,)."""
+        return np.asarray(self.descriptor @ vectors)
+
+    def solved(self, right: ComplexArray) -> ComplexArray:
+        """(A_c - shift E_c)^-1 times a vector (n_z,)."""
+        from scipy.linalg import lu_solve
+
+        return np.asarray(lu_solve(self._factors, right, check_finite=False))
+
+    def nearest_of_all(self) -> complex:
+        """The eigenvalue next to the shift, less the shift."""
+        values = np.linalg.eigvals(np.linalg.solve(self.descriptor, self.matrix)) - self.shift
+        return complex(values[np.argmin(np.abs(values))])
+
+    @cached_property
+    def _factors(self) -> Any:
+        from scipy.linalg import lu_factor
+
+        return lu_factor(self.matrix - self.shift * self.descriptor, check_finite=False)

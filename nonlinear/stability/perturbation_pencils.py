@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
+from nonlinear.stability.eigenproblem import WIDTH
 from nonlinear.stability.modal_condensation import Matrix
 from nonlinear.stability.reduced_problem import ABOVE, MARGIN, NEAREST, condensed_flexibility, near_poles
 from nonlinear.stability.shared_motions import series
@@ -61,7 +62,6 @@ def _of_subspaces(inverse: ComplexArray) -> ComplexArray:
         return np.asarray(1.0 / np.linalg.eigvals(projected))
 
 
-WIDTH = 1.0 / 3.0  # of the slices of the strip, in units of omega
 FARTHEST = 4.0  # of a pole that contacts may move near, in units of omega: stiff contacts move it far
 BESIDE = 1.3  # distance of poles that are states too where their error as a flexibility is not negligible
 NEGLIGIBLE_ERROR = 3e-3  # times the contact stiffness

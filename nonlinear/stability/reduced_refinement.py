@@ -9,13 +9,14 @@ A. Ruhe, Algorithms for the nonlinear eigenvalue problem, SIAM Journal on Numeri
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import ContactParameters
-from nonlinear.stability.hill import FASTEST, HillProblem
+from nonlinear.stability.eigenproblem import CONVERGED, ROUND_OFF, Near, Refined, converged, same_direction
+from nonlinear.stability.hill import HillProblem
 from nonlinear.stability.modal_contact import ModalContact, modal_contact
 from nonlinear.stability.point_contact import PointContact
 from nonlinear.stability.reduced_problem import CondensedLoop, CondensedPoles, ReducedProblem, ReducedProblems
@@ -26,14 +27,9 @@ LARGEST_CORRECTION = 2e-4  # of an eigenvalue; the next order is about its squar
 NEGLIGIBLE = 5e-4  # flexibility times contact stiffness that needs no residual mode
 UNKNOWNS = 120  # harmonics times modes
 LEAST_SIZE = 150  # contact dofs in all harmonics from which the reduced problem is worth its overhead
-MAX_ITERATIONS = 8
-MAX_INVERSE_ITERATIONS = 12
 LEFT_ITERATIONS = 4
-SHARP = 1e-6  # 1 - cos of the angle between two iterates of an eigenvector
-CONVERGED = 1e-6  # change of an eigenvalue at which the iteration ends, in units of omega
 FAR = 0.03  # change of an eigenvalue after which the problem is linearised again at once
 MAX_RESIDUALS = 4
-ROUND_OFF = 1e-9  # by which a shift is kept off an eigenvalue
 
 
 @dataclass(frozen=True)
@@ -43,6 +39,7 @@ class ModalPencil:
     poles: CondensedPoles  # poles and residual flexibility of the modes: g(sigma) = a / (sigma - p) + g_0 + sigma g_1
     contact: ModalContact  # B^H K B
     shift: complex  # the sigma
+    columns: ClassVar[int] = 1
 
     @cached_property
     def stiffness(self) -> tuple[ComplexArray, ComplexArray]:
@@ -58,35 +55,21 @@ class ModalPencil:
         """T x."""
         return self.stiffness[0] * x - self.contact.product(self.shift, x)
 
-    def derivative(self, x: ComplexArray) -> ComplexArray:
-        """dT x."""
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return self.poles.flexibility.size
+
+    def change(self, vectors: ComplexArray) -> ComplexArray:
+        """-dT times a vector (D,)."""
         inputs, outputs = self._memory
-        return self.stiffness[1] * x - inputs @ (outputs @ x)
-
-    def nearest(self, x: ComplexArray | None) -> tuple[complex, ComplexArray, bool] | None:
-        """The eigenvalue mu of T + mu dT next to 0, its eigenvector, and whether that is sharp.
-
-        By inverse iteration from `x`. None where two are as near.
-        """
-        x = np.ones(self.poles.flexibility.size, dtype=complex) if x is None else x
-        value = complex("nan")
-        for _ in range(MAX_INVERSE_ITERATIONS):
-            x = x / np.linalg.norm(x)
-            y = self._solve(self.derivative(x), 1)
-            inverse = -complex(x.conj() @ y)
-            if inverse == 0.0:
-                break
-            before, value = value, 1.0 / inverse
-            if abs(value - before) <= 1e-3 * abs(value) + ROUND_OFF:
-                return value, y / np.linalg.norm(y), _same_direction(x, y)
-            x = y
-        return None
+        return np.asarray(inputs @ (outputs @ vectors) - self.stiffness[1] * vectors)
 
     def nearest_of_all(self) -> complex:
-        """The eigenvalue next to the shift of those that the states of the retained poles have."""
+        """The eigenvalue next to the shift of those that the states of the retained poles have, less the shift."""
         contact = self.contact.matrix(self.shift)
         values = CondensedLoop.closed(self.poles, contact, self._memory, self.shift).eigenvalues()
-        return complex(values[np.argmin(np.abs(values - self.shift))])
+        return complex(values[np.argmin(np.abs(values - self.shift))]) - self.shift
 
     def left_vector(self, x: ComplexArray) -> tuple[ComplexArray, bool]:
         """The left eigenvector l, l^T (T + mu dT) = 0, and whether it is sharp; from the conjugate of `x`."""
@@ -94,9 +77,9 @@ class ModalPencil:
         left, sharp = x.conj(), False
         for _ in range(LEFT_ITERATIONS):
             before = left
-            left = self._solve(self.stiffness[1] * left - (left @ inputs) @ outputs, 0)
+            left = self.solved(self.stiffness[1] * left - (left @ inputs) @ outputs, 0)
             left = left / np.linalg.norm(left)
-            sharp = _same_direction(before, left)
+            sharp = same_direction(before, left)
             if sharp:
                 break
         return left, sharp
@@ -107,19 +90,20 @@ class ModalPencil:
         The factors stay those of the shift (Neumaier 1985). None where it converges slowly.
         """
         for _ in range(MAX_RESIDUALS):
-            residual, change = ModalPencil(self.poles, self.contact, sigma).residual(x), self.derivative(x)
-            step = -complex(left @ residual) / complex(left @ change)
+            residual, change = ModalPencil(self.poles, self.contact, sigma).residual(x), self.change(x)
+            step = complex(left @ residual) / complex(left @ change)
             sigma += step
             if abs(step) < CONVERGED:
                 return sigma, x
-            x = x - self._solve(residual + step * change, 1)
+            x = x - self.solved(residual - step * change)
         return None
 
     @cached_property
     def _memory(self) -> tuple[ComplexArray, ComplexArray]:
         return self.contact.derivative(self.shift)
 
-    def _solve(self, right: ComplexArray, transposed: int) -> ComplexArray:
+    def solved(self, right: ComplexArray, transposed: int = 1) -> ComplexArray:
+        """T^-1 times a vector (D,), or T^-T with `transposed` 0, as the factors are those of T^T."""
         from scipy.linalg.lapack import zgetrs
 
         return np.asarray(zgetrs(*self._factors, right, trans=transposed)[0])
@@ -133,11 +117,6 @@ class ModalPencil:
         matrix[np.diag_indices_from(matrix)] += self.stiffness[0]
         upper, pivots, _ = zgetrf(matrix.T, overwrite_a=True)
         return upper, pivots
-
-
-def _same_direction(one: ComplexArray, other: ComplexArray) -> bool:
-    """Whether two iterates, the first of unit length, are one vector but for its length and phase."""
-    return bool(abs(one.conj() @ other) >= (1.0 - SHARP) * np.linalg.norm(other))
 
 
 @dataclass(frozen=True)
@@ -166,48 +145,50 @@ class ReducedRefinement:
     def _at(self, omega: float) -> ReducedProblem:
         return self._reduced.at(omega)
 
-    def converged(self, contact: PointContact, kappa: float, value: complex) -> tuple[complex, bool] | None:
-        """The eigenvalue that successive linear problems lead to from `value`, and whether it is exact.
-
-        Exact to about 1e-7; None if they lead to none.
-        """
-        reduced, pairs = self._at(contact.omega), abs(np.sin(kappa)) < 1e-12
+    def converged(self, contact: PointContact, kappa: float, value: complex) -> Refined | None:
+        """The eigenvalue that an approximate one leads to, exact to about 1e-7; None if it leads to none."""
+        reduced = self._at(contact.omega)
         poles = reduced.condensed(reduced.modal, contact.omega)
-        modal = modal_contact(reduced, contact, kappa)
-        x: ComplexArray | None = None
-        for _ in range(MAX_ITERATIONS):
-            if not abs(value.real) < FASTEST:  # nor with a NaN
-                return None
-            before = complex(value.real) if pairs and abs(value.imag) < CONVERGED else value
-            pencil = ModalPencil(poles, modal, before * (1.0 + ROUND_OFF) + ROUND_OFF)
-            found = pencil.nearest(x)
-            if found is None:
-                value, x = pencil.nearest_of_all(), None
-                continue
-            change, x, sharp = found
-            value = pencil.shift + change
-            if abs(change) > FAR or not (sharp or abs(change) < CONVERGED):
-                continue
-            left, sharp = pencil.left_vector(x)
-            refined = pencil.refined(value, x, left) if sharp else None
-            if refined is None:
-                continue
-            value, x = refined
-            correction = self._correction(modal, (x, left), value, kappa) / complex(left @ pencil.derivative(x))
-            value += correction
-            value = complex(value.real) if pairs and abs(value.imag) < CONVERGED else value
-            return value, abs(correction) <= LARGEST_CORRECTION
-        return None
+        problem = ModalEigenproblem(poles, modal_contact(reduced, contact, kappa), abs(np.sin(kappa)) < 1e-12)
+        return converged(problem, value)
 
-    def _correction(
-        self, modal: ModalContact, vectors: tuple[ComplexArray, ComplexArray], sigma: complex, kappa: float
-    ) -> complex:
+
+@dataclass(frozen=True)
+class ModalEigenproblem:
+    """T in few modes, for one kappa; its eigenvalues are corrected for the modes that are left out."""
+
+    poles: CondensedPoles  # of the modes
+    contact: ModalContact  # B^H K B
+    conjugate_pairs: bool  # whether the eigenvalues come in conjugate pairs
+
+    def around(self, value: complex) -> ModalPencil:
+        """The problem linearised next to an approximate eigenvalue."""
+        return ModalPencil(self.poles, self.contact, value * (1.0 + ROUND_OFF) + ROUND_OFF)
+
+    def undecided(self, linear: ModalPencil, near: Near) -> Near:
+        """The nearest of all eigenvalues."""
+        return Near(linear.nearest_of_all(), None)
+
+    def refined(self, linear: ModalPencil, value: complex, near: Near) -> Refined | None:
+        """The eigenvalue of all modes; None where the vectors are not sharp, or the iteration is slow."""
+        if near.vector is None or abs(near.change) > FAR or not (near.sharp or abs(near.change) < CONVERGED):
+            return None
+        left, sharp = linear.left_vector(near.vector)
+        found = linear.refined(value, near.vector, left) if sharp else None
+        if found is None:
+            return None
+        value, x = found
+        correction = -self._correction((x, left), value) / complex(left @ linear.change(x))
+        return Refined(value + correction, abs(correction) <= LARGEST_CORRECTION)
+
+    def _correction(self, vectors: tuple[ComplexArray, ComplexArray], sigma: complex) -> complex:
         """l^T dG f of the flexibility dG of the modes left out: what it adds to the eigenvalue, to first order.
 
         With the contact forces f of the right eigenvector x and l of the left one,
 
-            d sigma = l^T (dG_0 + sigma dG_1) f / (left^T dT x).
+            d sigma = l^T (dG_0 + sigma dG_1) f / (l^T dT x).
         """
+        modal, kappa = self.contact, self.contact.kappa
         reduced, omega, relative = modal.reduced, modal.contact.omega, modal.relative
         size = len(relative)
         x, left = (vector.reshape(size, -1, 1) for vector in vectors)
@@ -252,7 +233,7 @@ class ReducedWave:
         loop = CondensedLoop.closed(poles, self._modal.matrix(shift), self._modal.derivative(shift))
         return loop.eigenvalues() + 1j * centre
 
-    def converged(self, value: complex) -> tuple[complex, bool] | None:
+    def converged(self, value: complex) -> Refined | None:
         """The eigenvalue that an approximate one leads to, and whether it is exact: `ReducedRefinement.converged`."""
         return self.refinement.converged(self.contact, 0.0, value)
 

@@ -19,9 +19,10 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactParameters
+from nonlinear.stability.eigenproblem import OVERLAP, WIDTH
 from nonlinear.stability.modal_condensation import Matrix
 from nonlinear.stability.modal_contact import face_contact
-from nonlinear.stability.perturbation_pencils import WIDTH, PerturbationPencils, nearest_eigenvalues
+from nonlinear.stability.perturbation_pencils import PerturbationPencils, nearest_eigenvalues
 from nonlinear.stability.point_contact import PointContact
 from nonlinear.stability.reduced_problem import ABOVE, CondensedLoop, ReducedProblem, ReducedProblems
 from nonlinear.stability.ring_structure import FaceFlexibility, RingStructure
@@ -81,7 +82,6 @@ class AxisInterpolation:
 
 
 # distances in units of omega
-OVERLAP = 0.02  # an eigenvalue this near to a border counts on both sides of it
 MISPLACED = 0.5  # the same, over a growth, which moves it away from where the slice is linearised
 
 

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
-from nonlinear.stability.floquet import NEUTRAL, OVERLAP, FloquetAnalysis, converged
+from nonlinear.stability.eigenproblem import OVERLAP, Refined, converged
+from nonlinear.stability.floquet import NEUTRAL, FloquetAnalysis
 from nonlinear.stability.hill import HillProblem
 from nonlinear.stability.perturbation_pencils import FARTHEST
 from nonlinear.stability.point_contact import PointContact
@@ -196,13 +197,13 @@ class RingStability:
 
     def _refined(self, contact: PointContact, sigma: complex, k: int) -> PatternExponent | None:
         """The exponent of k that successive linear problems lead to from `sigma`; None if they lead to none."""
-        value, exact = self._by_reduced_problem(contact, sigma, k)
-        if value is not None and not exact:
+        found = self._by_reduced_problem(contact, sigma, k)
+        if found is not None and not found.exact:
             eigenproblem = self._problem(k).eigenproblem(contact.jacobian, contact.omega, contact.memory)
-            value = converged(eigenproblem, value) or converged(eigenproblem, value + OFF_AXIS)
-        if value is None or abs(value.imag) > 0.5 + OVERLAP:
+            found = converged(eigenproblem, found.value) or converged(eigenproblem, found.value + OFF_AXIS)
+        if found is None or abs(found.value.imag) > 0.5 + OVERLAP:
             return None
-        return PatternExponent(contact.omega * value, k)
+        return PatternExponent(contact.omega * found.value, k)
 
     def _problem(self, k: int) -> HillProblem:
         """The problem of nodal diameter k with all modes."""
@@ -212,15 +213,15 @@ class RingStability:
             self._problems[k] = replace(self.wave.problem, kappa=2.0 * np.pi * k / self.n_blades)
         return self._problems[k]
 
-    def _by_reduced_problem(self, contact: PointContact, sigma: complex, k: int) -> tuple[complex | None, bool]:
-        """The eigenvalue from few modes or few contact motions, and whether it is exact; None: it leads to none."""
+    def _by_reduced_problem(self, contact: PointContact, sigma: complex, k: int) -> Refined | None:
+        """The eigenvalue from few modes or few contact motions; None: it leads to none."""
         if not self.wave.refinement.applies(contact.omega):
             if self.wave.refinement.small and not self._has_disk and self._scan.applies(contact.omega):
-                return sigma, False
+                return Refined(sigma, False)
             return self.wave.structure.refinement(contact, k).converged(sigma)
         kappa = 2.0 * np.pi * k / self.n_blades
         found = self.wave.refinement.converged(contact, kappa, sigma)
-        return found or self.wave.refinement.converged(contact, kappa, sigma + OFF_AXIS) or (None, True)
+        return found or self.wave.refinement.converged(contact, kappa, sigma + OFF_AXIS)
 
 
 def _plausible(scanned: list[tuple[complex, int]]) -> list[tuple[complex, int]]:

@@ -9,7 +9,8 @@ from lumped import lumped_blade
 from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance
 from nonlinear.stability import shared_motions
 from nonlinear.stability.closed_refinement import ClosedContact
-from nonlinear.stability.floquet import FloquetAnalysis, converged
+from nonlinear.stability.eigenproblem import converged
+from nonlinear.stability.floquet import FloquetAnalysis
 from nonlinear.stability.perturbation_pencils import LARGE, nearest_eigenvalues
 from nonlinear.stability.point_contact import PointContact, in_harmonics
 from nonlinear.stability.ring_scan import FaceScan
@@ -119,14 +120,14 @@ def test_refined_exponents_solve_the_whole_problem(law, stiffness):
         every_pole = problem.eigenproblem(point.jacobian, OMEGA, point.memory)
         starts = every_pole.eigenvalues(0.1j)
         for start in starts[(np.abs(starts.imag) < 0.5) & (np.abs(starts.real) < 0.3)]:
-            value, exact = structure.refinement(point, k).converged(complex(start))
-            if value is None or not exact:
+            found = structure.refinement(point, k).converged(complex(start))
+            if found is None or not found.exact:
                 continue
-            checked += 1
+            checked, value = checked + 1, found.value
             smallest = np.linalg.svd(whole_problem(structure, point, k, value), compute_uv=False)[-1]
             beside = np.linalg.svd(whole_problem(structure, point, k, value + 1e-3), compute_uv=False)[-1]
             assert smallest < 1e-3 * beside
-            assert converged(every_pole, value) == pytest.approx(value, abs=1e-6)
+            assert converged(every_pole, value).value == pytest.approx(value, abs=1e-6)
     assert checked >= 3
 
 
@@ -145,7 +146,7 @@ def test_the_least_stable_nodal_diameter_with_stiff_contacts(law):
                 values = every_pole.eigenvalues(1j * centre)
                 near = values[(np.abs(values.imag - centre) < 0.12) & (values.real > -0.2) & (values.real < 2.0)]
                 refined = [converged(every_pole, complex(value)) for value in near]
-                highest = max([highest, *(one.real for one in refined if one and abs(one.imag) < 0.52)])
+                highest = max([highest, *(one.value.real for one in refined if one and abs(one.value.imag) < 0.52)])
         found = ring.leading(LinearisedContact(displacement, point.jacobian, OMEGA))
         # what decays fast is refined as far as the sign is in doubt
         assert found.exponent.real / OMEGA == pytest.approx(highest, rel=0.2, abs=0.015)
@@ -180,7 +181,7 @@ def test_the_contact_closed_in_few_motions(law, sigma, monkeypatch):
     found = [
         structure.refinement(point, 4).converged(start) for start in (0.02 + 0.1j, -0.05 + 0.3j, 0.1, -0.1 - 0.3j)
     ]
-    exact_ones = [value for value, is_exact in found if value is not None and is_exact]
+    exact_ones = [one.value for one in found if one is not None and one.exact]
     assert exact_ones
     for value in exact_ones:
         smallest = np.linalg.svd(whole_problem(structure, point, 4, value), compute_uv=False)[-1]

@@ -7,7 +7,8 @@ from lumped_disk import sector_with_disk
 from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance, forced_response
 from nonlinear.contact.fourier import to_real
 from nonlinear.stability import ring_scan
-from nonlinear.stability.floquet import NEUTRAL, FloquetAnalysis, converged
+from nonlinear.stability.eigenproblem import Refined, converged
+from nonlinear.stability.floquet import NEUTRAL, FloquetAnalysis
 from nonlinear.stability.ring_scan import AxisInterpolation, SectorScan
 from nonlinear.stability.ring_stability import MAX_REFINED, SAME_RATE, LinearisedContact, RingStability
 from nonlinear.stability.ring_structure import NEGLIGIBLE_DEVIATION, RingStructure, WaveFlexibility
@@ -45,8 +46,8 @@ def least_stable(analysis, contact):
     eigenproblem = analysis.problem.eigenproblem(contact.jacobian, omega, memory)
     found = []
     for value in analysis.exponents(*contact)[:4] / omega:
-        refined = converged(eigenproblem, complex(value)) if value.real > -0.01 else value
-        found += [] if refined is None else [refined.real]
+        refined = converged(eigenproblem, complex(value)) if value.real > -0.01 else Refined(value)
+        found += [] if refined is None else [refined.value.real]
     return max(found, default=-np.inf)
 
 
