@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from pipeline.results.results import Results, read_results
     from pipeline.scene.reading import Member, SceneFile, read_scene
 
-__version__ = "0.2.0"
+__version__ = "0.3.0"
 
 __all__ = [
     "Curve",
