@@ -52,7 +52,7 @@ def copied_repository(tmp_path: Path) -> Path:
             assert count == 1, old
         scene.write_text(text)
     take_kernels_over(copy)
-    templates = copy / "pipeline" / "scene" / "templates.py"
+    templates = copy / "pipeline" / "new_scene" / "templates.py"
     text = templates.read_text()
     assert 'PRESET = "standard"' in text
     templates.write_text(text.replace('PRESET = "standard"', 'PRESET = "draft"'))
