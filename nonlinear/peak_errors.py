@@ -34,8 +34,9 @@ SAME_FREQUENCY = 1e-9  # relative difference of two frequencies that count as on
 class SamplingError:
     """Estimated errors of a peak by time sampling; NaN: no peak, inf: the peak is lost without samples."""
 
-    amplitude: float = float("nan")  # relative errors of the amplitude and of the frequency
-    frequency: float = float("nan")  # relative errors of the amplitude and of the frequency
+    # `amplitude`, `frequency`: relative errors of the amplitude and of the frequency
+    amplitude: float = float("nan")
+    frequency: float = float("nan")
 
 
 def sampling_error(

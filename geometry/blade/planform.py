@@ -23,8 +23,9 @@ class Planform:
     """Platform and section of the airfoil in the plane (x, s), lengths in m."""
 
     angle: float  # shroud angle, degrees, 0 <= angle <= 90
-    width: float  # extent of the platform along x and along s
-    pitch: float  # extent of the platform along x and along s
+    # `width`, `pitch`: extent of the platform along x and along s
+    width: float
+    pitch: float
     contact_length: float  # length of the contact segments
     edge_angle: float  # angle from x to the side edges, degrees
     section: Section  # section of the airfoil at the shroud

@@ -195,10 +195,12 @@ class PlanformMesh:
     points: FloatArray  # (n, 2), nodes, m
     quads: IntArray  # (q, 4), quadrilaterals, counterclockwise
     airfoil: NDArray[np.bool_]  # (q,), which quadrilaterals belong to the section of the airfoil
-    right: IntArray  # (n_t1,), contact nodes of the two sides along +x, opposite each other
-    left: IntArray  # (n_t1,), contact nodes of the two sides along +x, opposite each other
-    right_face: IntArray  # (k,), all nodes on the contact segments
-    left_face: IntArray  # (k,), all nodes on the contact segments
+    # `right`, `left`: (n_t1,), contact nodes of the two sides along +x, opposite each other
+    right: IntArray
+    left: IntArray
+    # `right_face`, `left_face`: (k,), all nodes on the contact segments
+    right_face: IntArray
+    left_face: IntArray
     origin: int  # the node at (0, 0), with camber the nearest to it
     # (k,), places of the nodes on the upper and on the lower flank of the airfoil along the section, ascending, m
     flanks: tuple[FloatArray, FloatArray]

@@ -28,8 +28,9 @@ Accepts = Callable[[BladeParameters, ShroudParameters], bool]
 class Search:
     """Search for values of one parameter at a time."""
 
-    blade: BladeParameters  # the parameters that do not fit together
-    shroud: ShroudParameters  # the parameters that do not fit together
+    # `blade`, `shroud`: the parameters that do not fit together
+    blade: BladeParameters
+    shroud: ShroudParameters
     accepts: Accepts  # whether a blade and a shroud pass all checks
     # whether a mesh can be made of a blade and a shroud that pass; much slower, asked of suggestions only
     meshes: Accepts

@@ -32,8 +32,9 @@ class Section:
     """
 
     shape: str  # shape of the section
-    chord: float  # chord (between the ends of the camber line) and largest thickness, m
-    thickness: float  # chord (between the ends of the camber line) and largest thickness, m
+    # `chord`, `thickness`: chord (between the ends of the camber line) and largest thickness, m
+    chord: float
+    thickness: float
     camber: float = 0.0  # angle by which the camber line turns, degrees; above 0 it bulges towards the upper flank
     offset: float = 0.0  # how far a fillet moves the outline outward, m; corners stay corners
 

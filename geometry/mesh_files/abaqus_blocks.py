@@ -173,8 +173,9 @@ class Scope:
     node_labels: list[IntArray] = field(default_factory=list)  # nodes
     points: list[FloatArray] = field(default_factory=list)  # nodes
     elements: list[FileElements] = field(default_factory=list)  # solid elements
-    node_sets: dict[str, list[IntArray]] = field(default_factory=dict)  # labels, by name in upper case
-    element_sets: dict[str, list[IntArray]] = field(default_factory=dict)  # labels, by name in upper case
+    # `node_sets`, `element_sets`: labels, by name in upper case
+    node_sets: dict[str, list[IntArray]] = field(default_factory=dict)
+    element_sets: dict[str, list[IntArray]] = field(default_factory=dict)
     sides: dict[str, list[IntArray]] = field(default_factory=dict)  # (k, 2), surfaces, by name in upper case
     sections: list[tuple[IntArray, str]] = field(default_factory=list)  # (k,), elements and their material
     # types of elements that are not read, and how many there are

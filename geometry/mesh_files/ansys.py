@@ -92,8 +92,9 @@ class AnsysTables:
     """What the tables of an archive hold."""
 
     types: dict[int, int] = field(default_factory=dict)  # number of the element (186 of SOLID186) by that of its type
-    node_labels: list[IntArray] = field(default_factory=list)  # (n,), nodes, table by table
-    points: list[FloatArray] = field(default_factory=list)  # (n,), nodes, table by table
+    # `node_labels`, `points`: (n,), nodes, table by table
+    node_labels: list[IntArray] = field(default_factory=list)
+    points: list[FloatArray] = field(default_factory=list)
     elements: list[list[int]] = field(default_factory=list)  # fields of each element: 11 of its head, then its nodes
     # how many elements are in tables without the key SOLID, by the number of their type; 0: not said
     surfaces: dict[int, int] = field(default_factory=dict)

@@ -59,11 +59,13 @@ class FileMesh:
     """Nodes, elements, sets and materials by label."""
 
     path: str  # the file
-    node_labels: IntArray = field(default_factory=lambda: NO_LABELS)  # (N,), nodes
-    points: FloatArray = field(default_factory=lambda: np.empty((0, 3)))  # (N,), nodes
+    # `node_labels`, `points`: (N,), nodes
+    node_labels: IntArray = field(default_factory=lambda: NO_LABELS)
+    points: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
     elements: list[FileElements] = field(default_factory=list)  # solid elements
-    node_sets: dict[str, IntArray] = field(default_factory=dict)  # (k,), labels
-    element_sets: dict[str, IntArray] = field(default_factory=dict)  # (k,), labels
+    # `node_sets`, `element_sets`: (k,), labels
+    node_sets: dict[str, IntArray] = field(default_factory=dict)
+    element_sets: dict[str, IntArray] = field(default_factory=dict)
     sides: dict[str, IntArray] = field(default_factory=dict)  # (k, 2), surfaces: label of the element and local side
     # (k, c), surfaces: labels of the corners of each face
     faces: dict[str, list[IntArray]] = field(default_factory=dict)

@@ -29,8 +29,9 @@ class WholeElements:
     """Elements of one kind whose nodes are all distinct."""
 
     kind: str  # name in `ELEMENT_KINDS`
-    labels: IntArray  # (E,), labels of elements and nodes
-    nodes: IntArray  # (E,), labels of elements and nodes
+    # `labels`, `nodes`: (E,), labels of elements and nodes
+    labels: IntArray
+    nodes: IntArray
     side_map: IntArray  # (s,), for each side of the element of the file the side it is here; -1 where it has vanished
     collapsed: bool = False  # whether the file has another kind of element here
 

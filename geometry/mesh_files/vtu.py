@@ -72,11 +72,13 @@ class Grid:
     version: tuple[int, int]  # version of the file
     pieces: int  # how many pieces it had
     points: np.ndarray  # (N, 3), points
-    codes: np.ndarray  # (E,), type of each cell, where its points end in `connected`, and the points
-    ends: np.ndarray  # (E,), type of each cell, where its points end in `connected`, and the points
-    connected: np.ndarray  # (E,), type of each cell, where its points end in `connected`, and the points
-    at_points: dict[str, np.ndarray] = field(default_factory=dict)  # fields of numbers
-    in_cells: dict[str, np.ndarray] = field(default_factory=dict)  # fields of numbers
+    # `codes`, `ends`, `connected`: (E,), type of each cell, where its points end in `connected`, and the points
+    codes: np.ndarray
+    ends: np.ndarray
+    connected: np.ndarray
+    # `at_points`, `in_cells`: fields of numbers
+    at_points: dict[str, np.ndarray] = field(default_factory=dict)
+    in_cells: dict[str, np.ndarray] = field(default_factory=dict)
 
 
 def read_grid(path: str | Path) -> Grid:

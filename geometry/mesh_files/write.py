@@ -62,10 +62,12 @@ GRID = ".vtu"
 class WrittenMesh:
     """What is written."""
 
-    points: FloatArray  # (N, 3), nodes
-    node_labels: IntArray  # (N, 3), nodes
-    blocks: tuple[ElementBlock, ...]  # (E,), elements
-    element_labels: tuple[IntArray, ...]  # (E,), elements
+    # `points`, `node_labels`: (N, 3), nodes
+    points: FloatArray
+    node_labels: IntArray
+    # `blocks`, `element_labels`: (E,), elements
+    blocks: tuple[ElementBlock, ...]
+    element_labels: tuple[IntArray, ...]
     node_sets: dict[str, IntArray]  # (k,), rows of the points
     element_sets: dict[str, IntArray]  # (k, 2), block and element
     surfaces: dict[str, ElementSides]  # surfaces

@@ -268,8 +268,9 @@ def _fitting_axis(right: FloatArray, left: FloatArray, size: float) -> str:
 class FacePair:
     """Right and left surface of a sector in our axes, and the numbers that tell how they fit."""
 
-    right: Surface  # the surfaces
-    left: Surface  # the surfaces
+    # `right`, `left`: the surfaces
+    right: Surface
+    left: Surface
     pitch: float  # angle of a sector, rad
     # (k,), for each node of the right surface its partner, a row of the mesh; None where the nodes are no pairs
     partner: IntArray | None

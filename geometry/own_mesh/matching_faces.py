@@ -41,12 +41,14 @@ _MATCH = 1e-5  # of the size of a face: largest distance of two nodes that are o
 class Pair:
     """Sides that one pitch turns into each other."""
 
-    right: IntArray  # (k,), rows of the boundary
-    left: IntArray  # (k,), rows of the boundary
+    # `right`, `left`: (k,), rows of the boundary
+    right: IntArray
+    left: IntArray
     nodes: int  # corner nodes of the right sides
     area: float  # their area, m^2
-    radius: tuple[float, float]  # range of the radius and of the axial coordinate, m
-    axial: tuple[float, float]  # range of the radius and of the axial coordinate, m
+    # `radius`, `axial`: range of the radius and of the axial coordinate, m
+    radius: tuple[float, float]
+    axial: tuple[float, float]
 
     def __str__(self) -> str:
         radius, axial = (
@@ -193,8 +195,9 @@ def listed(pairs: Sequence[Pair]) -> str:
 class CutFaces:
     """Cut faces by their sides and by their names in the file."""
 
-    right: ElementSides  # their sides; the right one is on the +y side once `ordered`
-    left: ElementSides  # their sides; the right one is on the +y side once `ordered`
+    # `right`, `left`: their sides; the right one is on the +y side once `ordered`
+    right: ElementSides
+    left: ElementSides
     names: tuple[str, str]  # sets of the file
 
 

@@ -32,8 +32,9 @@ _SAME = 1e-6  # points nearer than this, over the length of the face, are at the
 class SidePoints:
     """Quadrature points of a surface."""
 
-    position: FloatArray  # (q, 3), points, m, and unit normals out of the body
-    normal: FloatArray  # (q, 3), points, m, and unit normals out of the body
+    # `position`, `normal`: (q, 3), points, m, and unit normals out of the body
+    position: FloatArray
+    normal: FloatArray
     area: FloatArray  # (q,), shares of the area, m^2
 
     @property

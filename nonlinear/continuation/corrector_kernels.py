@@ -42,8 +42,9 @@ class Path(NamedTuple):
     omega: float  # else the excitation frequency, rad/s
     origin: float  # the parameter at which the loads at rest are those given
     load: Array  # (n_c,), unclipped loads at rest, N
-    shift: Array  # (n_c,), see `InterferenceChange`
-    defect_rate: Array  # (n_c,), see `InterferenceChange`
+    # `shift`, `defect_rate`: (n_c,), see `InterferenceChange`
+    shift: Array
+    defect_rate: Array
 
 
 class Structure(NamedTuple):
@@ -71,8 +72,9 @@ class Plane(NamedTuple):
     parameter_scale: float  # scale of the parameter in the metric
     max_distance: float  # from the predicted point
     lowest: float  # what the parameter must exceed
-    tolerance: float  # see `ConvergenceMonitor`
-    round_off: float  # see `ConvergenceMonitor`
+    # `tolerance`, `round_off`: see `ConvergenceMonitor`
+    tolerance: float
+    round_off: float
 
 
 class Iterate(NamedTuple):
@@ -83,9 +85,10 @@ class Iterate(NamedTuple):
     motion: Array  # (2H+1, n_c, 3), another view of `unknown`
     parameter: Array  # (1,), p
     change: Array  # (1,), p part of the last solution of the bordered system, scaled
-    force: Array  # see `ContactForces`
-    jacobian: Array  # see `ContactForces`
-    state: Integers  # see `ContactForces`
+    # `force`, `jacobian`, `state`: see `ContactForces`
+    force: Array
+    jacobian: Array
+    state: Integers
     tangent: Array  # (n,), x part of the last solution of the bordered system, scaled
 
 
@@ -104,8 +107,9 @@ class Workspace(NamedTuple):
     # df/dx in rows: force coefficient, node, force component; columns: displacement component, coefficient
     by_row: Array
     coupling: Array  # (n, n), G df/dx; columns in the order node, component, coefficient
-    dR_dp: Array  # (n,), scaled
-    tangent: Array  # (n,), scaled
+    # `dR_dp`, `tangent`: (n,), scaled
+    dR_dp: Array
+    tangent: Array
     columns: Integers  # (n,), columns of `coupling` that are active
     active: Integers  # (n,), unknowns that are active
     passive: Integers  # (n,), unknowns that are passive

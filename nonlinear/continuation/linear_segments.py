@@ -29,8 +29,9 @@ if TYPE_CHECKING:
 class LinearMotion:
     """A vibration and its derivative in w."""
 
-    displacement: Array  # (2H+1, n_c, 3), relative displacement and its derivative
-    derivative: Array  # (2H+1, n_c, 3), relative displacement and its derivative
+    # `displacement`, `derivative`: (2H+1, n_c, 3), relative displacement and its derivative
+    displacement: Array
+    derivative: Array
     coordinates: ComplexArray  # (m,), modal coordinates of the first excited harmonic and their derivative
     coordinates_derivative: ComplexArray  # (m,), modal coordinates of the first excited harmonic and their derivative
 

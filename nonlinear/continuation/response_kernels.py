@@ -24,8 +24,9 @@ class SprungHarmonic(NamedTuple):
     adjoint: ComplexArray  # (m, 3 n_c), its adjoint
     springs: Array  # (3 n_c,), contact springs k, N/m
     force: ComplexArray  # (m,), modal force of the excitation
-    stiffness: Array  # (m,), w_m^2 and 2 zeta_m w_m
-    damping: Array  # (m,), w_m^2 and 2 zeta_m w_m
+    # `stiffness`, `damping`: (m,), w_m^2 and 2 zeta_m w_m
+    stiffness: Array
+    damping: Array
     harmonic: float  # h
 
 

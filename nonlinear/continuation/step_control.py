@@ -26,8 +26,9 @@ class ContinuationParameters:
 
     target_deviation: float = 0.08  # deviation relative to the step length that step control aims at
     max_deviation: float = 0.6  # largest deviation relative to the step length
-    smallest_factor: float = 0.3  # limits of the ratio of two successive step lengths
-    largest_factor: float = 2.0  # limits of the ratio of two successive step lengths
+    # `smallest_factor`, `largest_factor`: limits of the ratio of two successive step lengths
+    smallest_factor: float = 0.3
+    largest_factor: float = 2.0
     many_iterations: int = 6  # Newton iterations above which the next step is at most `slow_factor` times as long
     slow_factor: float = 0.7  # see `many_iterations`
     # steps up to this length may cross a kink of the curve, where the deviation does not shrink with the step

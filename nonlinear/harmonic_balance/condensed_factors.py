@@ -56,12 +56,15 @@ class DenseFactors:
     """
 
     coupling: Array  # (n, n_active), G df/dx in the columns of the active unknowns
-    active: NDArray[np.intp]  # (n_active,), indices of the active and of the passive unknowns
-    passive: NDArray[np.intp]  # (n_active,), indices of the active and of the passive unknowns
-    column: Array  # (n,), c and t
-    row: Array  # (n,), c and t
-    factors: Array  # (n_active + 1, n_active + 1), LU factors of the transpose
-    pivots: NDArray[np.int32]  # (n_active + 1, n_active + 1), LU factors of the transpose
+    # `active`, `passive`: (n_active,), indices of the active and of the passive unknowns
+    active: NDArray[np.intp]
+    passive: NDArray[np.intp]
+    # `column`, `row`: (n,), c and t
+    column: Array
+    row: Array
+    # `factors`, `pivots`: (n_active + 1, n_active + 1), LU factors of the transpose
+    factors: Array
+    pivots: NDArray[np.int32]
     sign: int  # sign of the determinant
 
     @classmethod
@@ -236,11 +239,13 @@ class CondensedFactors:
     matrix: ComplexArray  # (H+1, 3 n_c, 3 n_c), G
     stiffness: ContactStiffness  # K
     basis: InterfaceBasis  # Q and Q G^
-    column: Array  # (n,), c and t
-    row: Array  # (n,), c and t
+    # `column`, `row`: (n,), c and t
+    column: Array
+    row: Array
     first: int  # first unknown row of coefficients, 0 or 1
-    factors: Array  # (R + 1, R + 1), LU factors of the condensed matrix, transposed
-    pivots: NDArray[np.int32]  # (R + 1, R + 1), LU factors of the condensed matrix, transposed
+    # `factors`, `pivots`: (R + 1, R + 1), LU factors of the condensed matrix, transposed
+    factors: Array
+    pivots: NDArray[np.int32]
     condensed_sign: int  # sign of det P
 
     @classmethod

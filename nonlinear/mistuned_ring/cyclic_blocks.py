@@ -89,8 +89,9 @@ class CyclicBlockFactors:
     """
 
     matrix: CyclicBlocks  # A
-    column: Array  # (N, b, w), c and the transpose of t
-    row: Array  # (N, b, w), c and the transpose of t
+    # `column`, `row`: (N, b, w), c and the transpose of t
+    column: Array
+    row: Array
     corner: Array  # (w, w), e
     pivots: tuple[_Lu, ...]  # d_k of the chain, N - 1
     onward: Array  # (N - 1, b, b), d_k^-1 A_(k,k+1)

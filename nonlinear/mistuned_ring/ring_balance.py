@@ -36,8 +36,9 @@ class WithBladeSprings:
     """A contact element for the nodes of N pairs, each followed by the nodes of the strain of its blade."""
 
     contact: ContactElement  # the contact nodes, pair after pair
-    n_contacts: int  # contact nodes of a pair, and nodes of the strain of a blade
-    n_strain: int  # contact nodes of a pair, and nodes of the strain of a blade
+    # `n_contacts`, `n_strain`: contact nodes of a pair, and nodes of the strain of a blade
+    n_contacts: int
+    n_strain: int
     stiffness: Array  # (N,), (1 + delta_j)^2 - 1
 
     def evaluate(self, displacement: Array) -> ContactForces:

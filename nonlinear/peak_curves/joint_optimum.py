@@ -59,8 +59,9 @@ class Box:
 
     problem: Problem  # modes, contact, excitation and options with a fixed number of harmonics
     names: tuple[str, ...]  # the parameters, see `with_parameter`
-    low: Array  # (n,), their ranges, SI units
-    high: Array  # (n,), their ranges, SI units
+    # `low`, `high`: (n,), their ranges, SI units
+    low: Array
+    high: Array
 
     def values(self, place: Array) -> Array:
         """The parameters at a place, SI units."""

@@ -50,8 +50,9 @@ class ResponseAt(NamedTuple):
 class Node(NamedTuple):
     """A share where the worst motion is known."""
 
-    share: float  # share and amplitude, m; infinite where no motion is known
-    height: float  # share and amplitude, m; infinite where no motion is known
+    # `share`, `height`: share and amplitude, m; infinite where no motion is known
+    share: float
+    height: float
     response: int  # index of the response; -1 at the end of a part where the highest peak does not persist
     # relative error of what was expected there before the response was solved; NaN where nothing was expected
     error: float = float("nan")
@@ -63,8 +64,9 @@ class Node(NamedTuple):
 class Gap(NamedTuple):
     """Two neighbouring nodes between which the envelope rests on single responses."""
 
-    before: Node  # the nodes
-    after: Node  # the nodes
+    # `before`, `after`: the nodes
+    before: Node
+    after: Node
 
     @property
     def width(self) -> float:

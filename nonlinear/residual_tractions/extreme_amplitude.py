@@ -257,8 +257,9 @@ class TractionOrigins:
     """
 
     element: ContactElement  # the element, its sliders starting at 0
-    centre: Array  # (n_c, 2), centre and half widths of the box, m
-    radius: Array  # (n_c, 2), centre and half widths of the box, m
+    # `centre`, `radius`: (n_c, 2), centre and half widths of the box, m
+    centre: Array
+    radius: Array
     place: Array  # (n_c, 2), place in the box, -1 to 1
 
     def at(self, variables: Array) -> "TractionOrigins":

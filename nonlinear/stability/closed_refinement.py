@@ -242,10 +242,12 @@ class SmallProblem:
     """N(sigma) y = (I - D(sigma) K_U(sigma)) y = 0 around a shift."""
 
     shift: complex  # sigma around which it is linearised
-    flexibility: ComplexArray  # (S, p, p), D, flexibility of the waves less the mean, and its derivative
-    flexibility_change: ComplexArray  # (S, p, p), D, flexibility of the waves less the mean, and its derivative
-    contact: ComplexArray  # (S p, S p), K_U and its derivative
-    contact_change: ComplexArray  # (S p, S p), K_U and its derivative
+    # `flexibility`, `flexibility_change`: (S, p, p), D, flexibility of the waves less the mean, and its derivative
+    flexibility: ComplexArray
+    flexibility_change: ComplexArray
+    # `contact`, `contact_change`: (S p, S p), K_U and its derivative
+    contact: ComplexArray
+    contact_change: ComplexArray
     columns: ClassVar[int] = 3
 
     @property

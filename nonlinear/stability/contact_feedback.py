@@ -204,9 +204,10 @@ class MemoryFactors(NamedTuple):
     """`MemoryTerms` at one sigma as products of low rank; C_m' as in `SliderMemoryFeedback`."""
 
     dw: Matrix  # (M, n_z), slider positions X_m C_m
-    state: Matrix  # (n_z, M), factors that `dw` is multiplied by
-    derivative: Matrix  # (n_z, M), factors that `dw` is multiplied by
-    flexibility: Matrix  # (n_z, M), factors that `dw` is multiplied by
+    # `state`, `derivative`, `flexibility`: (n_z, M), factors that `dw` is multiplied by
+    state: Matrix
+    derivative: Matrix
+    flexibility: Matrix
     inputs: Matrix  # (n_z, M), b_m P X_m, the factor of C_m' in the term `flexibility`
 
 
@@ -222,14 +223,18 @@ class SliderMemoryFeedback:
         V   = Q^T X G_0,    V'   = Q^T X G_1 Y
     """
 
-    memory: SliderMemory  # the stick intervals, and the rows of their nodes
-    rows: ContactRows | MotionRows  # the stick intervals, and the rows of their nodes
-    input_matrix: Matrix  # (n_z, n), b_m and B_m'
-    input_derivative: Matrix  # (n_z, n), b_m and B_m'
-    output_matrix: Matrix  # (M, n_z), c_m and C_m'
-    output_derivative: Matrix  # (M, n_z), c_m and C_m'
-    feedthrough: Matrix  # (M, n), V and V'
-    feedthrough_derivative: Matrix  # (M, n), V and V'
+    # `memory`, `rows`: the stick intervals, and the rows of their nodes
+    memory: SliderMemory
+    rows: ContactRows | MotionRows
+    # `input_matrix`, `input_derivative`: (n_z, n), b_m and B_m'
+    input_matrix: Matrix
+    input_derivative: Matrix
+    # `output_matrix`, `output_derivative`: (M, n_z), c_m and C_m'
+    output_matrix: Matrix
+    output_derivative: Matrix
+    # `feedthrough`, `feedthrough_derivative`: (M, n), V and V'
+    feedthrough: Matrix
+    feedthrough_derivative: Matrix
     slider_rows: Matrix  # (M, n), Q^T X
     loop: ContactFeedback  # the loop of the contact Jacobian
 
@@ -322,8 +327,9 @@ class ConeMemoryFeedback:
     S(sigma) = K(sigma) (I - G_0 K(sigma))^-1 is solved for at each sigma; dS = Y dK X.
     """
 
-    memory: ConeSliderMemory  # the sliders, and the rows of their nodes
-    rows: ContactRows | MotionRows  # the sliders, and the rows of their nodes
+    # `memory`, `rows`: the sliders, and the rows of their nodes
+    memory: ConeSliderMemory
+    rows: ContactRows | MotionRows
     loop: ContactFeedback  # the loop at sigma = 0
 
     def terms(self, sigma: complex) -> MemoryTerms:

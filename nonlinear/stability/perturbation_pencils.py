@@ -73,8 +73,9 @@ class PerturbationPencils:
     """The eigenvalue problems of K perturbations, in the shared motions of all waves (`SharedMotions`)."""
 
     harmonics: Array  # (S,), h
-    poles: ComplexArray  # (K, S, 2, q), of the lowest modes in the wave of each harmonic
-    residues: ComplexArray  # (K, S, 2, q), of the lowest modes in the wave of each harmonic
+    # `poles`, `residues`: (K, S, 2, q), of the lowest modes in the wave of each harmonic
+    poles: ComplexArray
+    residues: ComplexArray
     motion: ComplexArray  # (K, S, p, q), contact motions of these modes
     rise: Array  # (K, S, 1, q), how far contacts raise the natural frequencies at most, rad/s
     # (K, S, 1, q), what contact springs add at most to the squares of the natural frequencies, (rad/s)^2
@@ -205,6 +206,7 @@ class _States(NamedTuple):
 
     retained: NDArray[np.bool_]  # (K, S, 2, q), which they are
     distance: ComplexArray  # (K, S, 2, q), all poles from the middle of the slice, in units of omega
-    pole: ComplexArray  # (K, n_z), of the states
-    residue: ComplexArray  # (K, n_z), of the states
+    # `pole`, `residue`: (K, n_z), of the states
+    pole: ComplexArray
+    residue: ComplexArray
     output: ComplexArray  # (K, S p, n_z), contact motion of the states

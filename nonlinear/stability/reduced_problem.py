@@ -63,10 +63,12 @@ class CondensedPoles:
     """Poles retained as states, and the flexibility of the others, g_0 + sigma g_1, around sigma = 0."""
 
     state: NDArray[np.int64]  # (n_z,), unknown (harmonic and mode) of each state
-    pole: ComplexArray  # (n_z,), p and a of each state, in units of omega
-    residue: ComplexArray  # (n_z,), p and a of each state, in units of omega
-    flexibility: ComplexArray  # (D,), g_0 and g_1 of each unknown
-    derivative: ComplexArray  # (D,), g_0 and g_1 of each unknown
+    # `pole`, `residue`: (n_z,), p and a of each state, in units of omega
+    pole: ComplexArray
+    residue: ComplexArray
+    # `flexibility`, `derivative`: (D,), g_0 and g_1 of each unknown
+    flexibility: ComplexArray
+    derivative: ComplexArray
 
     @classmethod
     def of(
@@ -102,8 +104,9 @@ class CondensedLoop:
     The formulas are those of `ContactFeedback`, with G_0 and G_1 diagonal and K full.
     """
 
-    matrix: ComplexArray  # (n_z, n_z), a_c and E_c
-    descriptor: ComplexArray  # (n_z, n_z), a_c and E_c
+    # `matrix`, `descriptor`: (n_z, n_z), a_c and E_c
+    matrix: ComplexArray
+    descriptor: ComplexArray
 
     @classmethod
     def closed(

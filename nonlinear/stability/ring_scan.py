@@ -90,8 +90,9 @@ class SliceMatrices:
     """A_c and E_c around the middle of a slice of the strip, at some kappas."""
 
     retained: NDArray[np.bool_]  # (S, 2, q), the poles that are states
-    matrix: ComplexArray  # (n_kappa, n_z, n_z), a_c and E_c
-    descriptor: ComplexArray  # (n_kappa, n_z, n_z), a_c and E_c
+    # `matrix`, `descriptor`: (n_kappa, n_z, n_z), a_c and E_c
+    matrix: ComplexArray
+    descriptor: ComplexArray
 
     def mirrored(self, static: bool) -> "SliceMatrices":
         """Those at -kappa around the complex conjugate middle: the conjugate ones with h and -h exchanged."""

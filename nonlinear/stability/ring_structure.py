@@ -36,8 +36,9 @@ ABOVE = 10.0  # frequency of modes that fill a row, as a multiple of the highest
 class WaveFlexibility(SharedMotions):
     """Contact motion under contact forces, B_n (s^2 + s C + K)^-1 B_n^H, of the waves n = 0 .. N_b - 1."""
 
-    angular_frequency: Array  # (N_b, q), of the lowest modes of each wave
-    damping: Array  # (N_b, q), of the lowest modes of each wave
+    # `angular_frequency`, `damping`: (N_b, q), of the lowest modes of each wave
+    angular_frequency: Array
+    damping: Array
     motion: ComplexArray  # (N_b, p, q), their contact motions, in y
     # (N_b, 4, p, p), terms of the flexibility in y of the other modes of each wave, less the mean
     deviation: ComplexArray
@@ -142,10 +143,12 @@ NEGLIGIBLE_ACROSS = 0.005  # of the flexibility from one face to the other, time
 class FaceFlexibility(SharedMotions):
     """Contact motion under contact forces in any wave of a ring of blades."""
 
-    angular_frequency: Array  # (q,), of the lowest modes
-    damping: Array  # (q,), of the lowest modes
-    right: Array  # (p, q), motions of the faces by these modes, in y
-    left: Array  # (p, q), motions of the faces by these modes, in y
+    # `angular_frequency`, `damping`: (q,), of the lowest modes
+    angular_frequency: Array
+    damping: Array
+    # `right`, `left`: (p, q), motions of the faces by these modes, in y
+    right: Array
+    left: Array
     stiffening: Array  # (q,), what contact springs add at most to the squares of the natural frequencies, (rad/s)^2
     across: Array  # (4, p, p), terms of R F L^T of the other modes, in y
 

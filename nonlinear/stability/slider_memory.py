@@ -141,10 +141,12 @@ class SliderMemory:
     e^(-sigma (theta - theta_s)), sigma = lambda / omega. For `law = "two_sliders"`.
     """
 
-    node: Integers  # (M,), the slider
-    direction: Integers  # (M,), the slider
-    start: Array  # (M,), theta_s and the length of the stick interval, rad
-    length: Array  # (M,), theta_s and the length of the stick interval, rad
+    # `node`, `direction`: (M,), the slider
+    node: Integers
+    direction: Integers
+    # `start`, `length`: (M,), theta_s and the length of the stick interval, rad
+    start: Array
+    length: Array
     dw_dn: Array  # (M,), r, derivative of the slider position in the normal displacement
     stiffness: Array  # (M,), kt, N/m
     n_harmonics: int  # H

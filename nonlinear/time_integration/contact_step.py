@@ -119,8 +119,9 @@ def cosine_rows(coefficients: np.ndarray) -> Array:
 class WaveMatrices(NamedTuple):
     """Matrices of the J = q // 2 + 1 waves, from n values to p."""
 
-    real: Array  # (J, n, p)
-    imaginary: Array  # (J, n, p)
+    # `real`, `imaginary`: (J, n, p)
+    real: Array
+    imaginary: Array
 
 
 class DiskSystem(NamedTuple):

@@ -46,8 +46,9 @@ MOST_SETS = 12  # that are listed
 class Guess:
     """What a scene says about a mesh file, as far as it can be told from the file."""
 
-    unit: str  # as in [mesh]
-    axis: str  # as in [mesh]
+    # `unit`, `axis`: as in [mesh]
+    unit: str
+    axis: str
     n_blades: int | None  # number of blades; None where no pair of faces tells
     sets: Mapping[str, str]  # names of sets by role
     why: tuple[str, ...]  # what each of these was told from, one line each

@@ -272,8 +272,9 @@ BELOW, ABOVE = 0.6, 1.4  # of the frequency range, over the lowest free and stuc
 class MeshOptions:
     """What the command line says about a mesh file; None: to be told from the file."""
 
-    unit: str | None = None  # as in [mesh]
-    axis: str | None = None  # as in [mesh]
+    # `unit`, `axis`: as in [mesh]
+    unit: str | None = None
+    axis: str | None = None
     n_blades: int | None = None  # number of blades
 
 

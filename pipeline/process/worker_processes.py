@@ -99,8 +99,9 @@ class PreparedProcess:
     process: SpawnProcess  # the process
     # from it come (number of the worker, its process id, None) and (number, process id, exit code)
     reports: Connection
-    pids: dict[int, int] = field(default_factory=dict)  # what has come so far, by the numbers of the workers
-    codes: dict[int, int] = field(default_factory=dict)  # what has come so far, by the numbers of the workers
+    # `pids`, `codes`: what has come so far, by the numbers of the workers
+    pids: dict[int, int] = field(default_factory=dict)
+    codes: dict[int, int] = field(default_factory=dict)
 
     def look(self, timeout: float | None) -> bool:
         """Take in the next report, if one comes in time; False where none can come any more."""

@@ -43,18 +43,21 @@ class Job:
 class RenderJob(Job):
     """Mode shapes of one reduced model."""
 
-    sector: str  # files of the mesh and of the reduced model
-    rom: str  # files of the mesh and of the reduced model
-    folder: str  # pictures are `<prefix>mode_<number>.png` in `folder`
-    prefix: str  # pictures are `<prefix>mode_<number>.png` in `folder`
+    # `sector`, `rom`: files of the mesh and of the reduced model
+    sector: str
+    rom: str
+    # `folder`, `prefix`: pictures are `<prefix>mode_<number>.png` in `folder`
+    folder: str
+    prefix: str
     title: str  # first part of the heading
     modes: tuple[int, ...]  # mode numbers, from 1
     deformation: float  # largest drawn displacement, m
     contact: str  # state of the shrouds: free, sliding or stuck
     blades: int  # blades drawn side by side
     phase: float  # inter-blade phase angle, rad
-    normal: tuple[float, ...]  # contact springs of each node, N/m
-    tangential: tuple[float, ...]  # contact springs of each node, N/m
+    # `normal`, `tangential`: contact springs of each node, N/m
+    normal: tuple[float, ...]
+    tangential: tuple[float, ...]
     # those of stuck shrouds, whose modes are drawn too; empty where they are not
     stuck_normal: tuple[float, ...] = ()
     # those of stuck shrouds, whose modes are drawn too; empty where they are not
@@ -65,11 +68,13 @@ class RenderJob(Job):
 class OperatingJob(Job):
     """The operating deflection shape of one curve: `<name>.png` and `<name>.gif` in `folder`."""
 
-    sector: str  # files of the mesh, of the reduced model and of the curve
-    rom: str  # files of the mesh, of the reduced model and of the curve
-    curve: str  # files of the mesh, of the reduced model and of the curve
-    folder: str  # folder and base name of the pictures
-    name: str  # folder and base name of the pictures
+    # `sector`, `rom`, `curve`: files of the mesh, of the reduced model and of the curve
+    sector: str
+    rom: str
+    curve: str
+    # `folder`, `name`: folder and base name of the pictures
+    folder: str
+    name: str
     title: str  # heading
     deformation: float  # largest drawn displacement, m
     blades: int  # blades drawn side by side

@@ -172,8 +172,9 @@ class NodeCycle:
     """One contact node over one period."""
 
     number: int  # number of the node, from 1
-    row: int  # place in the grid of the face, along the radius and along the segment, from 0
-    column: int  # place in the grid of the face, along the radius and along the segment, from 0
+    # `row`, `column`: place in the grid of the face, along the radius and along the segment, from 0
+    row: int
+    column: int
     # stick, slip and separation intervals: state, start and end as shares of the period
     intervals: tuple[tuple[str, float, float], ...]
     shares: dict[str, float]  # share of the period in each state

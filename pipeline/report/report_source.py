@@ -26,8 +26,9 @@ class ReportSource:
     """Results of a run."""
 
     out: Path  # output folder
-    scene_file: Path  # the scene
-    scene_text: str  # the scene
+    # `scene_file`, `scene_text`: the scene
+    scene_file: Path
+    scene_text: str
     swept: tuple[str, ...]  # swept keys
     curves: Sequence[CurveResult]  # the response curves
     models: Mapping[int, BuiltModel | None]  # reduced model of each member of the sweep, by its index

@@ -45,8 +45,9 @@ class Surface:
     triangles: Indices  # (t, 3), rows of `vertices`, as in the next four
     edges: Indices  # (e, 2), edges of the mesh; none where it was coarsened
     sharp: Indices  # (s, 2), sharp edges
-    right: Indices  # (n_c,), contact nodes
-    left: Indices  # (n_c,), contact nodes
+    # `right`, `left`: (n_c,), contact nodes
+    right: Indices
+    left: Indices
 
 
 def outer_surface(sector: SectorMesh, most: int = MOST_TRIANGLES) -> Surface:

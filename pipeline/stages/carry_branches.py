@@ -54,8 +54,9 @@ class Neighbour:
 
     curve: str  # key of that curve
     parameter: str  # dotted key of the parameter that differs
-    there: Any  # its value at that curve, and at the curve whose neighbour it is
-    here: Any  # its value at that curve, and at the curve whose neighbour it is
+    # `there`, `here`: its value at that curve, and at the curve whose neighbour it is
+    there: Any
+    here: Any
 
     @property
     def label(self) -> str:
@@ -265,8 +266,9 @@ THERE_AND_BACK = 2  # rounds, in longest ways through the sweep, after which car
 class CurveState:
     """A curve with the branches that it has got so far."""
 
-    kind: str  # its place in the store
-    key: str  # its place in the store
+    # `kind`, `key`: its place in the store
+    kind: str
+    key: str
     file: Path  # its file
     ran: bool  # whether it was computed in this run
     seconds: float  # how long it was computed

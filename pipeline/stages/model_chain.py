@@ -46,9 +46,10 @@ class BuiltModel:
 class ModelChain:
     """Finds mesh, full model and reduced model of scenes in the store, or builds them; the log tells which."""
 
-    store: Store  # where results are, how they came about, and who reports on it
-    log: StageLog  # where results are, how they came about, and who reports on it
-    reporter: Reporter  # where results are, how they came about, and who reports on it
+    # `store`, `log`, `reporter`: where results are, how they came about, and who reports on it
+    store: Store
+    log: StageLog
+    reporter: Reporter
     expands: bool = False  # whether shapes are expanded to the mesh, for which a reduced model needs its basis
     # results that the log has been told of already, by stage and key
     built: AbstractSet[tuple[str, str]] = frozenset()

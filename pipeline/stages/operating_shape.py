@@ -19,8 +19,9 @@ Array = NDArray[np.float64]
 class OperatingShape:
     """Periodic motion of the mesh vertices at one solved point."""
 
-    frequency_hz: float  # of the point
-    amplitude_m: float  # of the point
+    # `frequency_hz`, `amplitude_m`: of the point
+    frequency_hz: float
+    amplitude_m: float
     phase: float  # inter-blade phase angle psi, rad
     # (H+1, N, 3), Fourier coefficients u^(h) of the N vertices, m; harmonic 0 real-valued
     harmonics: NDArray[np.complex128]

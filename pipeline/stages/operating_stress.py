@@ -94,8 +94,9 @@ FACTS = "stress.json"
 class OperatingPoint:
     """The solved point that the stress is of."""
 
-    frequency_hz: float  # of the point
-    amplitude_m: float  # of the point
+    # `frequency_hz`, `amplitude_m`: of the point
+    frequency_hz: float
+    amplitude_m: float
     motion: str  # "periodic", "quasi-periodic" or, where no motion that persists is known, "peak"
     branch: int  # 0: main branch; k: detached branch k
     worst_amplitude_m: float  # amplitude of the worst motion; nan where it is not known

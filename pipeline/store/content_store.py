@@ -69,8 +69,9 @@ def _number(kind: type) -> Callable[[str], Any]:
 class Manifest:
     """List of an entry."""
 
-    kind: str  # kind of result, and hash of its inputs
-    key: str  # kind of result, and hash of its inputs
+    # `kind`, `key`: kind of result, and hash of its inputs
+    kind: str
+    key: str
     run: str  # name of the run that computed it
     seconds: float  # time that it took
     files: dict[str, dict[str, Any]]  # by their names in the entry: `size` in bytes and `sha256` of each file

@@ -12,10 +12,12 @@ class StressJob(Job):
     """The fields of one VTU file: `<name>.png` in `folder`."""
 
     fields: str  # the file
-    folder: str  # folder and base name of the picture
-    name: str  # folder and base name of the picture
+    # `folder`, `name`: folder and base name of the picture
+    folder: str
+    name: str
     title: str  # heading
     hot_spots: tuple[tuple[float, float, float], ...]  # positions that are numbered, m
-    largest_amplitude: float  # ends of the colours, Pa: largest values outside of singular places
-    largest_mean: float  # ends of the colours, Pa: largest values outside of singular places
+    # `largest_amplitude`, `largest_mean`: ends of the colours, Pa: largest values outside of singular places
+    largest_amplitude: float
+    largest_mean: float
     required: float  # required margin; 0 where there are no limits

@@ -54,8 +54,9 @@ class JointErrors:
 
     joint: str  # the contact condition: free, sliding or stuck
     first_mode: int  # number of the first mode compared
-    full_hz: tuple[float, ...]  # natural frequencies of the full and the reduced model, Hz
-    reduced_hz: tuple[float, ...]  # natural frequencies of the full and the reduced model, Hz
+    # `full_hz`, `reduced_hz`: natural frequencies of the full and the reduced model, Hz
+    full_hz: tuple[float, ...]
+    reduced_hz: tuple[float, ...]
     # whether a frequency counts: it lies in the range, or is the first above a range that holds none
     within: tuple[bool, ...]
     contact: float  # largest relative error of the receptances of the contact nodes and of the output over the range

@@ -73,8 +73,9 @@ class ReceptanceSeries:
 
     relative: ComplexArray  # (3 n_c, k), relative motions of the modes that are summed one by one
     adjoint: ComplexArray  # (k, 3 n_c), their conjugate transpose
-    frequency: Array  # (k,), their natural frequencies, rad/s, and damping coefficients, 1/s
-    damping: Array  # (k,), their natural frequencies, rad/s, and damping coefficients, 1/s
+    # `frequency`, `damping`: (k,), their natural frequencies, rad/s, and damping coefficients, 1/s
+    frequency: Array
+    damping: Array
     terms: ComplexArray  # (TERMS, 3 n_c, 3 n_c), S_0, S_1,
 
     @classmethod

@@ -49,8 +49,9 @@ _KEPT_DOUBLES = 8_000_000
 class NodePattern:
     """CSR pattern of the p node pairs that share an element, each row sorted."""
 
-    indptr: NDArray[np.int32]  # (n + 1,), the CSR pattern
-    indices: NDArray[np.int32]  # (n + 1,), the CSR pattern
+    # `indptr`, `indices`: (n + 1,), the CSR pattern
+    indptr: NDArray[np.int32]
+    indices: NDArray[np.int32]
     keys: NDArray[np.int64]  # (p,), row * n + column of each pair, ascending: a pair is found by bisection
 
     @property

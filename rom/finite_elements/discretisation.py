@@ -195,8 +195,9 @@ class SidePoints:
     nodes: NDArray[np.int64]
     # (s, b), nodes of the elements, and rows of the points of the mesh that give their geometry
     vertices: NDArray[np.int64]
-    values: Array  # (q, b), shape functions of the displacement and of the geometry
-    geometry: Array  # (q, b), shape functions of the displacement and of the geometry
+    # `values`, `geometry`: (q, b), shape functions of the displacement and of the geometry
+    values: Array
+    geometry: Array
 
     @property
     def area(self) -> Array:

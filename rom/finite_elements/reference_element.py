@@ -160,9 +160,10 @@ class ReferenceSide:
     """A side of the reference cell: the points origin + x u + y v, 0 <= x, y <= 1, of a triangle x + y <= 1."""
 
     side: int  # number of the side in `ElementKind.sides`
-    origin: Array  # (3,), the parametrisation
-    u: Array  # (3,), the parametrisation
-    v: Array  # (3,), the parametrisation
+    # `origin`, `u`, `v`: (3,), the parametrisation
+    origin: Array
+    u: Array
+    v: Array
     outward: float  # 1 where u x v points out of the cell, -1 where it points inwards
     triangle: bool  # whether the side is a triangle
 

@@ -36,12 +36,14 @@ _LISTED = 8
 class ContactPairs:
     """Both faces and what was found on the way."""
 
-    right: ContactFace  # node k of one lies opposite node k of the other
-    left: ContactFace  # node k of one lies opposite node k of the other
+    # `right`, `left`: node k of one lies opposite node k of the other
+    right: ContactFace
+    left: ContactFace
     mismatch: float  # largest distance in the face between the nodes of a pair, m
     gap: float  # largest distance along the normal between them, m
-    normals: str  # where these are from
-    areas: str  # where these are from
+    # `normals`, `areas`: where these are from
+    normals: str
+    areas: str
 
 
 def contact_pairs(

@@ -185,8 +185,9 @@ class BoundaryDofs:
     # x, y, z for the others; q = frame @ u. The nodes behind them are those of the interface, without it f = k
     frames: NDArray[np.float64]
     contact: ContactDofs  # the contact dofs
-    tip: int  # positions of the tip and of the loaded node in `nodes`
-    loaded: int  # positions of the tip and of the loaded node in `nodes`
+    # `tip`, `loaded`: positions of the tip and of the loaded node in `nodes`
+    tip: int
+    loaded: int
     direction: NDArray[np.float64]  # (3,), direction of the excitation, of length 1
     # (n, n), T of the mesh displacements u = T z of n nodes, the same for x, y and z; z holds the averaged contact
     # dofs in the places of as many nodes, the first boundary nodes. None: z = u, the contact dofs are nodal

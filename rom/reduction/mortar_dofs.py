@@ -67,8 +67,9 @@ class Outline:
     """Chords of a face between the radii of the corners of its outline."""
 
     radius: Array  # (m + 1,), radii of the corners, rising
-    low: Array  # (m, 2), in each interval the chord's ends as polynomials: value at the lower radius, and slope
-    high: Array  # (m, 2), in each interval the chord's ends as polynomials: value at the lower radius, and slope
+    # `low`, `high`: (m, 2), in each interval the chord's ends as polynomials: value at the lower radius, and slope
+    low: Array
+    high: Array
 
     def straightened(self, s: Array, r: Array) -> Array:
         """xi (q,) of points with coordinates s and r (q,)."""

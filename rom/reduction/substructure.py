@@ -113,8 +113,9 @@ class Substructure:
     factor: Factor  # factor of K_ii. K_ii itself is not stored: it takes as much memory as that of the full model
     constraint: NDArray[np.float64]  # (3i, b), constraint modes Psi = -K_ii^-1 K_ib
     coupling: NDArray[np.float64]  # (3i, b), inertia of the interior under the constraint modes, L = M_ib + M_ii Psi
-    stiffness: NDArray[np.float64]  # (b, b), guyan condensed matrices of the boundary dofs
-    mass: NDArray[np.float64]  # (b, b), guyan condensed matrices of the boundary dofs
+    # `stiffness`, `mass`: (b, b), guyan condensed matrices of the boundary dofs
+    stiffness: NDArray[np.float64]
+    mass: NDArray[np.float64]
     centrifugal: NDArray[np.float64]  # (N,), centrifugal force of the full model at 1 rad/s, on its variables
     # (b, b), Coriolis matrix of the boundary dofs with their constraint modes at 1 rad/s; None at rest
     coriolis: NDArray[np.float64] | None
@@ -140,20 +141,23 @@ class Substructure:
 class HeldSector:
     """A sector held at its boundary dofs, with what couples these to the interior; see `Substructure`."""
 
-    sector: SectorMesh  # as in `Substructure`
-    boundary: BoundaryDofs  # as in `Substructure`
-    interior: NDArray[np.int64]  # as in `Substructure`
-    interior_mass: IsotropicMatrix | csr_matrix  # as in `Substructure`
-    factor: Factor  # as in `Substructure`
+    # `sector`, `boundary`, `interior`, `interior_mass`, `factor`: as in `Substructure`
+    sector: SectorMesh
+    boundary: BoundaryDofs
+    interior: NDArray[np.int64]
+    interior_mass: IsotropicMatrix | csr_matrix
+    factor: Factor
     stiffness_ib: csr_matrix  # (3i, b), k_ib, boundary dofs in their frames
     stiffness_bb: NDArray[np.float64]  # (b, b), k_bb in these frames
-    mass_ib: csr_matrix  # (3i, 3k), m_ib and M_bb of the k nodes of the boundary, along x, y, z
-    mass_bb: csr_matrix  # (3i, 3k), m_ib and M_bb of the k nodes of the boundary, along x, y, z
+    # `mass_ib`, `mass_bb`: (3i, 3k), m_ib and M_bb of the k nodes of the boundary, along x, y, z
+    mass_ib: csr_matrix
+    mass_bb: csr_matrix
     isotropic: bool  # whether the mass is isotropic
-    centrifugal: NDArray[np.float64]  # as in `Substructure`
-    element: str | None  # as in `Substructure`
-    speed_rpm: float  # as in `Substructure`
-    loads: InteriorLoads | None  # as in `Substructure`
+    # `centrifugal`, `element`, `speed_rpm`, `loads`: as in `Substructure`
+    centrifugal: NDArray[np.float64]
+    element: str | None
+    speed_rpm: float
+    loads: InteriorLoads | None
 
     @property
     def size(self) -> int:

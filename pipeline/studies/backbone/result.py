@@ -17,8 +17,9 @@ Counts = NDArray[np.int64]
 class TracedPeak:
     """An extreme amplitude of a response curve."""
 
-    frequency_hz: float  # where it is, Hz and m
-    amplitude_m: float  # where it is, Hz and m
+    # `frequency_hz`, `amplitude_m`: where it is, Hz and m
+    frequency_hz: float
+    amplitude_m: float
     branch: int  # 0: the main branch; k: detached branch k
 
 
@@ -26,14 +27,16 @@ class TracedPeak:
 class PredictedResonance:
     """A resonance of a nonlinear mode under the force of the curve."""
 
-    frequency_hz: float  # where it is, Hz and m
-    amplitude_m: float  # where it is, Hz and m
+    # `frequency_hz`, `amplitude_m`: where it is, Hz and m
+    frequency_hz: float
+    amplitude_m: float
     damping_ratio: float  # damping ratio of the mode there
     stable: bool  # whether the resonant force grows with the amplitude
     force_exponent: float  # d ln F / d ln A of the resonant force over the amplitude of the output
     peak: TracedPeak | None  # the extreme of the curve that belongs to it
-    amplitude_deviation: float  # from the peak, relative; NaN without one
-    frequency_deviation: float  # from the peak, relative; NaN without one
+    # `amplitude_deviation`, `frequency_deviation`: from the peak, relative; NaN without one
+    amplitude_deviation: float
+    frequency_deviation: float
     other_motion: float  # share of the output in harmonic 1 at the peak that other modes carry; NaN without a peak
     reasons: tuple[str, ...]  # why it deviates by more than the tolerance; empty where it does not
 
@@ -42,10 +45,12 @@ class PredictedResonance:
 class ModeBackbone:
     """A nonlinear mode at P amplitudes."""
 
-    number: int  # which mode it is
-    nodal_diameter: int  # which mode it is
-    free_hz: float  # its linear limits: natural frequencies with open and with stuck contacts
-    stuck_hz: float  # its linear limits: natural frequencies with open and with stuck contacts
+    # `number`, `nodal_diameter`: which mode it is
+    number: int
+    nodal_diameter: int
+    # `free_hz`, `stuck_hz`: its linear limits: natural frequencies with open and with stuck contacts
+    free_hz: float
+    stuck_hz: float
     frequency_hz: Numbers  # (P,), frequency, damping ratio, amplitude of the output and resonant force
     damping_ratio: Numbers  # (P,), frequency, damping ratio, amplitude of the output and resonant force
     amplitude_m: Numbers  # (P,), frequency, damping ratio, amplitude of the output and resonant force
@@ -54,8 +59,9 @@ class ModeBackbone:
     shape_change: Numbers
     higher_harmonic: Numbers  # (P,), size of the largest of the harmonics above 1, relative to harmonic 1
     piece: Counts  # (P,), number of the piece: between two pieces an internal resonance was passed over
-    slipping: Counts  # (P,), contact nodes that slip and that open in the cycle
-    separating: Counts  # (P,), contact nodes that slip and that open in the cycle
+    # `slipping`, `separating`: (P,), contact nodes that slip and that open in the cycle
+    slipping: Counts
+    separating: Counts
     complete: bool  # whether the largest amplitude was reached
     message: str  # why it ends, or why there is none
     # under the force of the curve, the largest first; none for another nodal diameter than that of the excitation
@@ -78,11 +84,13 @@ class CurveBackbones:
     curve: int  # number of the curve in the run
     label: str  # its swept parameters
     parameters: Mapping[str, Any]  # swept keys and values
-    engine_order: int  # engine order and number of harmonics
-    harmonics: int  # engine order and number of harmonics
+    # `engine_order`, `harmonics`: engine order and number of harmonics
+    engine_order: int
+    harmonics: int
     force_n: float  # amplitude of harmonic 1 of the excitation, N
-    traced_m: Numbers  # (N,), the peaks of all its branches
-    traced_hz: Numbers  # (N,), the peaks of all its branches
+    # `traced_m`, `traced_hz`: (N,), the peaks of all its branches
+    traced_m: Numbers
+    traced_hz: Numbers
     modes: tuple[ModeBackbone, ...]  # the modes
     unpredicted: tuple[UnpredictedPeak, ...]  # peaks of a tenth of the highest or more that no resonance is near to
 

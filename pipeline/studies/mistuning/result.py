@@ -15,8 +15,9 @@ class SampledRing:
     """The nonlinear response of one mistuned ring."""
 
     seed: int  # seed of its deviations
-    frequency_hz: float  # the highest amplitude of any blade, and its frequency; NaN without a solution
-    amplitude_m: float  # the highest amplitude of any blade, and its frequency; NaN without a solution
+    # `frequency_hz`, `amplitude_m`: the highest amplitude of any blade, and its frequency; NaN without a solution
+    frequency_hz: float
+    amplitude_m: float
     blade: int  # number of that blade, from 0
     factor: float  # amplification factor: this amplitude over the tuned peak
     points: int  # solved points
@@ -30,8 +31,9 @@ class RingCurve:
     """The curve of the ring with the highest amplitude."""
 
     seed: int  # seed of its deviations
-    frequency_hz: Numbers  # (P,), frequency, and largest amplitude of any blade
-    envelope_m: Numbers  # (P,), frequency, and largest amplitude of any blade
+    # `frequency_hz`, `envelope_m`: (P,), frequency, and largest amplitude of any blade
+    frequency_hz: Numbers
+    envelope_m: Numbers
     # (N_b,), amplitudes of all blades at the highest one, and the largest amplitude that each blade reaches anywhere
     blade_amplitude_m: Numbers
     # (N_b,), amplitudes of all blades at the highest one, and the largest amplitude that each blade reaches anywhere
@@ -43,10 +45,12 @@ class RingCurve:
 class TunedCurve:
     """The response of the tuned ring with the same harmonics."""
 
-    frequency_hz: Numbers  # (P,), frequency and amplitude of the vibration about its mean
-    amplitude_m: Numbers  # (P,), frequency and amplitude of the vibration about its mean
-    peak_hz: float  # its highest amplitude
-    peak_m: float  # its highest amplitude
+    # `frequency_hz`, `amplitude_m`: (P,), frequency and amplitude of the vibration about its mean
+    frequency_hz: Numbers
+    amplitude_m: Numbers
+    # `peak_hz`, `peak_m`: its highest amplitude
+    peak_hz: float
+    peak_m: float
     complete: bool  # whether it spans the range
 
 
@@ -69,8 +73,9 @@ class LinearRings:
     """Rings with linear contacts."""
 
     state: str  # "stuck" or "free"
-    tuned_hz: float  # peak of the tuned ring
-    tuned_m: float  # peak of the tuned ring
+    # `tuned_hz`, `tuned_m`: peak of the tuned ring
+    tuned_hz: float
+    tuned_m: float
     factor: Numbers  # (S,), amplification factors of the rings
     quantiles: tuple[FactorQuantile, ...]  # their quantiles
     seconds: float  # what they took, s
@@ -80,9 +85,10 @@ class LinearRings:
 class MistuningResult:
     """Responses of mistuned rings."""
 
-    n_blades: int  # blades of the ring, engine order and number of harmonics
-    engine_order: int  # blades of the ring, engine order and number of harmonics
-    harmonics: int  # blades of the ring, engine order and number of harmonics
+    # `n_blades`, `engine_order`, `harmonics`: blades of the ring, engine order and number of harmonics
+    n_blades: int
+    engine_order: int
+    harmonics: int
     output: str  # name of the output
     drawn: bool  # whether the deviations were drawn at random
     bound: float  # whitehead's bound of the factor of a linear ring, (1 + sqrt N_b) / 2

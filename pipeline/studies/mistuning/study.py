@@ -89,10 +89,11 @@ class RingProblem:
     """What the rings of a scene have in common."""
 
     keys: MistuningKeys  # the section of the scene
-    modal: RingModes  # what `nonlinear.mistuned_response` takes
-    contact: ContactParameters  # what `nonlinear.mistuned_response` takes
-    excitation: Excitation  # what `nonlinear.mistuned_response` takes
-    options: Options  # what `nonlinear.mistuned_response` takes
+    # `modal`, `contact`, `excitation`, `options`: what `nonlinear.mistuned_response` takes
+    modal: RingModes
+    contact: ContactParameters
+    excitation: Excitation
+    options: Options
 
     @classmethod
     def of(cls, scene: Scene, keys: MistuningKeys, rom: Path) -> RingProblem:

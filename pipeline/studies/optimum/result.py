@@ -27,8 +27,9 @@ class Trial:
     """The worst motion with some values of the keys."""
 
     values: Mapping[str, float]  # the keys with their values, in the units of the scene
-    amplitude_m: float = math.nan  # the worst motion, m and Hz; NaN where there is none
-    frequency_hz: float = math.nan  # the worst motion, m and Hz; NaN where there is none
+    # `amplitude_m`, `frequency_hz`: the worst motion, m and Hz; NaN where there is none
+    amplitude_m: float = math.nan
+    frequency_hz: float = math.nan
     # "periodic" or "quasi-periodic"; "peak" where no motion is known to persist and the highest peak is meant
     motion: str = ""
     at_end: bool = False  # whether its frequency is an end of the frequency range: no peak, and no candidate

@@ -17,8 +17,9 @@ from pipeline.studies.uncertainty.sensitivities import FirstOrder, PolynomialCha
 class Spread:
     """Distribution of a quantity over the samples."""
 
-    mean: float  # mean and standard deviation
-    deviation: float  # mean and standard deviation
+    # `mean`, `deviation`: mean and standard deviation
+    mean: float
+    deviation: float
     quantiles: tuple[Estimate, ...]  # at the levels of the result
 
 
@@ -38,8 +39,9 @@ class Centre:
     """The worst motion with every parameter at the centre of its distribution."""
 
     values: Mapping[str, float]  # the parameters
-    amplitude_m: float  # the worst motion
-    frequency_hz: float  # the worst motion
+    # `amplitude_m`, `frequency_hz`: the worst motion
+    amplitude_m: float
+    frequency_hz: float
     branch: int  # its branch, 0 is the main one
     motion: str  # "periodic" or "quasi-periodic"
 
@@ -63,8 +65,9 @@ class UncertaintyResult:
     curves: int  # curves that the study is made of, those of the sensitivities included
     marginals: tuple[Marginal, ...]  # distributions of the parameters
     values: Mapping[str, tuple[float, ...]]  # (n,), the sampled values of each parameter
-    amplitude_m: NDArray[np.float64]  # (n,), the worst motion of each sample; NaN without a curve
-    frequency_hz: NDArray[np.float64]  # (n,), the worst motion of each sample; NaN without a curve
+    # `amplitude_m`, `frequency_hz`: (n,), the worst motion of each sample; NaN without a curve
+    amplitude_m: NDArray[np.float64]
+    frequency_hz: NDArray[np.float64]
     # (n,), whether the worst motion of the sample may be higher: its curve is incomplete or its search left something
     # open
     lower_bound: NDArray[np.bool_]
@@ -78,8 +81,9 @@ class UncertaintyResult:
     # samples without a curve, with an incomplete one, and whose search for the worst motion left something open
     unresolved: int
     levels: tuple[float, ...]  # levels of the quantiles
-    amplitude: Spread  # distribution of the worst amplitude, m, and of its frequency, Hz
-    frequency: Spread  # distribution of the worst amplitude, m, and of its frequency, Hz
+    # `amplitude`, `frequency`: distribution of the worst amplitude, m, and of its frequency, Hz
+    amplitude: Spread
+    frequency: Spread
     # quantiles from the first eighth, quarter and half of the samples and from all
     convergence: tuple[Convergence, ...]
     limit_m: float | None  # the given limit of the amplitude

@@ -168,8 +168,9 @@ class Marginal:
     # standard deviation of the normal distribution, factor of the lognormal one (its logarithm has the standard
     # deviation log(factor)), half width of the uniform one
     spread: float
-    low: float  # bounds of the values: of the distribution or of the key
-    high: float  # bounds of the values: of the distribution or of the key
+    # `low`, `high`: bounds of the values: of the distribution or of the key
+    low: float
+    high: float
 
     @property
     def mass(self) -> float:

@@ -50,8 +50,9 @@ class SobolIndex:
     key: str  # dotted key of the parameter
     first: float  # first-order index: share of the variance that is left out if the parameter alone is known
     total: float  # total index: share of the variance that is left if all others are known
-    first_interval: tuple[float, float] | None = None  # confidence intervals, 95 %; None where none is known
-    total_interval: tuple[float, float] | None = None  # confidence intervals, 95 %; None where none is known
+    # `first_interval`, `total_interval`: confidence intervals, 95 %; None where none is known
+    first_interval: tuple[float, float] | None = None
+    total_interval: tuple[float, float] | None = None
 
 
 def sobol_indices(
@@ -102,8 +103,9 @@ class FirstOrderTerm:
 class LinearSpread:
     """Distribution of a quantity by the linear model."""
 
-    mean: float  # mean and standard deviation
-    deviation: float  # mean and standard deviation
+    # `mean`, `deviation`: mean and standard deviation
+    mean: float
+    deviation: float
     quantiles: tuple[float, ...]  # at the levels of the result
 
 
@@ -112,8 +114,9 @@ class FirstOrder:
     """The linear model of the worst motion."""
 
     terms: tuple[FirstOrderTerm, ...]  # one for each parameter
-    amplitude: LinearSpread  # distribution of amplitude, m, and frequency, Hz
-    frequency: LinearSpread  # distribution of amplitude, m, and frequency, Hz
+    # `amplitude`, `frequency`: distribution of amplitude, m, and frequency, Hz
+    amplitude: LinearSpread
+    frequency: LinearSpread
 
 
 def first_order(
