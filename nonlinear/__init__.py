@@ -20,15 +20,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from nonlinear.branches.branch_collection import BranchStart, branch_starts
-    from nonlinear.branches.records import (
-        Bifurcation,
-        BifurcationKind,
-        Peak,
-        TerminationReason,
-        WorstMotion,
-        at_range_end,
-    )
     from nonlinear.contact.element_choice import ContactCycle, contact_cycle, contact_element
+    from nonlinear.contact.fourier import largest_lengths
     from nonlinear.contact.parameters import (
         LIFT_OFF,
         SLIP,
@@ -39,8 +32,7 @@ if TYPE_CHECKING:
         ContactParameters,
         punch_stiffness,
     )
-    from nonlinear.continuation.response_quantities import largest_lengths, output_components
-    from nonlinear.harmonic_balance.initial_solution import StaticContact
+    from nonlinear.continuation.response_quantities import output_components
     from nonlinear.harmonic_balance.residual import HarmonicBalance, LinearisedResidual
     from nonlinear.mistuned_ring.linear_contacts import LinearPeak
     from nonlinear.mistuned_ring.linear_ring import LinearRing
@@ -73,8 +65,18 @@ if TYPE_CHECKING:
     from nonlinear.peak_curves.peak_search import solved_response
     from nonlinear.peak_curves.peak_sensitivity import PeakSensitivity, peak_sensitivity
     from nonlinear.peak_curves.performance_curve import PerformanceCurve, performance_curve
-    from nonlinear.residual_tractions.residual_bounds import ResidualBounds, ResidualExtreme
-    from nonlinear.response_curve import ResponseCurve
+    from nonlinear.response_curve import (
+        Bifurcation,
+        BifurcationKind,
+        Peak,
+        ResidualBounds,
+        ResidualExtreme,
+        ResponseCurve,
+        StaticContact,
+        TerminationReason,
+        WorstMotion,
+        at_range_end,
+    )
     from nonlinear.response_extension import Extension, carry_branches, extend_response
     from nonlinear.response_solver import build_harmonic_balance, forced_response
     from nonlinear.time_integration.ring import Ring, RingState, StepError
@@ -178,10 +180,10 @@ _PLACES = {
     "TRUNCATION_TOLERATED": "nonlinear.options",
     "SLIP": "nonlinear.contact.parameters",
     "STICK": "nonlinear.contact.parameters",
-    "Bifurcation": "nonlinear.branches.records",
-    "BifurcationKind": "nonlinear.branches.records",
+    "Bifurcation": "nonlinear.response_curve",
+    "BifurcationKind": "nonlinear.response_curve",
     "BranchStart": "nonlinear.branches.branch_collection",
-    "at_range_end": "nonlinear.branches.records",
+    "at_range_end": "nonlinear.response_curve",
     "branch_starts": "nonlinear.branches.branch_collection",
     "Extension": "nonlinear.response_extension",
     "carry_branches": "nonlinear.response_extension",
@@ -213,23 +215,23 @@ _PLACES = {
     "PeakSensitivity": "nonlinear.peak_curves.peak_sensitivity",
     "peak_sensitivity": "nonlinear.peak_curves.peak_sensitivity",
     "OptionsError": "nonlinear.options",
-    "Peak": "nonlinear.branches.records",
+    "Peak": "nonlinear.response_curve",
     "PeakAgreement": "nonlinear.mode_agreement",
     "PeakMotion": "nonlinear.mode_agreement",
     "compare_with_peaks": "nonlinear.mode_agreement",
     "peak_motions": "nonlinear.mode_agreement",
-    "ResidualBounds": "nonlinear.residual_tractions.residual_bounds",
-    "ResidualExtreme": "nonlinear.residual_tractions.residual_bounds",
+    "ResidualBounds": "nonlinear.response_curve",
+    "ResidualExtreme": "nonlinear.response_curve",
     "ResponseCurve": "nonlinear.response_curve",
     "SolverOptions": "nonlinear.options",
-    "StaticContact": "nonlinear.harmonic_balance.initial_solution",
-    "TerminationReason": "nonlinear.branches.records",
-    "WorstMotion": "nonlinear.branches.records",
+    "StaticContact": "nonlinear.response_curve",
+    "TerminationReason": "nonlinear.response_curve",
+    "WorstMotion": "nonlinear.response_curve",
     "contact_cycle": "nonlinear.contact.element_choice",
     "contact_element": "nonlinear.contact.element_choice",
     "forced_response": "nonlinear.response_solver",
     "build_harmonic_balance": "nonlinear.response_solver",
-    "largest_lengths": "nonlinear.continuation.response_quantities",
+    "largest_lengths": "nonlinear.contact.fourier",
     "least_samples": "nonlinear.options",
     "output_components": "nonlinear.continuation.response_quantities",
     "punch_stiffness": "nonlinear.contact.parameters",

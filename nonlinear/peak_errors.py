@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from itertools import islice, pairwise
 
 from nonlinear.branches.branch import Branch
-from nonlinear.branches.records import Peak
 from nonlinear.branches.special_points import locate_peak
 from nonlinear.contact.element_choice import contact_element
 from nonlinear.contact.parameters import ContactParameters
@@ -20,7 +19,7 @@ from nonlinear.continuation.response_quantities import output_amplitude
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.harmonic_balance.initial_solution import solve_at
 from nonlinear.harmonic_selection.truncation_error import TruncationErrorEstimator, TruncationEstimate
-from nonlinear.response_curve import ResponseCurve
+from nonlinear.response_curve import Peak, ResponseCurve
 
 FIRST_STEP = 0.05  # arc length of the first step from the stored peak
 MAX_STEPS = 60  # in each direction

@@ -1,30 +1,363 @@
-"""A response curve as arrays over its points, with the highest motion that can persist on any of its branches."""
+"""The record of a response curve: arrays over its points, peaks, bifurcations, termination, worst motion.
 
-from collections.abc import Iterable, Iterator, Mapping
+Plain data from the solver to the reader: nothing here solves, so that a file is read without the solver.
+"""
+
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from enum import Enum
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nonlinear.branches.branch import Branch
-from nonlinear.branches.records import Bifurcation, Peak, TerminationReason, WorstMotion, at_range_end
-from nonlinear.contact.fourier import ComplexArray
-from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK, Array
-from nonlinear.continuation.response_quantities import (
-    evaluate_responses,
-    largest_amplitude,
-    largest_lengths,
-    output_components,
-)
-from nonlinear.continuation.solution_point import SolutionPoint
-from nonlinear.harmonic_balance.initial_solution import StaticContact
-from nonlinear.harmonic_balance.residual import HarmonicBalance
-from nonlinear.options import SolverOptions
-from nonlinear.residual_tractions.residual_bounds import ResidualBounds
+from nonlinear.contact.fourier import ComplexArray, largest_lengths
+from nonlinear.contact.parameters import Array, ContactParameters
 
-MAX_BATCH = 500  # points whose modal coordinates are in memory at a time
-AMPLITUDE_JUMP = 0.02  # largest relative jump of the amplitude where the number of harmonics changes
-SAME_AMPLITUDE = 1e-9  # relative difference of two amplitudes that count as one
+Kind = Literal["complete", "start failed", "step too small", "too many points", "turned back"]
+Motion = Literal["periodic", "quasi-periodic"]
+END_TOLERANCE = 1e-9  # relative distance of a frequency from a limit of the range that counts as reached
+
+
+@dataclass(frozen=True)
+class WorstMotion:
+    """The highest motion that can persist.
+
+    Attributes
+    ----------
+    amplitude_m : float
+        Largest abs(x(t)) of the output, over all blades, m; NaN where no motion is known to persist.
+    frequency_hz : float
+        Excitation frequency, Hz.
+    branch : int
+        Branch of the motion: 0, the main branch; k, detached branch k; -1, a periodic motion on no branch found. A
+        quasi-periodic motion belongs to the branch of the unstable solution that time integration started from.
+    index : int
+        Index of that solution among the points of its branch.
+    motion : str
+        "periodic", or "quasi-periodic": every motion that does not repeat.
+    scatter : float
+        How far the largest displacements of single periods and blades lie below the amplitude, at most, relative to
+        it. 0 for a periodic motion that all blades share.
+    nodal_diameter : int
+        Nodal diameter of the perturbation by which the ring left the unstable solution; 0 without time integration.
+    ring_blades : int
+        Blades of the ring integrated in time; 0 without time integration.
+    searched : str
+        What was searched and what was not, in a sentence.
+    unresolved : str
+        What the search left open, so that the worst motion may be higher; "" where nothing.
+    at_end : bool
+        Whether it lies at an end of the frequency range, from where the response rises further: a lower bound.
+    not_counted : str
+        Higher motions on detached branches whose truncation error is above the tolerance, where time integration did
+        not confirm them; "" where there are none.
+    truncation_error : float
+        Estimated relative error of the amplitude by neglected harmonics, that of its branch; 0 for a motion of time
+        integration, NaN without an estimate.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> curve.worst.motion, curve.worst.branch, curve.worst.amplitude_m == curve.peak.amplitude_m
+    ('periodic', 0, True)
+    """
+
+    amplitude_m: float
+    frequency_hz: float
+    branch: int
+    index: int
+    motion: Motion = "periodic"
+    scatter: float = 0.0
+    nodal_diameter: int = 0
+    ring_blades: int = 0
+    searched: str = ""
+    unresolved: str = ""
+    at_end: bool = False
+    not_counted: str = ""
+    truncation_error: float = float("nan")
+
+
+@dataclass(frozen=True)
+class TerminationReason:
+    """Why a continuation ended, and where.
+
+    Attributes
+    ----------
+    kind : str
+        "complete": the frequency range is covered, or the branch is closed. "start failed": no solution at its start.
+        "step too small": no next point was found with the smallest step. "too many points": `max_points` of the
+        options was reached. "turned back": the branch left the range at the end where it began.
+    frequency_hz : float
+        Frequency of the last point, Hz.
+    message : str
+        The reason in a sentence.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> curve.termination.kind, curve.termination.complete, curve.termination.frequency_hz
+    ('complete', True, 0.4)
+    """
+
+    kind: Kind
+    frequency_hz: float
+    message: str
+
+    @property
+    def complete(self) -> bool:
+        """Whether the frequency range was covered, or the branch is closed."""
+        return self.kind == "complete"
+
+
+@dataclass(frozen=True)
+class Peak:
+    """A local maximum of the amplitude along a response curve.
+
+    Attributes
+    ----------
+    frequency_hz : float
+        Frequency, Hz.
+    amplitude_m : float
+        Amplitude of the output, m.
+    index : int
+        Index among the points of the curve.
+    located : bool
+        Whether the maximum was solved for, to the peak tolerance. False where the largest amplitude lies at an end of
+        the curve.
+    at_end : bool
+        Whether it is the amplitude at an end of the frequency range, from where the response rises further: no peak.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> peak = curve.peak
+    >>> bool(peak.located), bool(peak.amplitude_m == curve.amplitude_m[peak.index])
+    (True, True)
+    """
+
+    frequency_hz: float
+    amplitude_m: float
+    index: int
+    located: bool = True
+    at_end: bool = False
+
+
+def at_range_end(frequency_hz: float, limits_hz: tuple[float, float]) -> bool:
+    """Whether a frequency is a limit of the frequency range: the largest amplitude of a curve there is no peak.
+
+    Parameters
+    ----------
+    frequency_hz : float
+        Frequency, Hz.
+    limits_hz : (float, float)
+        The frequency range, Hz.
+
+    Examples
+    --------
+    >>> from nonlinear import at_range_end
+    >>> at_range_end(600.0, (150.0, 600.0)), at_range_end(599.9, (150.0, 600.0))
+    (True, False)
+    """
+    return any(abs(frequency_hz - limit) <= END_TOLERANCE * limit for limit in limits_hz)
+
+
+class BifurcationKind(Enum):
+    """Kind of a bifurcation. The value is its name in text and files.
+
+    Examples
+    --------
+    >>> from nonlinear import BifurcationKind
+    >>> BifurcationKind("fold") is BifurcationKind.FOLD
+    True
+    """
+
+    FOLD = "fold"
+    BRANCH_POINT = "branch point"
+    NEIMARK_SACKER = "Neimark-Sacker"
+    PERIOD_DOUBLING = "period doubling"
+
+
+@dataclass(frozen=True)
+class Bifurcation:
+    """A bifurcation of a response curve.
+
+    At a fold the curve turns back in frequency. At a branch point another branch crosses it. Beyond a Neimark-Sacker
+    bifurcation the motion is quasi-periodic, beyond a period doubling it repeats after two periods.
+
+    Attributes
+    ----------
+    kind : BifurcationKind
+        Kind of the bifurcation.
+    frequency_hz : float
+        Frequency, Hz.
+    amplitude_m : float
+        Amplitude of the output, m.
+    index : int
+        Index among the points of the curve.
+    nodal_diameter : int
+        k of the perturbation that begins or ceases to grow: beside that of the wave, its phase shift from blade to
+        blade is 2 pi k / N_b. 0: it has the symmetry of the wave. k > 0: the blades stop moving alike, in another
+        periodic motion beyond a branch point, in a quasi-periodic one beyond a Neimark-Sacker bifurcation.
+
+    Examples
+    --------
+    Of a `ResponseCurve` they are `curve.bifurcations`.
+
+    >>> from nonlinear import Bifurcation, BifurcationKind
+    >>> fold = Bifurcation(BifurcationKind.FOLD, frequency_hz=201.5, amplitude_m=3e-4, index=17, nodal_diameter=0)
+    >>> print(f"{fold.kind.value} at {fold.frequency_hz} Hz")
+    fold at 201.5 Hz
+    """
+
+    kind: BifurcationKind
+    frequency_hz: float
+    amplitude_m: float
+    index: int
+    nodal_diameter: int = 0
+
+
+@dataclass(frozen=True)
+class StaticContact:
+    """Contact in static equilibrium at speed, before the excitation acts.
+
+    Attributes
+    ----------
+    force_n : float
+        Normal force of a face, N.
+    open_share : float
+        Share of the contact that is open: nodes by normal stiffness, which is shared by area; by number without any.
+    lowest_m, highest_m : float
+        Smallest and largest v = v0 + d_n of the nodes, m: above 0 pressed together, below 0 a gap.
+    opened : bool
+        Whether nodes that interference or preload presses together at rest are open.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> curve.static_contact.force_n, curve.static_contact.open_share
+    (2.0, 0.0)
+    """
+
+    force_n: float
+    open_share: float
+    lowest_m: float
+    highest_m: float
+    opened: bool
+
+    @classmethod
+    def of(cls, contact: ContactParameters, displacement: Array) -> "StaticContact":
+        """The contact under a static relative displacement.
+
+        Parameters
+        ----------
+        contact : ContactParameters
+            Parameters of the nodes.
+        displacement : (n_c, 3) float
+            Static relative displacement in (t1, t2, n), m.
+        """
+        normal = displacement[:, 2]
+        is_open = contact.unclipped_load(normal) <= 0.0
+        weights = contact.normal_stiffness if contact.normal_stiffness.any() else np.ones(contact.n_contacts)
+        v = contact.interference + normal
+        return cls(
+            force_n=float(contact.normal_load(normal).sum()),
+            open_share=float(weights[is_open].sum() / weights.sum()),
+            lowest_m=float(v.min()),
+            highest_m=float(v.max()),
+            opened=bool(np.any(is_open & (contact.initial_load > 0.0))),
+        )
+
+
+@dataclass(frozen=True)
+class ResidualExtreme:
+    """A motion with extreme residual tractions; all its numbers are of this one motion.
+
+    Attributes
+    ----------
+    frequency_hz : float
+        Frequency of the peak, Hz.
+    amplitude_m : float
+        Largest displacement of the output over a period as a whole, static part included, m.
+    vibration_m : float
+        Largest displacement about the mean, m.
+    static_m : float
+        Mean (harmonic 0) of the output, m: the residual tractions deflect the blade as well.
+    slider_origin : (n_c, 2) float
+        Slider positions that lead to these tractions, m: `ContactParameters.slider_origin` of the same problem.
+    traction : (n_c, 2) float
+        Mean traction (T1, T2) of the nodes over the period at the peak, N.
+    curve_frequency_hz, curve_amplitude_m : (P,) float
+        The response curve with sliders that start there, Hz and m: largest displacements as a whole.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> from dataclasses import replace
+    >>> from nonlinear import forced_response
+    >>> bounds = replace(options, residual_tractions="bounds")
+    >>> stuck = replace(contact, preload=np.array([600.0]))
+    >>> found = forced_response(modal, stuck, excitation, bounds).residual_bounds
+    >>> bool(abs(found.highest.traction[0, 0]) <= 0.5 * 600.0)  # Coulomb's limit
+    True
+    """
+
+    frequency_hz: float
+    amplitude_m: float
+    vibration_m: float
+    static_m: float
+    slider_origin: Array
+    traction: Array
+    curve_frequency_hz: Array
+    curve_amplitude_m: Array
+
+
+@dataclass(frozen=True)
+class ResidualBounds:
+    """Lowest and highest peak of the main branch, and the band of its amplitudes at some frequencies.
+
+    A residual traction changes the vibration and deflects the blade as well, so there are two pairs of bounds.
+
+    Attributes
+    ----------
+    lowest, highest : ResidualExtreme
+        The lowest and the highest peak of the displacement as a whole (`ResidualExtreme.amplitude_m`) that the main
+        branch can have.
+    least_vibration, most_vibration : ResidualExtreme
+        The lowest and the highest peak of the vibration alone (`ResidualExtreme.vibration_m`).
+    band_index : (F,) int
+        Indices of some points of the main branch.
+    band_lowest_m, band_highest_m : (F,) float
+        Lowest and highest displacement as a whole at the frequencies of these points that the response reaches from
+        the main branch when the residual tractions change, m.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`.
+
+    A contact that can always stick has the resonance of its spring, sqrt(1 + 3) / (2 pi) Hz, whatever its traction.
+
+    >>> from dataclasses import replace
+    >>> from nonlinear import forced_response
+    >>> bounds = replace(options, residual_tractions="bounds")
+    >>> stuck = replace(contact, preload=np.array([600.0]))
+    >>> found = forced_response(modal, stuck, excitation, bounds).residual_bounds
+    >>> print(f"{found.lowest.frequency_hz:.3f} to {found.highest.frequency_hz:.3f} Hz")
+    0.318 to 0.318 Hz
+    """
+
+    lowest: ResidualExtreme
+    highest: ResidualExtreme
+    least_vibration: ResidualExtreme
+    most_vibration: ResidualExtreme
+    band_index: NDArray[np.int64]
+    band_lowest_m: Array
+    band_highest_m: Array
 
 
 @dataclass(frozen=True)
@@ -192,99 +525,6 @@ class ResponseCurve:
         return np.flatnonzero(direction[1:] * direction[:-1] < 0) + 1
 
 
-def assemble_curve(
-    balance: HarmonicBalance, branch: Branch, options: SolverOptions, origin: str = ""
-) -> ResponseCurve:
-    """The quantities of all points of a branch as arrays; `balance` gives the sizes of a branch without points."""
-    points = branch.points
-    n_contacts = balance.n_contacts
-    n_harmonics = max((point.balance.n_harmonics for point in points), default=balance.n_harmonics)
-
-    response = np.zeros((len(points), n_harmonics + 1), dtype=complex)
-    displacement, force = np.zeros((2, len(points), n_harmonics + 1, n_contacts, 3), dtype=complex)
-    components = {name: output_components(balance.receptance.modal.output_names, name) for name in options.outputs}
-    others = {
-        name: np.zeros((len(points), n_harmonics + 1, len(parts)), dtype=complex)
-        for name, parts in components.items()
-    }
-    friction, energy_error = np.zeros((2, len(points)))
-    for batch in _batches(points):
-        found = evaluate_responses(points[batch], options.output, options.outputs)
-        for name, values in found.outputs.items():
-            others[name][batch, : values.shape[1]] = values
-        known = found.output.shape[1]  # harmonics of these points; the others are zero
-        response[batch, :known] = found.output
-        displacement[batch, :known], force[batch, :known] = found.displacement, found.force
-        friction[batch], energy_error[batch] = found.friction, found.energy_error
-    numbers = {point.balance.n_harmonics for point in points}
-    state = np.array([point.contact.state for point in points], dtype=int).reshape(len(points), n_contacts)
-    frequency_hz = np.array([point.omega for point in points]) / (2.0 * np.pi)
-    amplitude = np.array([largest_amplitude(row).value for row in response])
-    peaks = tuple(Peak(float(frequency_hz[i]), float(amplitude[i]), i) for i in branch.peak_indices)
-    return ResponseCurve(
-        termination=branch.termination,
-        frequency_hz=frequency_hz,
-        amplitude_m=amplitude,
-        harmonic_m=np.abs(response[:, 1:]),
-        static_m=response[:, 0].real,
-        phase_rad=np.angle(response[:, 1]),
-        stable=np.array([point.stable for point in points], dtype=bool),
-        growth_rate=np.array([point.growth_rate for point in points]),
-        growth_nodal_diameter=np.array([point.growth_nodal_diameter for point in points], dtype=int),
-        sticking=(state == STICK).sum(axis=1),
-        slipping=(state == SLIP).sum(axis=1),
-        separating=(state == LIFT_OFF).sum(axis=1),
-        dissipated_j=friction,
-        iterations=np.array([point.iterations for point in points], dtype=int),
-        kept_harmonics=np.array([point.balance.n_harmonics for point in points], dtype=int),
-        arc=np.array([point.arc for point in points]),
-        energy_error=energy_error,
-        output=response,
-        relative_displacement=displacement,
-        contact_force=force,
-        peak=_highest(
-            peaks,
-            frequency_hz,
-            amplitude,
-            SAME_AMPLITUDE if len(numbers) < 2 else AMPLITUDE_JUMP,
-            options.frequency_hz,
-        ),
-        peaks=peaks,
-        bifurcations=tuple(
-            Bifurcation(kind, float(frequency_hz[i]), float(amplitude[i]), i, k) for kind, i, k in branch.bifurcations
-        ),
-        seconds=0.0,
-        harmonics=n_harmonics,
-        truncation_error=float("nan"),
-        origin=origin,
-        outputs=others,
-    )
-
-
 def by_height(branches: Iterable[ResponseCurve]) -> tuple[ResponseCurve, ...]:
     """Detached branches by falling highest amplitude: their order everywhere."""
     return tuple(sorted(branches, key=lambda branch: -float(np.max(branch.amplitude_m, initial=0.0))))
-
-
-def _batches(points: list[SolutionPoint]) -> Iterator[slice]:
-    """Runs of successive points that have the same balance."""
-    start = 0
-    for index in range(1, len(points) + 1):
-        last = index == len(points)
-        if last or points[index].balance is not points[start].balance or index - start == MAX_BATCH:
-            yield slice(start, index)
-            start = index
-
-
-def _highest(
-    peaks: tuple[Peak, ...], frequency_hz: Array, amplitude: Array, tolerance: float, limits_hz: tuple[float, float]
-) -> Peak | None:
-    """The highest located peak; the largest amplitude, if that is higher by more than the relative `tolerance`."""
-    if amplitude.size == 0:
-        return None
-    largest = int(np.argmax(amplitude))
-    located = max(peaks, key=lambda peak: peak.amplitude_m, default=None)
-    if located is not None and located.amplitude_m >= (1.0 - tolerance) * amplitude[largest]:
-        return located
-    at, height = float(frequency_hz[largest]), float(amplitude[largest])
-    return Peak(at, height, largest, located=False, at_end=height > 0.0 and at_range_end(at, limits_hz))

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nonlinear.branches.branch import assemble_curve
 from nonlinear.branches.branch_collection import BranchCollection, BranchStart, KnownBranch, Lifting
 from nonlinear.branches.detached_branches import few_harmonics
 from nonlinear.branches.parameter_continuation import Carried, Homotopy, carry_solution
@@ -16,7 +17,7 @@ from nonlinear.harmonic_balance.residual import HarmonicBalance
 from nonlinear.harmonic_selection.truncation_error import TruncationErrorEstimator
 from nonlinear.peak_errors import with_peak_errors
 from nonlinear.problem import Problem, ProblemTuple
-from nonlinear.response_curve import ResponseCurve, assemble_curve, by_height
+from nonlinear.response_curve import ResponseCurve, by_height
 from nonlinear.response_solver import build_continuation, lifting_to
 from nonlinear.worst_motion.worst_motion import find_worst_motion
 from rom import one_blas_thread

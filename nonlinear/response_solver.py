@@ -4,17 +4,16 @@ import time
 from dataclasses import replace
 from typing import NamedTuple
 
-from nonlinear.branches.branch import Branch, with_stability
+from nonlinear.branches.branch import Branch, assemble_curve, with_stability
 from nonlinear.branches.branch_collection import Lifting
 from nonlinear.branches.detached_branches import detached_branches
 from nonlinear.branches.range_continuation import continue_over_range
-from nonlinear.branches.records import TerminationReason
 from nonlinear.contact.element_choice import contact_element
 from nonlinear.contact.parameters import Array, ContactElement, ContactError, ContactParameters
 from nonlinear.continuation.arclength_continuation import Continuation, Progress
 from nonlinear.continuation.point_stability import PointStability
 from nonlinear.continuation.step_control import find_resonances
-from nonlinear.harmonic_balance.initial_solution import StaticContact, TruncatedBalances, static_displacement
+from nonlinear.harmonic_balance.initial_solution import TruncatedBalances, static_displacement
 from nonlinear.harmonic_balance.residual import HarmonicBalance, has_odd_harmonics_only
 from nonlinear.harmonic_selection.adaptive_harmonics import (
     HarmonicSelection,
@@ -25,7 +24,7 @@ from nonlinear.options import Excitation, OptionsError, SolverOptions
 from nonlinear.peak_errors import with_peak_errors
 from nonlinear.residual_tractions.extreme_amplitude import free_tractions
 from nonlinear.residual_tractions.residual_bounds import residual_bounds
-from nonlinear.response_curve import ResponseCurve, assemble_curve, by_height
+from nonlinear.response_curve import ResponseCurve, StaticContact, TerminationReason, by_height
 from nonlinear.worst_motion.worst_motion import find_worst_motion
 from rom import RelativeReceptance, RingModes, one_blas_thread
 

@@ -1,14 +1,28 @@
-"""A branch of a response curve: its points, peaks and bifurcations, and why it ended."""
+"""A branch of a response curve: its points, peaks and bifurcations, why it ended, and its quantities as arrays."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
 
+import numpy as np
+
 from nonlinear.branches.growth_along_branch import locate_pattern_change, with_patterns, with_wave_exponents
-from nonlinear.branches.records import BifurcationKind, TerminationReason
 from nonlinear.branches.special_points import locate_bifurcations, locate_peak
+from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK, Array
 from nonlinear.continuation.arclength_continuation import Continuation
+from nonlinear.continuation.response_quantities import evaluate_responses, largest_amplitude, output_components
 from nonlinear.continuation.solution_point import SolutionPoint
+from nonlinear.harmonic_balance.residual import HarmonicBalance
+from nonlinear.options import SolverOptions
+from nonlinear.response_curve import (
+    Bifurcation,
+    BifurcationKind,
+    Peak,
+    ResponseCurve,
+    TerminationReason,
+    at_range_end,
+)
 
 
 class BranchBifurcation(NamedTuple):
@@ -120,3 +134,105 @@ def join(backward: list[SolutionPoint], forward: list[SolutionPoint]) -> list[So
     """One curve from two that leave the same point in opposite directions."""
     first = reverse(backward)
     return [*first, *(replace(point, arc=first[-1].arc + point.arc) for point in forward[1:])]
+
+
+MAX_BATCH = 500  # points whose modal coordinates are in memory at a time
+
+
+AMPLITUDE_JUMP = 0.02  # largest relative jump of the amplitude where the number of harmonics changes
+
+
+SAME_AMPLITUDE = 1e-9  # relative difference of two amplitudes that count as one
+
+
+def assemble_curve(
+    balance: HarmonicBalance, branch: Branch, options: SolverOptions, origin: str = ""
+) -> ResponseCurve:
+    """The quantities of all points of a branch as arrays; `balance` gives the sizes of a branch without points."""
+    points = branch.points
+    n_contacts = balance.n_contacts
+    n_harmonics = max((point.balance.n_harmonics for point in points), default=balance.n_harmonics)
+
+    response = np.zeros((len(points), n_harmonics + 1), dtype=complex)
+    displacement, force = np.zeros((2, len(points), n_harmonics + 1, n_contacts, 3), dtype=complex)
+    components = {name: output_components(balance.receptance.modal.output_names, name) for name in options.outputs}
+    others = {
+        name: np.zeros((len(points), n_harmonics + 1, len(parts)), dtype=complex)
+        for name, parts in components.items()
+    }
+    friction, energy_error = np.zeros((2, len(points)))
+    for batch in _batches(points):
+        found = evaluate_responses(points[batch], options.output, options.outputs)
+        for name, values in found.outputs.items():
+            others[name][batch, : values.shape[1]] = values
+        known = found.output.shape[1]  # harmonics of these points; the others are zero
+        response[batch, :known] = found.output
+        displacement[batch, :known], force[batch, :known] = found.displacement, found.force
+        friction[batch], energy_error[batch] = found.friction, found.energy_error
+    numbers = {point.balance.n_harmonics for point in points}
+    state = np.array([point.contact.state for point in points], dtype=int).reshape(len(points), n_contacts)
+    frequency_hz = np.array([point.omega for point in points]) / (2.0 * np.pi)
+    amplitude = np.array([largest_amplitude(row).value for row in response])
+    peaks = tuple(Peak(float(frequency_hz[i]), float(amplitude[i]), i) for i in branch.peak_indices)
+    return ResponseCurve(
+        termination=branch.termination,
+        frequency_hz=frequency_hz,
+        amplitude_m=amplitude,
+        harmonic_m=np.abs(response[:, 1:]),
+        static_m=response[:, 0].real,
+        phase_rad=np.angle(response[:, 1]),
+        stable=np.array([point.stable for point in points], dtype=bool),
+        growth_rate=np.array([point.growth_rate for point in points]),
+        growth_nodal_diameter=np.array([point.growth_nodal_diameter for point in points], dtype=int),
+        sticking=(state == STICK).sum(axis=1),
+        slipping=(state == SLIP).sum(axis=1),
+        separating=(state == LIFT_OFF).sum(axis=1),
+        dissipated_j=friction,
+        iterations=np.array([point.iterations for point in points], dtype=int),
+        kept_harmonics=np.array([point.balance.n_harmonics for point in points], dtype=int),
+        arc=np.array([point.arc for point in points]),
+        energy_error=energy_error,
+        output=response,
+        relative_displacement=displacement,
+        contact_force=force,
+        peak=_highest(
+            peaks,
+            frequency_hz,
+            amplitude,
+            SAME_AMPLITUDE if len(numbers) < 2 else AMPLITUDE_JUMP,
+            options.frequency_hz,
+        ),
+        peaks=peaks,
+        bifurcations=tuple(
+            Bifurcation(kind, float(frequency_hz[i]), float(amplitude[i]), i, k) for kind, i, k in branch.bifurcations
+        ),
+        seconds=0.0,
+        harmonics=n_harmonics,
+        truncation_error=float("nan"),
+        origin=origin,
+        outputs=others,
+    )
+
+
+def _batches(points: list[SolutionPoint]) -> Iterator[slice]:
+    """Runs of successive points that have the same balance."""
+    start = 0
+    for index in range(1, len(points) + 1):
+        last = index == len(points)
+        if last or points[index].balance is not points[start].balance or index - start == MAX_BATCH:
+            yield slice(start, index)
+            start = index
+
+
+def _highest(
+    peaks: tuple[Peak, ...], frequency_hz: Array, amplitude: Array, tolerance: float, limits_hz: tuple[float, float]
+) -> Peak | None:
+    """The highest located peak; the largest amplitude, if that is higher by more than the relative `tolerance`."""
+    if amplitude.size == 0:
+        return None
+    largest = int(np.argmax(amplitude))
+    located = max(peaks, key=lambda peak: peak.amplitude_m, default=None)
+    if located is not None and located.amplitude_m >= (1.0 - tolerance) * amplitude[largest]:
+        return located
+    at, height = float(frequency_hz[largest]), float(amplitude[largest])
+    return Peak(at, height, largest, located=False, at_end=height > 0.0 and at_range_end(at, limits_hz))

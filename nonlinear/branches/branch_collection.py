@@ -13,7 +13,6 @@ from typing import Protocol
 import numpy as np
 
 from nonlinear.branches.branch import Branch, join, with_special_points, with_stability
-from nonlinear.branches.records import TerminationReason, at_range_end
 from nonlinear.contact.fourier import ComplexArray, to_real
 from nonlinear.contact.parameters import Array, ContactParameters
 from nonlinear.continuation.arclength_continuation import Continuation, Progress
@@ -23,6 +22,7 @@ from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.harmonic_balance.initial_solution import TruncatedBalances, pad_or_truncate, solve_at
 from nonlinear.harmonic_balance.residual import HarmonicBalance
 from nonlinear.options import Excitation
+from nonlinear.response_curve import TerminationReason, at_range_end
 
 MAX_CHORDS = 2.0  # distance from the chord of two points, in its lengths, that a solution between them may have
 MIN_DISTANCE = 0.1  # added to that, relative to the vibration

@@ -17,12 +17,12 @@ from itertools import groupby, pairwise
 
 import numpy as np
 
-from nonlinear.branches.records import BifurcationKind
 from nonlinear.branches.special_points import KINDS, locate_change
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.point_stability import PointRecorder, PointStability
 from nonlinear.continuation.solution_point import SolutionPoint
+from nonlinear.response_curve import BifurcationKind
 from nonlinear.stability.floquet import NEUTRAL, grows, instability_of, with_conjugate
 from nonlinear.stability.ring_stability import PatternExponent
 

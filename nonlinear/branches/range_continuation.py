@@ -6,12 +6,12 @@ from typing import NamedTuple
 import numpy as np
 
 from nonlinear.branches.branch import Branch, with_special_points
-from nonlinear.branches.records import TerminationReason
 from nonlinear.contact.parameters import Array
 from nonlinear.continuation.arclength_continuation import Continuation, Progress
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.harmonic_balance.initial_solution import periodic_start
 from nonlinear.options import SolverOptions
+from nonlinear.response_curve import TerminationReason
 
 FINER_MAX_STEP = 4.0  # ratio of the longest steps of the first and of the finer attempts
 FINER_MIN_STEP = 100.0  # the same of the shortest steps

@@ -8,11 +8,11 @@ from functools import partial
 
 import numpy as np
 
-from nonlinear.branches.records import BifurcationKind
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.response_quantities import output_amplitude
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.continuation.zero_bracket import ZeroBracket
+from nonlinear.response_curve import BifurcationKind
 from nonlinear.stability.floquet import NEUTRAL, Instability, crossings, growth_limit, with_conjugate
 
 MAX_ITERATIONS = 60

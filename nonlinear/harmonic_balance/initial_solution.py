@@ -156,59 +156,6 @@ def static_displacement(receptance: RelativeReceptance, contact: ContactParamete
     return balance.displacement(result.solution)[0]
 
 
-@dataclass(frozen=True)
-class StaticContact:
-    """Contact in static equilibrium at speed, before the excitation acts.
-
-    Attributes
-    ----------
-    force_n : float
-        Normal force of a face, N.
-    open_share : float
-        Share of the contact that is open: nodes by normal stiffness, which is shared by area; by number without any.
-    lowest_m, highest_m : float
-        Smallest and largest v = v0 + d_n of the nodes, m: above 0 pressed together, below 0 a gap.
-    opened : bool
-        Whether nodes that interference or preload presses together at rest are open.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`:
-
-    >>> curve.static_contact.force_n, curve.static_contact.open_share
-    (2.0, 0.0)
-    """
-
-    force_n: float
-    open_share: float
-    lowest_m: float
-    highest_m: float
-    opened: bool
-
-    @classmethod
-    def of(cls, contact: ContactParameters, displacement: Array) -> "StaticContact":
-        """The contact under a static relative displacement.
-
-        Parameters
-        ----------
-        contact : ContactParameters
-            Parameters of the nodes.
-        displacement : (n_c, 3) float
-            Static relative displacement in (t1, t2, n), m.
-        """
-        normal = displacement[:, 2]
-        is_open = contact.unclipped_load(normal) <= 0.0
-        weights = contact.normal_stiffness if contact.normal_stiffness.any() else np.ones(contact.n_contacts)
-        v = contact.interference + normal
-        return cls(
-            force_n=float(contact.normal_load(normal).sum()),
-            open_share=float(weights[is_open].sum() / weights.sum()),
-            lowest_m=float(v.min()),
-            highest_m=float(v.max()),
-            opened=bool(np.any(is_open & (contact.initial_load > 0.0))),
-        )
-
-
 def periodic_start(
     balance: HarmonicBalance,
     omega: float,

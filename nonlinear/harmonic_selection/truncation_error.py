@@ -18,7 +18,6 @@ from typing import Literal
 
 import numpy as np
 
-from nonlinear.branches.records import at_range_end
 from nonlinear.continuation.acceptance import passes_through
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.response_quantities import output_amplitude
@@ -31,6 +30,7 @@ from nonlinear.harmonic_selection.peak_following import (
     WorkLimit,
     reference_harmonics,
 )
+from nonlinear.response_curve import at_range_end
 
 LONGEST_PART = 8  # points of the longest part of the way that is checked at its ends and in its middle only
 SAME_SHIFT = 0.25  # distance from the expected shift, relative to the step of the branch there, that is none

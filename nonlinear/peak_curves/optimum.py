@@ -15,7 +15,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from nonlinear.branches.records import Motion
 from nonlinear.contact.parameters import Array
 from nonlinear.options import NO_PEAK, OptionsError, SolverOptions
 from nonlinear.peak_curves.optimum_result import KINDS, Optimum, PeakCurve, SolvedResponse, WorstEnvelope
@@ -47,7 +46,7 @@ from nonlinear.peak_curves.worst_envelope import (
     lowest_of,
 )
 from nonlinear.problem import Problem, ProblemTuple
-from nonlinear.response_curve import ResponseCurve
+from nonlinear.response_curve import Motion, ResponseCurve
 from rom import one_blas_thread
 
 WITHIN = 1.1  # factor on the lowest amplitude that bounds the range told of

@@ -9,9 +9,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from nonlinear.branches.records import Motion, WorstMotion
 from nonlinear.contact.parameters import Array
 from nonlinear.options import Objective
+from nonlinear.response_curve import Motion, WorstMotion
 
 Kind = Literal["smooth", "kink", "jump", "plateau", "sampled", "edge", "flat"]
 KINDS: dict[Kind, str] = {

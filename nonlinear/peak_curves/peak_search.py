@@ -9,7 +9,6 @@ from typing import TypeVar
 
 import numpy as np
 
-from nonlinear.branches.records import Peak, at_range_end
 from nonlinear.contact.fourier import to_real
 from nonlinear.contact.parameters import Array
 from nonlinear.continuation.arclength_continuation import Continuation
@@ -21,7 +20,7 @@ from nonlinear.peak_curves.peak_branch import PeakPiece, follow_peak
 from nonlinear.peak_curves.peak_curve import PeakContinuation, PeakPoint
 from nonlinear.peak_curves.worst_envelope import NARROW, EnvelopeOfPeaks, Gap, ResponseAt
 from nonlinear.problem import Problem
-from nonlinear.response_curve import ResponseCurve
+from nonlinear.response_curve import Peak, ResponseCurve, at_range_end
 from nonlinear.response_solver import forced_response
 from nonlinear.worst_motion.candidates import highest_persistent, without_doubtful
 

@@ -26,6 +26,7 @@ from nonlinear.residual_tractions.extreme_amplitude import (
     free_tractions,
     lowest_of_peaks,
 )
+from nonlinear.response_curve import ResidualBounds, ResidualExtreme
 
 RANDOM_STARTS = 2
 MOST_PEAKS = 3  # local maxima of the curve from which the highest peak is sought
@@ -34,93 +35,6 @@ MOST_CURVES = 3  # solved to find the lowest highest peak
 _ONE_PEAK = 0.02  # relative difference of frequencies within which two peaks count as one
 SAME = 1e-6  # relative difference of two amplitudes that count as one
 Begun = tuple[TractionSearch, TractionState]
-
-
-@dataclass(frozen=True)
-class ResidualExtreme:
-    """A motion with extreme residual tractions; all its numbers are of this one motion.
-
-    Attributes
-    ----------
-    frequency_hz : float
-        Frequency of the peak, Hz.
-    amplitude_m : float
-        Largest displacement of the output over a period as a whole, static part included, m.
-    vibration_m : float
-        Largest displacement about the mean, m.
-    static_m : float
-        Mean (harmonic 0) of the output, m: the residual tractions deflect the blade as well.
-    slider_origin : (n_c, 2) float
-        Slider positions that lead to these tractions, m: `ContactParameters.slider_origin` of the same problem.
-    traction : (n_c, 2) float
-        Mean traction (T1, T2) of the nodes over the period at the peak, N.
-    curve_frequency_hz, curve_amplitude_m : (P,) float
-        The response curve with sliders that start there, Hz and m: largest displacements as a whole.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`:
-
-    >>> from dataclasses import replace
-    >>> from nonlinear import forced_response
-    >>> bounds = replace(options, residual_tractions="bounds")
-    >>> stuck = replace(contact, preload=np.array([600.0]))
-    >>> found = forced_response(modal, stuck, excitation, bounds).residual_bounds
-    >>> bool(abs(found.highest.traction[0, 0]) <= 0.5 * 600.0)  # Coulomb's limit
-    True
-    """
-
-    frequency_hz: float
-    amplitude_m: float
-    vibration_m: float
-    static_m: float
-    slider_origin: Array
-    traction: Array
-    curve_frequency_hz: Array
-    curve_amplitude_m: Array
-
-
-@dataclass(frozen=True)
-class ResidualBounds:
-    """Lowest and highest peak of the main branch, and the band of its amplitudes at some frequencies.
-
-    A residual traction changes the vibration and deflects the blade as well, so there are two pairs of bounds.
-
-    Attributes
-    ----------
-    lowest, highest : ResidualExtreme
-        The lowest and the highest peak of the displacement as a whole (`ResidualExtreme.amplitude_m`) that the main
-        branch can have.
-    least_vibration, most_vibration : ResidualExtreme
-        The lowest and the highest peak of the vibration alone (`ResidualExtreme.vibration_m`).
-    band_index : (F,) int
-        Indices of some points of the main branch.
-    band_lowest_m, band_highest_m : (F,) float
-        Lowest and highest displacement as a whole at the frequencies of these points that the response reaches from
-        the main branch when the residual tractions change, m.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`.
-
-    A contact that can always stick has the resonance of its spring, sqrt(1 + 3) / (2 pi) Hz, whatever its traction.
-
-    >>> from dataclasses import replace
-    >>> from nonlinear import forced_response
-    >>> bounds = replace(options, residual_tractions="bounds")
-    >>> stuck = replace(contact, preload=np.array([600.0]))
-    >>> found = forced_response(modal, stuck, excitation, bounds).residual_bounds
-    >>> print(f"{found.lowest.frequency_hz:.3f} to {found.highest.frequency_hz:.3f} Hz")
-    0.318 to 0.318 Hz
-    """
-
-    lowest: ResidualExtreme
-    highest: ResidualExtreme
-    least_vibration: ResidualExtreme
-    most_vibration: ResidualExtreme
-    band_index: NDArray[np.int64]
-    band_lowest_m: Array
-    band_highest_m: Array
 
 
 _Found = tuple[float, ResidualExtreme]  # the amplitude that is meant, and all of its motion

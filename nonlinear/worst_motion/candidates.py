@@ -7,9 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from nonlinear.branches.records import BifurcationKind
 from nonlinear.contact.parameters import Array
-from nonlinear.response_curve import ResponseCurve
+from nonlinear.response_curve import BifurcationKind, ResponseCurve
 
 CLEARLY_HIGHER = 0.02  # relative distance of the amplitudes of two solutions of one frequency, see UnstableStretch
 LONG = 1000  # periods in which a disturbance of a motion that persists grows by a factor of e at most

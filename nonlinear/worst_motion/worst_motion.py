@@ -13,10 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from nonlinear.branches.records import WorstMotion, at_range_end
 from nonlinear.options import BLADE_PERIODS, TRUNCATION_TOLERATED, SolverOptions
 from nonlinear.problem import ProblemTuple
-from nonlinear.response_curve import ResponseCurve
+from nonlinear.response_curve import ResponseCurve, WorstMotion, at_range_end
 from nonlinear.time_integration.ring import Ring
 from nonlinear.time_integration.ring_motion import RingMotion
 from nonlinear.worst_motion.candidates import (

@@ -52,6 +52,7 @@ LAYERS = {
     "nonlinear": [
         {"options"},
         {"contact"},
+        {"response_curve"},
         {"problem"},
         {"harmonic_balance"},
         {"stability"},
@@ -61,7 +62,6 @@ LAYERS = {
         {"branches"},
         {"harmonic_selection"},
         {"residual_tractions"},
-        {"response_curve"},
         {"peak_errors", "mode_agreement"},
         {"worst_motion"},
         {"response_solver"},
