@@ -20,13 +20,21 @@ if TYPE_CHECKING:
     from rom.cyclic.contact_springs import SpringSupportedMotion, contact_springs, spring_stiffness
     from rom.cyclic.cyclic_symmetry import inter_blade_phase, relative_contact_motion, wave_coordinates
     from rom.cyclic.modal_model import ModalModel, WaveModes
-    from rom.cyclic.mode_families import ModeFamilies, mode_names
+    from rom.cyclic.mode_families import ModeFamilies, blade_families, mode_names
+    from rom.cyclic.mode_following import (
+        FollowedModes,
+        follow_modes,
+        modal_assurance,
+        modes_over_diameters,
+        modes_over_speeds,
+    )
     from rom.cyclic.natural_frequencies import (
         coupled_frequencies,
         gyroscopic_frequencies,
         linear_response,
         mode_shapes,
         natural_frequencies,
+        natural_modes,
     )
     from rom.cyclic.receptance import RelativeReceptance
     from rom.cyclic.reduced_model import ReducedModel, expand_to_mesh
@@ -100,6 +108,7 @@ __all__ = [
     "Factor",
     "FactorisationError",
     "FatigueLimits",
+    "FollowedModes",
     "FullModel",
     "FullModelFileError",
     "FullReference",
@@ -136,6 +145,7 @@ __all__ = [
     "WaveSuperelement",
     "angular_speed",
     "assemble",
+    "blade_families",
     "blade_stiffness",
     "centrifugal_displacement",
     "contact_areas",
@@ -148,6 +158,7 @@ __all__ = [
     "excited_nodal_diameter",
     "expand_to_mesh",
     "factorise",
+    "follow_modes",
     "full_reference",
     "gyroscopic_frequencies",
     "held_frequencies",
@@ -159,6 +170,7 @@ __all__ = [
     "linear_responses",
     "load_full_model",
     "load_sector",
+    "modal_assurance",
     "modal_model",
     "mode_families",
     "mode_names",
@@ -167,7 +179,10 @@ __all__ = [
     "model_from_superelement",
     "model_of_waves",
     "modes_by_nodal_diameter",
+    "modes_over_diameters",
+    "modes_over_speeds",
     "natural_frequencies",
+    "natural_modes",
     "nearest_vertices",
     "new_hdf5",
     "nodal_force",
@@ -294,6 +309,13 @@ _PLACES = {
     "modal_model": "rom.cyclic.sector_modes",
     "blade_stiffness": "rom.cyclic_sector.part_stiffness",
     "strain_rows": "rom.cyclic_sector.part_stiffness",
+    "FollowedModes": "rom.cyclic.mode_following",
+    "follow_modes": "rom.cyclic.mode_following",
+    "modal_assurance": "rom.cyclic.mode_following",
+    "modes_over_diameters": "rom.cyclic.mode_following",
+    "modes_over_speeds": "rom.cyclic.mode_following",
+    "natural_modes": "rom.cyclic.natural_frequencies",
+    "blade_families": "rom.cyclic.mode_families",
     "mode_families": "rom.cyclic_sector.part_stiffness",
     "mode_names": "rom.cyclic.mode_families",
     "mode_shapes": "rom.cyclic.natural_frequencies",

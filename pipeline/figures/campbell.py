@@ -6,26 +6,29 @@ listed below the diagram.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pipeline.figures.data import Array, PlottedCurve
+from pipeline.figures.data import Array
 from pipeline.figures.style import subplots, write_heading
 from pipeline.stages.engine_orders import COUNT, FEWEST, by_speed, excited_orders
 from pipeline.stages.model_files import read_families
+from pipeline.stages.scene_to_solver import contact_on_model
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from rom import ModeFamilies, ReducedModel, ResonanceCrossing
+    from pipeline.scene.schema import Scene
+    from rom import FollowedModes, ModeFamilies, ReducedModel, ResonanceCrossing
 
 
 MODES = 4  # lowest ones that a diagram shows
+DRAWN = 8  # modes that are followed, as lines come down into the diagram and leave it
 CLOSE = 0.025  # of the height of the diagram: names nearer than this would overlap
 LOOKS: dict[str, dict[str, Any]] = {
     "free": {"color": "0.0", "linestyle": (0, (1, 1.2)), "linewidth": 1.0},
@@ -34,25 +37,24 @@ LOOKS: dict[str, dict[str, Any]] = {
 }
 
 
-def spectrum(
-    model: ReducedModel,
-    curve: PlottedCurve,
-    nodal_diameter: int,
-    states: Collection[str] = tuple(LOOKS),
-    modes: int = MODES,
-) -> dict[str, Array]:
-    """Lowest natural frequencies (Hz) by state of the shrouds: normal springs only when sliding, all when stuck."""
-    from rom import natural_frequencies
+class Modelled(Protocol):
+    """A member of a sweep with the file of its reduced model."""
 
-    phase = 0.0 if model.n_blades is None else 2.0 * np.pi * nodal_diameter / model.n_blades
-    contact = curve.contact_parameters(model.n_contacts)
-    springs: dict[str, dict[str, Array]] = {
-        "free": {},
-        "sliding": {"normal": contact.normal_stiffness},
-        "stuck": {"normal": contact.normal_stiffness, "tangential": contact.tangential_stiffness},
-    }
-    count = min(modes, model.size)
-    return {name: natural_frequencies(model, phase, count=count, **springs[name]) for name in states}
+    @property
+    def rom(self) -> Path: ...
+
+    @property
+    def scene(self) -> Scene: ...
+
+    @property
+    def parameters(self) -> Mapping[str, Any]: ...
+
+
+def springs_of(scene: Scene, model: ReducedModel) -> dict[str, dict[str, Array]]:
+    """Contact springs of each state of the shrouds: normal ones only when sliding, all when stuck."""
+    contact = contact_on_model(scene, model)
+    normal: dict[str, Array] = {"normal": contact.normal_stiffness}
+    return {"free": {}, "sliding": normal, "stuck": {**normal, "tangential": contact.tangential_stiffness}}
 
 
 def apart(heights: Array, names: Sequence[str], top: float) -> list[tuple[float, str]]:
@@ -96,19 +98,23 @@ class NumberedCrossing:
 
 
 def numbered_crossings(
-    curve: PlottedCurve, model: ReducedModel, families: ModeFamilies | None, orders: Collection[int]
+    curve: Modelled, model: ReducedModel, families: ModeFamilies | None, orders: Collection[int]
 ) -> list[NumberedCrossing]:
     """The crossings of engine orders and their multiples in the frequency range, as in the table of the report."""
-    from rom import inter_blade_phase, resonance_crossings
+    from rom import inter_blade_phase, natural_frequencies, resonance_crossings
 
+    springs, count = springs_of(curve.scene, model), min(COUNT, model.size)
     ranges = sorted({item for order in orders for item in excited_orders(curve.scene, order)})
     found: list[NumberedCrossing] = []
     for order, (low, high) in ranges:
-        hz = spectrum(model, curve, order, ("free", "stuck"), COUNT)
-        names = [f"mode {mode}" for mode in range(1, len(hz["free"]) + 1)]
+        phase = inter_blade_phase(order, model.n_blades)
+        free, stuck = (
+            natural_frequencies(model, phase, count=count, **springs[state]) for state in ("free", "stuck")
+        )
+        names = [f"mode {mode}" for mode in range(1, count + 1)]
         if families is not None:
-            names = families.modes(model, inter_blade_phase(order, model.n_blades), count=len(names))[1]
-        for each in resonance_crossings(order, model.n_blades, hz["free"], hz["stuck"], (low, high)):
+            names = families.modes(model, phase, count=count)[1]
+        for each in resonance_crossings(order, model.n_blades, free, stuck, (low, high)):
             if each.in_range:
                 part = max(each.free_hz, low), min(each.stuck_hz, high)
                 found.append(NumberedCrossing(len(found) + 1, each, names[each.mode - 1], *part))
@@ -193,12 +199,13 @@ LISTED_CROSSINGS = 4  # engine orders that the legend names
 NAMES = 0.1  # of the width of the diagram, at each end
 
 
-def nodal_diameter_figure(curve: PlottedCurve, title: str, orders: Collection[int] = ()) -> Figure | None:
+def nodal_diameter_figure(curve: Modelled, title: str, orders: Collection[int] = ()) -> Figure | None:
     """A line for each mode and contact condition over nodal diameters 0 .. N_b / 2; the excited ones are marked.
 
-    With a disk the modes of free shrouds have names, and the colour of the disk's share of the strain energy. At a
-    steady speed the engine orders make the folded line of the interference diagram. Bars with numbers: resonance
-    crossings in the frequency range.
+    Modes are followed by their shapes, and named with free shrouds at the left end and with stuck ones at the right.
+    With a disk the modes of free shrouds have the colour of the disk's share of the strain energy. At a steady speed
+    the engine orders make the folded line of the interference diagram. Bars with numbers: resonance crossings in the
+    frequency range.
     None for a single blade against ground. The steady speed and the contact stiffness are those of `curve`; `orders`
     are the engine orders of the sweep, without any that of `curve`.
     """
@@ -207,14 +214,13 @@ def nodal_diameter_figure(curve: PlottedCurve, title: str, orders: Collection[in
     model = read_reduced_model(curve.rom, with_basis=False)
     if model.n_blades is None:
         return None
-    known, families = sorted(model.wave_blocks), read_families(curve.rom)
-    diameters = np.array(known or range(model.n_blades // 2 + 1))
+    diameters, families = sorted(model.wave_blocks) or range(model.n_blades // 2 + 1), read_families(curve.rom)
     asked = set(orders) or {curve.scene.excitation.engine_order}
     crossings = numbered_crossings(curve, model, families, asked)
     figure, axes = subplots(size=(7.2, 4.8 + list_height(len(crossings))))
-    top = _draw_states(axes, model, curve, diameters)
-    if families is not None:
-        _draw_families(axes, model, families, diameters, top)
+    top = _draw_states(axes, curve.scene, model, diameters, families)
+    if families is not None and model.has_disk:
+        _draw_shares(axes, model, families, diameters)
     low, high = curve.scene.response.frequency
     axes.axhspan(low, high, color="0.95", zorder=0, label="range of the response")
     excited = sorted({multiple for order in asked for multiple, _ in excited_orders(curve.scene, order)})
@@ -229,48 +235,58 @@ def nodal_diameter_figure(curve: PlottedCurve, title: str, orders: Collection[in
     write_heading(axes, title)
     axes.set(xlabel="nodal diameter", ylabel="natural frequency [Hz]")
     axes.set_ylim(0.0, 1.05 * top)
-    if families is None:
-        axes.set_xlim(-0.5, diameters[-1] + 0.5)
-        axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=9)
-    else:  # beside the diagram there are names and colours
-        axes.set_xlim(-NAMES * diameters[-1], (1.0 + NAMES) * diameters[-1])
-        axes.legend(loc="upper left", bbox_to_anchor=(-0.13, -0.12), ncols=3, fontsize=8.5)
+    axes.set_xlim(-NAMES * diameters[-1], (1.0 + NAMES) * diameters[-1])  # names stand beside the lines
+    axes.legend(loc="upper left", bbox_to_anchor=(-0.13, -0.12), ncols=3, fontsize=8.5)
     return figure
 
 
-def _draw_states(axes: Axes, model: ReducedModel, curve: PlottedCurve, diameters: NDArray[np.int64]) -> float:
-    """Lines of free, sliding and stuck shrouds; returns the highest frequency, Hz."""
-    free = (
-        {} if model.has_disk else spectrum(model, curve, 0, ("free",))
-    )  # that of one blade, whatever the nodal diameter
-    states = tuple(LOOKS) if model.has_disk else ("sliding", "stuck")
-    found = [free | spectrum(model, curve, int(diameter), states) for diameter in diameters]
-    for name, look in LOOKS.items():
-        lines = np.array([item[name] for item in found])
-        for mode in range(lines.shape[1]):
-            axes.plot(diameters, lines[:, mode], label=f"shrouds {name}" if mode == 0 else None, **look)
-    return max(float(item["stuck"].max()) for item in found)
+def _draw_states(
+    axes: Axes, scene: Scene, model: ReducedModel, diameters: Sequence[int], families: ModeFamilies | None
+) -> float:
+    """Lines of free, sliding and stuck shrouds with names; returns the highest frequency, Hz."""
+    from rom import modes_over_diameters
+
+    found = {
+        state: modes_over_diameters(model, diameters, families, count=min(DRAWN, model.size), **springs)
+        for state, springs in springs_of(scene, model).items()
+    }
+    top = float(found["stuck"].frequency_hz[:, :MODES].max())
+    for state, modes in found.items():
+        draw_followed(axes, modes, state)
+    if families is not None:
+        write_names(axes, found["free"], 0, top)
+        write_names(axes, found["stuck"], -1, top, color=LOOKS["stuck"]["color"])
+    return top
 
 
-def _draw_families(
-    axes: Axes, model: ReducedModel, families: ModeFamilies, diameters: NDArray[np.int64], top: float
-) -> None:
-    """Modes of free shrouds by the disk's share of their strain energy, and their names at both ends."""
-    assert model.n_blades is not None
-    pitch, last = 2.0 * np.pi / model.n_blades, int(diameters[-1])
-    modes = [families.modes(model, pitch * int(diameter), count=min(MODES, model.size)) for diameter in diameters]
-    places = np.concatenate(
-        [np.full(len(hz), diameter) for (hz, _, _), diameter in zip(modes, diameters, strict=True)]
-    )
+def draw_followed(axes: Axes, modes: FollowedModes, state: str) -> None:
+    """A line for each followed mode of one state of the shrouds."""
+    for number, (places, hz) in enumerate(modes.curves()):
+        axes.plot(places, hz, label=f"shrouds {state}" if number == 0 else None, **LOOKS[state])
+
+
+def write_names(axes: Axes, modes: FollowedModes, end: int, top: float, color: str = "black") -> None:
+    """Names of the modes at the first (0) or last (-1) place, beside the lines in a diagram up to `top`."""
+    offset, align = (-4, "right") if end == 0 else (5, "left")
+    look: dict[str, Any] = {"xytext": (offset, 0), "ha": align, "va": "center", "fontsize": 8, "color": color}
+    shown = int(np.sum(modes.frequency_hz[end] <= top))
+    for height, name in apart(modes.frequency_hz[end, :shown], modes.names[end][:shown], top):
+        axes.annotate(name, (modes.places[end], height), textcoords="offset points", **look)
+
+
+def _draw_shares(axes: Axes, model: ReducedModel, families: ModeFamilies, diameters: Sequence[int]) -> None:
+    """Modes of free shrouds in the colour of the disk's share of their strain energy."""
+    from rom import inter_blade_phase
+
+    modes = [
+        families.modes(model, inter_blade_phase(diameter, model.n_blades), count=min(MODES, model.size))
+        for diameter in diameters
+    ]
+    places = np.repeat(diameters, [len(hz) for hz, _, _ in modes])
     values, shares = (np.concatenate([item[k] for item in modes]) for k in (0, 2))
     points = axes.scatter(places, values, c=100.0 * shares, cmap=SHARES, vmin=0.0, vmax=100.0, s=14.0, zorder=3.0)
     bar = axes.figure.colorbar(points, ax=axes)
     bar.set_label("share of the disk in the strain energy, shrouds free [%]")
-    for side, (hz, names, _) in ((0, modes[0]), (last, modes[-1])):
-        offset, align = (-4, "right") if side == 0 else (5, "left")
-        for height, name in apart(hz, names, top):
-            look: dict[str, Any] = {"xytext": (offset, 0), "ha": align, "va": "center", "fontsize": 8}
-            axes.annotate(name, (side, height), textcoords="offset points", **look)
 
 
 def _draw_excited_orders(axes: Axes, n_blades: int, speed_rpm: float, excited: Sequence[int], top: float) -> None:
@@ -293,53 +309,60 @@ def _draw_excited_orders(axes: Axes, n_blades: int, speed_rpm: float, excited: S
 RAYS = 7  # approximate number of engine orders drawn
 
 
-def campbell_figure(curves: Sequence[PlottedCurve], title: str) -> Figure | None:
+def campbell_figure(curves: Sequence[Modelled], title: str) -> Figure | None:
     """A line for each mode and contact condition at the excited nodal diameter; None with fewer than three speeds.
 
-    Where other keys are swept too, the blade, contact and engine order are those of the first curve.
+    Modes are followed by their shapes where those are known. Where other keys are swept too, the blade, contact and
+    engine order are those of the first curve.
     """
     chosen = by_speed(curves)
     if len(chosen) < FEWEST:
         return None
-    speeds = np.array(sorted(chosen))
     order = curves[0].scene.excitation.engine_order
-    found = [_spectrum(chosen[speed], order) for speed in speeds]
-    crossings = _crossings(speeds, found, order)
+    found = followed_over_speeds(chosen, order)
+    crossings = _crossings(found, order)
     figure, axes = subplots(size=(7.2, 4.8 + list_height(len(crossings))))
-    for name, look in LOOKS.items():
-        lines = np.array([item[name] for item in found])
-        for mode in range(lines.shape[1]):
-            axes.plot(speeds, lines[:, mode], label=f"shrouds {name}" if mode == 0 else None, **look)
-    top = max(float(item["stuck"].max()) for item in found)
+    for state, modes in found.items():
+        draw_followed(axes, modes, state)
+    top, speeds = float(found["stuck"].frequency_hz[:, :MODES].max()), found["stuck"].places
     _draw_engine_orders(axes, float(speeds[-1]), order, top)
-    names = _name_modes(axes, chosen[speeds[0]], order, (float(speeds[0]), top))
-    _draw_crossings(axes, crossings, names)
+    if not found["free"].names[0][0].startswith("mode"):
+        write_names(axes, found["free"], 0, top)
+    _draw_crossings(axes, crossings, found["free"].names[0])
     low, high = curves[0].scene.response.frequency
     axes.axhspan(low, high, color="0.95", zorder=0, label="range of the response")
     write_heading(axes, title)
     axes.set(xlabel="speed [rev/min]", ylabel=f"natural frequency [Hz], engine order {order}")
-    axes.set_xlim(speeds[0], speeds[-1])
+    axes.set_xlim(speeds[0] - NAMES * (speeds[-1] - speeds[0]), speeds[-1])
     axes.set_ylim(0.0, 1.05 * top)
     axes.legend(loc="center left", bbox_to_anchor=(1.06, 0.5), fontsize=9)
     return figure
 
 
-def _spectrum(curve: PlottedCurve, engine_order: int) -> dict[str, Array]:
-    from rom import read_reduced_model
+def followed_over_speeds(chosen: Mapping[float, Modelled], engine_order: int) -> dict[str, FollowedModes]:
+    """The lowest modes of each state of the shrouds over the speeds (rev/min) of some models."""
+    from rom import inter_blade_phase, modes_over_speeds, read_reduced_model
 
-    return spectrum(read_reduced_model(curve.rom, with_basis=False), curve, engine_order)
+    speeds = sorted(chosen)
+    models = [read_reduced_model(chosen[speed].rom, with_basis=False) for speed in speeds]
+    families = [read_families(chosen[speed].rom) for speed in speeds]
+    phase, count = inter_blade_phase(engine_order, models[0].n_blades), min(DRAWN, models[0].size)
+    return {
+        state: modes_over_speeds(models, speeds, families, phase, count=count, **springs)
+        for state, springs in springs_of(chosen[speeds[0]].scene, models[0]).items()
+    }
 
 
 def _crossings(
-    speeds: Array, found: Sequence[dict[str, Array]], order: int
+    found: Mapping[str, FollowedModes], order: int
 ) -> list[tuple[int, dict[str, list[tuple[float, float]]]]]:
     """Number of each mode that the engine order meets, with speeds and frequencies of the crossings by state."""
     from rom import speed_crossings
 
     crossings = []
-    for mode in range(len(found[0]["stuck"])):
-        lines = {state: [item[state][mode] for item in found] for state in ("free", "stuck")}
-        met = {state: speed_crossings(speeds, line, order) for state, line in lines.items()}
+    for mode in range(min(MODES, found["stuck"].frequency_hz.shape[1])):
+        lines = {state: found[state].frequency_hz[:, mode] for state in ("free", "stuck")}
+        met = {state: speed_crossings(found[state].places, line, order) for state, line in lines.items()}
         if any(met.values()):
             crossings.append((mode + 1, met))
     return crossings
@@ -351,7 +374,7 @@ def _draw_crossings(
     """A marker at each crossing, the number of the mode's entry in the list below beside it."""
     texts = []
     for number, (mode, met) in enumerate(crossings, start=1):
-        name = names[mode - 1] if names else f"mode {mode}"
+        name = names[mode - 1]
         parts = [f"{state} {f:.4g} Hz at {n:.0f} rev/min" for state, places in met.items() for n, f in places]
         texts.append(f"{name}: {', '.join(parts)}")
         for speed, frequency in (place for places in met.values() for place in places):
@@ -359,22 +382,6 @@ def _draw_crossings(
             look: dict[str, Any] = {"xytext": (6, -4), "ha": "left", "va": "top", "fontsize": 8}
             axes.annotate(str(number), (speed, frequency), textcoords="offset points", **look)
     draw_list(axes, "Resonance crossings of the engine order with free and with stuck shrouds", texts)
-
-
-def _name_modes(axes: Axes, curve: PlottedCurve, engine_order: int, corner: tuple[float, float]) -> list[str]:
-    """With a disk the names of the modes of free shrouds; `corner`: the lowest speed and the top of the diagram."""
-    from rom import inter_blade_phase, read_reduced_model
-
-    families = read_families(curve.rom)
-    if families is None:
-        return []
-    model = read_reduced_model(curve.rom, with_basis=False)
-    phase = inter_blade_phase(engine_order, model.n_blades)
-    hz, names, _ = families.modes(model, phase, count=min(MODES, model.size))
-    for height, name in apart(hz, names, corner[1]):
-        look: dict[str, Any] = {"xytext": (4, 3), "fontsize": 8, "va": "bottom"}
-        axes.annotate(name, (corner[0], height), textcoords="offset points", **look)
-    return names
 
 
 def _draw_engine_orders(axes: Axes, fastest: float, excited: int, top: float) -> None:
@@ -392,4 +399,4 @@ def _draw_engine_orders(axes: Axes, fastest: float, excited: int, top: float) ->
         beside: dict[str, Any] = {"xytext": (3, 0), "va": "center"}
         if not inside:
             beside = {"xytext": (0, 3), "ha": "center"}
-        axes.annotate(f"{order}", end, textcoords="offset points", fontsize=8, **beside)
+        axes.annotate(f"EO {order}", end, textcoords="offset points", fontsize=8, **beside)

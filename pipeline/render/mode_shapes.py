@@ -64,11 +64,8 @@ def _modes(
     tangential: Sequence[float],
 ) -> list[Mode]:
     """The lowest modes of one state of the shrouds."""
-    from rom import mode_shapes
-
     springs: dict[str, Any] = {"normal": np.asarray(normal), "tangential": np.asarray(tangential)}
-    frequency, shapes = mode_shapes(model, job.phase, count=min(max(job.modes), model.size), **springs)
-    names = mode_names_of(Path(job.rom), (model, sector, job.phase), shapes, springs)
+    frequency, shapes, names = named_shapes(Path(job.rom), model, job.phase, min(max(job.modes), model.size), springs)
     return [
         Mode(
             at_largest(shape[: len(sector.points)]),
@@ -78,24 +75,16 @@ def _modes(
     ]
 
 
-def mode_names_of(
-    rom: Path, of: tuple[ReducedModel, SectorMesh, float], shapes: NDArray[np.complex128], springs: dict[str, Any]
-) -> list[str]:
-    """Names of the lowest modes of a model, its mesh and a phase with springs; with a disk 1D, 2D, ... among them."""
-    model, sector, phase = of
+def named_shapes(
+    rom: Path, model: ReducedModel, phase: float, count: int, springs: dict[str, Any]
+) -> tuple[NDArray[np.float64], NDArray[np.complex128], list[str]]:
+    """Natural frequencies, mode shapes on the mesh and names of the lowest modes of a model made here."""
+    from rom import expand_to_mesh, natural_modes
+
+    frequency, modes = natural_modes(model, phase, count=count, **springs)
     families = read_families(rom)
-    if families is None:
-        return names_of(sector, shapes)
-    return families.modes(model, phase, count=len(shapes), **springs)[1]
-
-
-def names_of(sector: SectorMesh, shapes: NDArray[np.complex128]) -> list[str]:
-    """Names 1F, 1E, 1T, ... of mode shapes (M, at least N, 3), by the motion of the airfoil."""
-    from rom import mode_names
-
-    below = min(float(sector.points[face.nodes, 2].min()) for face in (sector.right, sector.left))
-    airfoil = np.flatnonzero(sector.points[:, 2] < below)
-    return mode_names(sector.points[airfoil], shapes[:, airfoil])
+    assert families is not None  # a model with a mesh has them
+    return frequency, expand_to_mesh(model, modes.T), families.names(frequency, modes)[0]
 
 
 def at_largest(shape: NDArray[np.complex128]) -> NDArray[np.complex128]:

@@ -190,16 +190,16 @@ class ViewerData:
 
     def add_modes(self, model: BuiltModel, scene: Scene, springs: dict[str, dict[str, Any]], label: str) -> None:
         """Mode shapes of a model; `springs`: for each contact condition the springs of the nodes, N/m."""
-        from pipeline.render.mode_shapes import at_largest, mode_names_of
-        from rom import inter_blade_phase, mode_shapes, read_reduced_model
+        from pipeline.render.mode_shapes import at_largest, named_shapes
+        from rom import inter_blade_phase, read_reduced_model
 
         wanted = (1, 2, 3) if scene.render is None else scene.render.modes
         at, sector, surface = self._surface(model)
         reduced = read_reduced_model(model.rom)
         phase = inter_blade_phase(scene.excitation.engine_order, sector.n_blades)
         for state, values in springs.items():
-            frequency, found = mode_shapes(reduced, phase, count=min(max(wanted), reduced.size), **values)
-            names = mode_names_of(model.rom, (reduced, sector, phase), found, values)
+            count = min(max(wanted), reduced.size)
+            frequency, found, names = named_shapes(model.rom, reduced, phase, count, values)
             for mode in wanted:
                 if mode <= len(frequency):
                     shape = at_largest(found[mode - 1][surface.vertices])

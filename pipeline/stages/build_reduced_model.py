@@ -40,13 +40,20 @@ def with_blade_stiffness(
 
 
 def write_families(
-    folder: Path, full: FullModel, sector: SectorMesh, materials: Material | dict[str, Material], model: ReducedModel
+    folder: Path,
+    full: FullModel | None,
+    sector: SectorMesh,
+    materials: Material | dict[str, Material],
+    model: ReducedModel,
 ) -> None:
-    """Write the rows of a reduced model with its basis that name its modes."""
-    from rom import mode_families, new_hdf5
+    """Write the rows of a reduced model with its basis that name its modes. `full` is that of a sector of a disk."""
+    from rom import blade_families, mode_families, new_hdf5
 
     assert model.basis is not None
-    families = mode_families(full, sector, materials, model.basis, _rim_radius(sector))
+    if full is None:
+        families = blade_families(sector, model.basis)
+    else:
+        families = mode_families(full, sector, materials, model.basis, _rim_radius(sector))
     with new_hdf5(folder / FAMILIES) as file:
         file["airfoil"], file["disk"] = families.airfoil, families.disk
 
@@ -102,17 +109,17 @@ def make_reduced_model(
     joined = full() if is_joined(sector) else None
     if joined is not None:
         boundary = with_interface(joined, sector, scene, boundary)
-    source, basis = full if joined is None else joined, store_basis or joined is not None
+    source = full if joined is None else joined
     if modes == "auto":
         operations = [linear_operation(scene, sector)]
-        made = reduce_to_tolerance(source, sector, scene.rom.tolerance, operations, boundary, store_basis=basis)
+        made = reduce_to_tolerance(source, sector, scene.rom.tolerance, operations, boundary)
     else:
-        made = reduce_sector(source, sector, ReductionOptions(modes, limit, basis), boundary, augment=True)
+        made = reduce_sector(source, sector, ReductionOptions(modes, limit), boundary, augment=True)
     model = with_modal_excitation(scene, made.model)
     if joined is not None:
         model = with_blade_stiffness(joined, sector, materials, model)
-        write_families(folder, joined, sector, materials, model)
-        model = model if store_basis else replace(model, basis=None)
+    write_families(folder, joined, sector, materials, model)
+    model = model if store_basis else replace(model, basis=None)
     write_reduced_model(folder / REDUCED_MODEL, model)
     if made.augmented is not None:
         write_reduced_model(folder / AUGMENTED_MODEL, with_modal_excitation(scene, made.augmented))

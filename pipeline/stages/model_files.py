@@ -14,7 +14,7 @@ FAMILIES = "families.h5"
 
 
 def read_families(rom: Path) -> ModeFamilies | None:
-    """The rows beside the file of a reduced model; None for a blade alone and for a model from elsewhere."""
+    """The rows beside the file of a reduced model; None for a model from elsewhere."""
     from rom import ModeFamilies, opened, stored_array
 
     path = rom.parent / FAMILIES

@@ -32,8 +32,9 @@ def stored_frequencies(
 ) -> dict[str, Any]:
     """First ten natural frequencies, Hz: `free_hz`, `sliding_hz` (normal springs), `stuck_hz` (all springs).
 
-    Without `engine_order` at that of the scene. `each_wave`: whether `free_hz` depends on the engine order too, with
-    a disk; of one made here also `free_names`. `n_blades`: None for a single structure.
+    Without `engine_order` at that of the scene. `free_names`, `sliding_names`, `stuck_names`: names of the modes, of
+    a model with a mesh. `each_wave`: whether `free_hz` depends on the engine order too, with a disk. `n_blades`: None
+    for a single structure.
     """
     order = scene.excitation.engine_order if engine_order is None else engine_order
     key = fingerprint(
@@ -52,7 +53,7 @@ def stored_frequencies(
 
 
 def _write(path: Path, rom: Path, scene: Scene, engine_order: int) -> None:
-    from rom import inter_blade_phase, natural_frequencies, read_reduced_model
+    from rom import inter_blade_phase, natural_modes, read_reduced_model
 
     model = read_reduced_model(rom, with_basis=False)
     phase = inter_blade_phase(engine_order, model.n_blades)
@@ -60,17 +61,17 @@ def _write(path: Path, rom: Path, scene: Scene, engine_order: int) -> None:
     normal, tangential = contact.normal_stiffness, contact.tangential_stiffness
     count = min(COUNT, model.size)
     states: dict[str, dict[str, Any]] = {
-        "free_hz": {},
-        "sliding_hz": {"normal": normal},
-        "stuck_hz": {"normal": normal, "tangential": tangential},
-    }
-    values: dict[str, Any] = {
-        name: natural_frequencies(model, phase, count=count, **springs).tolist() for name, springs in states.items()
+        "free": {},
+        "sliding": {"normal": normal},
+        "stuck": {"normal": normal, "tangential": tangential},
     }
     families = read_families(rom)
-    values |= {"each_wave": model.has_disk, "n_blades": model.n_blades}
-    if families is not None:
-        values["free_names"] = families.modes(model, phase, count=count)[1]
+    values: dict[str, Any] = {"each_wave": model.has_disk, "n_blades": model.n_blades}
+    for name, springs in states.items():
+        frequency, modes = natural_modes(model, phase, count=count, **springs)
+        values[f"{name}_hz"] = frequency.tolist()
+        if families is not None:
+            values[f"{name}_names"] = families.names(frequency, modes)[0]
     values |= {"normal_stiffness": float(normal.sum()), "tangential_stiffness": float(tangential.sum())}
     path.write_text(json.dumps(values))
 

@@ -1,22 +1,24 @@
-"""Families of modes: names of blade modes by their shape, and families with a disk.
+"""Families of modes: names of modes by the motion of the airfoil, and with a disk by the strain energy of the disk.
 
-With a disk the motion of the airfoil by sections and the strain energy of the disk tell the family. Both are sums of
-squares of linear functions of the reduced coordinates: with these rows every mode of the reduced model, at every
-nodal diameter, has its name without its shape on the mesh.
+Both are sums of squares of linear functions of the reduced coordinates: with these rows every mode of the reduced
+model, at every nodal diameter, has its name without its shape on the mesh.
 """
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rom.cyclic.natural_frequencies import mode_shapes
+from rom.cyclic.natural_frequencies import natural_modes
 from rom.cyclic.reduced_model import ReducedModel
+
+if TYPE_CHECKING:
+    from geometry import SectorMesh
 
 FAMILIES = "FETR"
 SLICES = 12  # sections over the height
@@ -99,7 +101,7 @@ class ModeFamilies:
     airfoil : (4 s, n) array
         Flap, edge, torsion and radial motion of s sections of the airfoil for unit coordinates, m.
     disk : (d, n) array
-        Strain of the disk: the sum of squares is the disk's part of q^H K q, N/m.
+        Strain of the disk: the sum of squares is the disk's part of q^H K q, N/m; no rows without a disk.
 
     Examples
     --------
@@ -154,19 +156,66 @@ class ModeFamilies:
         ReducedModelError
             The mass is not positive definite.
         """
-        rows = np.vstack([self.airfoil, self.disk])
-        filled = np.zeros((3 * -(-len(rows) // 3), rows.shape[1]))  # a basis has three rows a node
-        filled[: len(rows)] = rows
-        springs: dict[str, Any] = {"normal": normal, "tangential": tangential}
-        frequency, values = mode_shapes(replace(model, basis=filled), phase, count=count, **springs)
-        squares = np.abs(values.reshape(len(frequency), -1)) ** 2
-        last = len(self.airfoil)
-        omega = 2.0 * np.pi * frequency
+        frequency, modes = natural_modes(model, phase, normal=normal, tangential=tangential, count=count)
+        return frequency, *self.names(frequency, modes)
+
+    def names(self, frequency_hz: NDArray[np.float64], modes: NDArray[Any]) -> tuple[list[str], NDArray[np.float64]]:
+        """Names of given modes.
+
+        Parameters
+        ----------
+        frequency_hz : (m,) array
+            Natural frequencies, Hz, ascending.
+        modes : (n, m) array
+            Mass-normalised modes, as of `natural_modes`.
+
+        Returns
+        -------
+        names : list of str
+            As of `modes`.
+        share : (m,) array
+            Share of the disk in the strain energy.
+        """
+        omega = 2.0 * np.pi * frequency_hz
         elastic = omega > _RIGID * omega[-1]
-        stored = squares[:, last : len(rows)].sum(axis=1)
+        stored = np.sum(np.abs(self.disk @ modes) ** 2, axis=0)
         share = np.where(elastic, stored / np.where(elastic, omega, 1.0) ** 2, 1.0)
-        family = squares[:, :last].reshape(len(frequency), len(FAMILIES), -1).sum(axis=2).argmax(axis=1)
+        motion = np.abs(self.airfoil @ modes) ** 2
+        family = motion.reshape(len(FAMILIES), -1, len(omega)).sum(axis=1).argmax(axis=0)
         names = counted(
             DISK if part > MOSTLY else FAMILIES[number] for part, number in zip(share, family, strict=True)
         )
-        return frequency, names, share
+        return names, share
+
+
+def blade_families(sector: SectorMesh, basis: NDArray[np.float64]) -> ModeFamilies:
+    """Rows of a reduced model of a blade without its disk that tell the families of its modes.
+
+    Parameters
+    ----------
+    sector : SectorMesh
+        The mesh. The airfoil is what lies below the contact faces.
+    basis : (N, n) array
+        Mesh displacements of the reduced coordinates, `ReducedModel.basis`.
+
+    Returns
+    -------
+    ModeFamilies
+        The rows; none of a disk.
+
+    Examples
+    --------
+    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
+    >>> from rom import Material, ReductionOptions, assemble, blade_families, reduce_sector
+    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
+    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02))
+    >>> full = assemble(sector, Material(2e11, 0.3, 7800.0), element="hex8")
+    >>> model = reduce_sector(full, sector, ReductionOptions(modes=4)).model
+    >>> blade_families(sector, model.basis).modes(model, phase=0.0, count=3)[1]
+    ['1F', '1E', '1T']
+    """
+    below = min(float(sector.points[face.nodes, 2].min()) for face in (sector.right, sector.left))
+    airfoil = np.flatnonzero(sector.points[:, 2] < below)
+    displacement = basis.T.reshape(basis.shape[1], -1, 3)[:, airfoil]
+    sections = section_motion(sector.points[airfoil], displacement)
+    return ModeFamilies(sections.reshape(len(sections), -1).T.copy(), np.zeros((0, basis.shape[1])))

@@ -136,7 +136,6 @@ def linear_response(
 COUPLED_MODES = 300  # modes between which the Coriolis forces act, at most or as many as are asked for
 
 
-@one_blas_thread()
 def natural_frequencies(
     model: ReducedModel, phase: float, *, normal: ArrayLike = 0.0, tangential: ArrayLike = 0.0, count: int = 10
 ) -> NDArray[np.float64]:
@@ -176,8 +175,43 @@ def natural_frequencies(
     >>> [natural_frequencies(model, phase, normal=0.75e6).round(3).tolist() for phase in (0.0, np.pi)]
     [[159.155], [318.31]]
     """
-    squared, _ = _cyclic_modes(model, phase, contact_springs(model.n_contacts, normal, tangential), count)
-    return _omega(squared) / (2 * np.pi)
+    return natural_modes(model, phase, normal=normal, tangential=tangential, count=count)[0]
+
+
+@one_blas_thread()
+def natural_modes(
+    model: ReducedModel, phase: float, *, normal: ArrayLike = 0.0, tangential: ArrayLike = 0.0, count: int = 10
+) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
+    """Lowest natural frequencies with their mass-normalised modes in reduced coordinates.
+
+    Parameters
+    ----------
+    model, phase, normal, tangential, count
+        As in `natural_frequencies`.
+
+    Returns
+    -------
+    frequencies : (count,) array
+        Natural frequencies in Hz, ascending; fewer for a smaller model.
+    modes : (n, count) complex array
+        Reduced coordinates q of the modes, q^H M q = 1 kg.
+
+    Raises
+    ------
+    ReducedModelError
+        The mass is not positive definite.
+
+    Examples
+    --------
+    >>> from rom import ReducedModel, natural_modes
+    >>> n, one = np.array([[0.0], [0.0], [1.0]]), np.ones(1)
+    >>> model = ReducedModel(4 * np.eye(1), 4e6 * np.eye(1), n, np.zeros((1, 3)), one, {"tip": one})
+    >>> frequency, modes = natural_modes(model, phase=0.0)
+    >>> frequency.round(3).tolist(), abs(modes).tolist()
+    ([159.155], [[0.5]])
+    """
+    squared, shapes = _cyclic_modes(model, phase, contact_springs(model.n_contacts, normal, tangential), count)
+    return _omega(squared) / (2 * np.pi), shapes
 
 
 def gyroscopic_frequencies(
@@ -243,7 +277,6 @@ def frequencies_without_and_with_coriolis(
     return omega[:count] / (2 * np.pi), values[len(still) :][:count] / (2 * np.pi)
 
 
-@one_blas_thread()
 def mode_shapes(
     model: ReducedModel, phase: float, *, normal: ArrayLike = 0.0, tangential: ArrayLike = 0.0, count: int = 10
 ) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
@@ -285,8 +318,8 @@ def mode_shapes(
     >>> frequencies.round(3).tolist(), abs(shapes).round(6).tolist()
     ([159.155], [[[0.0, 0.0, 0.5]]])
     """
-    squared, vectors = _cyclic_modes(model, phase, contact_springs(model.n_contacts, normal, tangential), count)
-    return _omega(squared) / (2 * np.pi), expand_to_mesh(model, vectors.T)
+    frequency, modes = natural_modes(model, phase, normal=normal, tangential=tangential, count=count)
+    return frequency, expand_to_mesh(model, modes.T)
 
 
 def _omega(squared: NDArray[np.float64]) -> NDArray[np.float64]:
