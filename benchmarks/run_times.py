@@ -25,7 +25,7 @@ from typing import Any
 
 from before_after.plan import CASES, DEAR, GRIDS, SCENES, Settings
 from before_after.pyharm import pyharm_points
-from before_after.report import report, table
+from before_after.report import page, report, table
 from before_after.state import State
 from tables import OUT, ROOT, load, machine_facts, write_results
 
@@ -49,6 +49,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if options.store is None:
         before = read(options.before)
         write_results(options.out, "run_times", table(before, state), report(before, state))
+        (options.out / "page.md").write_text(page(before, state), encoding="utf-8")
     return 1 if state["failures"] else 0
 
 

@@ -30,7 +30,6 @@ from docs.picture_record import (  # noqa: E402
     IMAGES,
     Maker,
     Picture,
-    block,
     code_cells,
     read_record,
     record_of,
@@ -137,7 +136,7 @@ def pictures() -> dict[str, Picture]:
         Picture("friction_map", (f"{tutorials}/friction_map.ipynb", f"{tutorials}/friction_map.toml"), _of_notebook),
     ]
     for study in ("whole", "mesh", "modes", "harmonics", "integration", "continuation"):
-        made.append(Picture(f"bench_{study}", (f"docs/developers/performance.md#{study}",), _of_table(study)))
+        made.append(Picture(f"bench_{study}", (f"benchmarks/measured/{study}.csv",), _of_table(study)))
     return {picture.name: picture for picture in made}
 
 
@@ -253,7 +252,7 @@ def _report(path: Path) -> bool:
 def _of_table(study: str) -> Maker:
     def make(path: Path) -> bool:
         figure, tables = import_module("work_precision.figure"), import_module("work_precision.study")
-        figure.save_figure(tables.from_markdown(study, block(study)), path)
+        figure.save_figure(tables.read_csv(ROOT / "benchmarks" / "measured" / f"{study}.csv"), path)
         return True
 
     return make

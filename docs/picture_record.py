@@ -35,7 +35,7 @@ class Picture:
     name : str
         Its file in docs/images, without `.png`.
     sources : tuple of str
-        Files or folders of the repository; `docs/developers/performance.md#NAME`: a block of that page.
+        Files or folders of the repository.
     make : callable
         How it is made.
     """
@@ -50,18 +50,9 @@ class Picture:
         return IMAGES / f"{self.name}.png"
 
 
-def block(name: str) -> str:
-    """The text of docs/developers/performance.md between the markers of a benchmark."""
-    text = (DOCS / "developers" / "performance.md").read_text(encoding="utf-8")
-    return text.partition(f"<!-- bench: {name} -->\n")[2].partition("<!-- end -->")[0]
-
-
 def fingerprint(source: str) -> str:
     """Hash of what a source says: values of a scene, code without comments and docstrings, the code of a page."""
-    path, _, part = source.partition("#")
-    if part:
-        return _hash(block(part))
-    place = ROOT / path
+    place = ROOT / source
     if place.suffix == ".toml":
         return _hash(json.dumps(tomllib.loads(place.read_text(encoding="utf-8")), sort_keys=True))
     if place.suffix == ".ipynb":
@@ -81,7 +72,7 @@ def code_cells(notebook: Path) -> str:
 def _code(file: Path) -> str:
     if file.suffix == ".py":
         return ast.dump(_without_docstrings(ast.parse(file.read_text(encoding="utf-8"))))
-    return file.read_text(encoding="utf-8") if file.suffix in (".html", ".css", ".js") else ""
+    return file.read_text(encoding="utf-8") if file.suffix in (".html", ".css", ".js", ".csv") else ""
 
 
 def _without_docstrings(tree: ast.Module) -> ast.Module:

@@ -15,6 +15,10 @@ Stored = Mapping[str, Any]  # a state as its JSON file holds it
 NOTHING = "-"
 STAGES = ("mesh", "assemble", "reduce", "respond", "render", "figures")
 SHOWN_EXTRAS = ("truncation", "detached", "ring stability", "time integration")
+NOTE = (
+    "Seconds on the clock, those of all processors in brackets; of single curves processor time on one thread. Every "
+    "case in a process of its own, kernels compiled before, medians where it is short. `>=`: ended at its limit."
+)
 SAME = 1e-6  # relative differences of answers below it are those of round-off
 
 
@@ -24,9 +28,7 @@ def report(before: Stored, after: Stored) -> str:
     head = ("what", "unit", "before", "after", "times better", "target", "reached")
     parts = [
         "# Run times, before and after",
-        "Seconds on the clock, those of all processors in brackets; of single curves processor time on one thread. "
-        "Every case in a process of its own, kernels compiled before, medians where it is short. `>=`: ended at its "
-        "limit.",
+        NOTE,
         markdown_table(head, ([row[name] for name in head] for row in table(before, after))),
         "## Stages of a run",
         "Seconds on the clock.",
@@ -51,6 +53,26 @@ def report(before: Stored, after: Stored) -> str:
         "## Where",
         "\n".join(f"* {name}: {_where(state)}" for name, state in (("before", before), ("after", after))),
         *_failures(before, after),
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+def page(before: Stored, after: Stored) -> str:
+    """What the page of the documents shows: the state after alone."""
+    _, cases = cases_of(before, after)
+    head = ("what", "unit", "measured", "target", "reached")
+    rows = [{**row, "measured": row["after"]} for row in table(before, after)]
+    parts = [
+        "# Run times",
+        NOTE,
+        markdown_table(head, ([row[name] for name in head] for row in rows)),
+        "## Beside pyHarm",
+        "Milliseconds of processor time a point.",
+        markdown_table(
+            ("case", "pyHarm", "this program", "times faster"),
+            ((name, theirs, ours, times) for name, theirs, _, ours, _, times in _peers({}, cases)),
+        ),
+        f"Measured: {_where(after)}.",
     ]
     return "\n\n".join(parts) + "\n"
 

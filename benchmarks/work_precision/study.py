@@ -185,25 +185,3 @@ def shown_error(error: float) -> str:
     if not math.isfinite(error):
         return "-"
     return f"{100.0 * error:.2g} %" if error >= 1e-5 else f"{error:.0e}"
-
-
-def from_markdown(name: str, text: str) -> Study:
-    """The study of the text of `markdown` below a heading: as much of it as a figure shows."""
-    title = next(line[2:].strip() for line in text.splitlines() if line.startswith("## ")).strip("# ")
-    table = [[cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines() if line[:1] == "|"]
-    head, body, unsure = table[0], table[2:-1], table[-1]
-    quantities = [quantity for quantity in head[head.index("s") + 1 :] if quantity != "note"]
-    rows = []
-    for cells in body:
-        row = dict(zip(head, cells, strict=True))
-        errors = {quantity: read_error(row[quantity]) for quantity in quantities}
-        rows.append(Measured(cells[0], row["setting"], float(row["s"]), errors, note=row.get("note", "")))
-    uncertainty = {quantity: read_error(unsure[head.index(quantity)]) for quantity in quantities}
-    return Study(name, title, "", "", uncertainty, tuple(rows))
-
-
-def read_error(shown: str) -> float:
-    """The error that `shown_error` shows; inf for "-"."""
-    if shown == "-":
-        return math.inf
-    return float(shown.removesuffix(" %")) / 100.0 if shown.endswith("%") else float(shown)

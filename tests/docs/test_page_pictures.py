@@ -71,10 +71,12 @@ def test_what_makes_a_picture_old(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     ]
 
 
-def test_a_picture_of_a_table_follows_the_table(monkeypatch: pytest.MonkeyPatch) -> None:
-    before = fingerprint("docs/developers/performance.md#whole")
-    monkeypatch.setattr(picture_record, "block", lambda name: f"another table of {name}")
-    assert fingerprint("docs/developers/performance.md#whole") != before
+def test_a_picture_of_a_table_follows_the_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = fingerprint("benchmarks/measured/whole.csv")
+    text = (ROOT / "benchmarks" / "measured" / "whole.csv").read_text(encoding="utf-8")
+    (tmp_path / "whole.csv").write_text(text.replace("hex20", "hex27", 1), encoding="utf-8")
+    monkeypatch.setattr(picture_record, "ROOT", tmp_path)
+    assert fingerprint("whole.csv") != before
 
 
 def test_an_unknown_picture_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

@@ -151,7 +151,8 @@ def studies(benchmark: Any, tmp_path_factory: pytest.TempPathFactory) -> dict[st
     found = {name: study.read_csv(out / f"{name}.csv") for name in bench.STUDIES}
     for name, made in found.items():
         assert (out / f"{name}.png").stat().st_size > 10_000
-        assert study.markdown(made) in document
+        assert (study.markdown(made) if name == "whole" else made.about) in document
+        assert study.read_csv(out / "benchmarks" / "measured" / f"{name}.csv") == made
     return found
 
 
