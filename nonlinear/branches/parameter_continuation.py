@@ -18,7 +18,7 @@ from nonlinear.continuation.arclength_continuation import Continuation, Continua
 from nonlinear.continuation.corrector import BorderedSystem
 from nonlinear.continuation.response_quantities import amplitude_derivative
 from nonlinear.continuation.solution_point import SolutionPoint, Tangent
-from nonlinear.continuation.step_control import ContinuationParameters
+from nonlinear.continuation.step_control import ContinuationParameters, Step, follow
 from nonlinear.harmonic_balance.initial_solution import solve_at
 from nonlinear.harmonic_balance.residual import HarmonicBalance, InterferenceChange, LinearisedResidual, Parameter
 from nonlinear.options import SolverOptions
@@ -222,31 +222,41 @@ def _with_free_frequency(
     homotopy: Homotopy, start: SolutionPoint, s: float, follow_top: bool
 ) -> tuple[SolutionPoint, float]:
     """The last solution of a natural continuation in s, and the s that it reached."""
-    point, increment = start, (1.0 - s)
-    smallest = SMALLEST_INCREMENT_OF_TOP if follow_top else SMALLEST_INCREMENT
-    here, rate = _continuation(homotopy, s), None
-    if follow_top:
-        point, increment = _top(here, point), 0.125
-    while s < 1.0 and increment >= smallest:
-        target = min(s + increment, 1.0)
+    here, first = _continuation(homotopy, s), 0.125 if follow_top else 1.0 - s
+    last = _Reached(homotopy, s, here, _top(here, start) if follow_top else start)
+
+    def ahead(reached: _Reached, increment: float) -> Step[_Reached] | float:
+        target = min(reached.s + increment, 1.0)
         there = _continuation(homotopy, target)
-        rate = rate or _rate(homotopy, here, s, point)
-        found = there.solver.refit(_predicted(point, rate, target - s))
+        found = there.solver.refit(_predicted(reached.point, reached.rate, target - reached.s))
         if found is None:
-            increment /= 4.0
-            continue
-        point, here, rate = (_top(there, found) if follow_top else found), there, None
-        s, increment = target, 2.0 * increment
-    return point, s
+            return increment / 4.0
+        point = _top(there, found) if follow_top else found
+        return Step(_Reached(homotopy, target, there, point), increment, 2.0 * increment, target == 1.0)
+
+    for step in follow(last, (ahead,), (first, SMALLEST_INCREMENT_OF_TOP if follow_top else SMALLEST_INCREMENT)):
+        last = step.state
+    return last.point, last.s
 
 
-def _rate(homotopy: Homotopy, here: Continuation, s: float, point: SolutionPoint) -> Tangent:
-    """dx/ds and domega/ds of a solution at s, whose continuation is given, in the plane normal to its tangent."""
-    change = homotopy.interference_change
-    rate = None if change is None else here.solver.interference_rate(point, change)
-    if rate is not None:
-        return rate
-    return rate_of_change(homotopy.balance(s), homotopy.balance(s + DIFFERENCE), DIFFERENCE, point)
+@dataclass(frozen=True)
+class _Reached:
+    """A solution of a homotopy."""
+
+    homotopy: Homotopy
+    s: float
+    here: Continuation  # in the frequency at s
+    point: SolutionPoint
+
+    @cached_property
+    def rate(self) -> Tangent:
+        """dx/ds and domega/ds in the plane normal to the tangent of the curve over the frequency."""
+        change = self.homotopy.interference_change
+        rate = None if change is None else self.here.solver.interference_rate(self.point, change)
+        if rate is not None:
+            return rate
+        balances = self.homotopy.balance(self.s), self.homotopy.balance(self.s + DIFFERENCE)
+        return rate_of_change(*balances, DIFFERENCE, self.point)
 
 
 def rate_of_change(first: HarmonicBalance, second: HarmonicBalance, step: float, point: SolutionPoint) -> Tangent:
@@ -306,20 +316,16 @@ def continue_in_parameter(
     Shapes: `unknown` (n,).
     """
     solver = continuation.solver
-    state = ContinuationState(solver.point(unknown, s, (0.0 * unknown, direction), 0, 0.0, continuation.options.step))
-    yield state.point
-    for _ in range(max_points):
+    start = solver.point(unknown, s, (0.0 * unknown, direction), 0, 0.0, continuation.options.step)
+
+    def straight(state: ContinuationState, _: float) -> Step[ContinuationState] | None:
         end = straight_end(state.point)
-        if end is not None:
-            yield end
+        return None if end is None else state.step_to(end)._replace(last=True)
+
+    for point in continuation.points(start, max_points, straight):
+        yield point
+        if passed_limit(point.parameter, solver.limits) is not None and point is not start:
             return
-        step = continuation.next_point(state)
-        if step is None:
-            return
-        yield step.point
-        if passed_limit(step.point.parameter, solver.limits) is not None:
-            return
-        state = state.after(step)
 
 
 def solution_between(

@@ -1,10 +1,10 @@
-"""Pseudo-arc-length continuation of the solutions of R(x, p) = 0: the loop over accepted steps."""
+"""Pseudo-arc-length continuation of R(x, p) = 0: where a branch ends, and the ways to its next point."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -22,33 +22,19 @@ from nonlinear.continuation.linear_segments import LinearSegments, LinearSegment
 from nonlinear.continuation.point_stability import PointRecorder, PointStability
 from nonlinear.continuation.predictor_corrector import PredictorCorrector
 from nonlinear.continuation.solution_point import SolutionPoint
-from nonlinear.continuation.step_control import ContinuationParameters, Resonances, next_step, step_to_resonance
+from nonlinear.continuation.step_control import (
+    ContinuationParameters,
+    Resonances,
+    Step,
+    Way,
+    follow,
+    next_step,
+    step_to_resonance,
+)
 from nonlinear.harmonic_balance.residual import HarmonicBalance
 from nonlinear.options import SolverOptions
 
 Progress = Callable[[float, int], None]  # frequency in Hz, number of points
-
-
-class ContinuationState(NamedTuple):
-    """What a step starts from."""
-
-    point: SolutionPoint  # last point
-    previous: SolutionPoint | None = None  # the point before, if it has the same harmonics
-    branch_points: tuple[SolutionPoint, ...] = ()  # branch points crossed so far
-
-    def after(self, step: AcceptedStep, adapted: SolutionPoint | None = None) -> ContinuationState:
-        """The state after a step, whose point may have been `adapted` to another number of harmonics."""
-        point = adapted or step.point
-        previous = self.point if point.balance is self.point.balance else None
-        crossed = () if step.branch_point is None else (step.branch_point,)
-        return ContinuationState(point, previous, self.branch_points + crossed)
-
-
-class AcceptedStep(NamedTuple):
-    """The next point, and the branch point crossed on the way to it, if any."""
-
-    point: SolutionPoint
-    branch_point: SolutionPoint | None = None
 
 
 @dataclass(frozen=True)
@@ -105,98 +91,116 @@ class Continuation:
         yield self.recorder.record(first or start)
         if first is None:
             return
-        state, current = ContinuationState(first), current.with_balance(first.balance)
-        for count in range(1, self.options.max_points):
-            step = current.next_point(state)
-            if step is None:
-                return
-            point, found = state.point, step.point
-            if count > 2 and passes_through(current.solver, point, found, first):
-                arc = point.arc + distance_along_tangent(point, first)
-                yield self.recorder.record(first.changed(arc=arc))
-                return
-            limit = passed_limit(found.parameter, current.solver.limits)
-            if limit is not None:
-                end = found if found.parameter == limit else current.solver.at_parameter(point, limit)
-                yield self.recorder.record(found if end is None else end)
-                return
-            adapted = found if current.adapt is None else current.adapt(current, found)
-            if adapted is None:
-                return
-            state = state.after(step, adapted)
-            current = current.with_balance(adapted.balance)
+        state = ContinuationState(current.with_balance(first.balance), first)
+        lengths, most = (first.step, self.options.min_step), self.options.max_points - 1
+        for count, step in enumerate(follow(state, WAYS, lengths, most, partial(_arrived, first)), 1):
             if progress is not None:
-                progress(adapted.omega / (2.0 * np.pi), count)
-            yield self.recorder.record(adapted)
+                progress(step.state.point.omega / (2.0 * np.pi), count)
+            yield self.recorder.record(step.state.point)
 
-    def next_point(self, state: ContinuationState) -> AcceptedStep | None:
-        """The next accepted point; None if no way to it succeeds.
+    def points(self, start: SolutionPoint, most: int, *ways: Way[ContinuationState]) -> Iterator[SolutionPoint]:
+        """`start` and up to `most` points after it: the bare curve, whatever its range. `ways`: to be tried first."""
+        yield start
+        lengths = start.step, self.options.min_step
+        for step in follow(ContinuationState(self, start), (*ways, *WAYS), lengths, most):
+            yield step.state.point
 
-        In this order: along a linear segment, along the tangent with shorter and shorter steps, along the secant, and
-        across a kink.
-        """
-        found = self._linear_step(state.point)
-        if found is not None:
-            return AcceptedStep(found)
-        step = self._tangent_step(state)
-        if step is not None:
-            return step
-        found = self._secant_step(state) or point_beyond_kink(self.solver, state.point)
-        return None if found is None else AcceptedStep(found)
-
-    def _linear_step(self, point: SolutionPoint) -> SolutionPoint | None:
-        """The next point on a linear segment; None off such a segment, and at its end."""
-        if self.linear is None or point.tangent[1] == 0.0:
-            return None
-        low, high = self.options.omega_range
-        wanted = min(point.step, self.options.max_step)
-        step = self._up_to_resonance(point, wanted, self.resonances.natural)
-        limit = high if point.tangent[1] > 0.0 else low
-        step = min(step, max((limit - point.omega) / point.tangent[1], self.options.min_step))
-        while step >= self.options.min_step:
-            found = self.linear.step(point, step)
-            if found is None:
-                return None
-            predicted = point.unknown + step * point.tangent[0], point.omega + step * point.tangent[1]
-            deviation = point.metric.norm(found.unknown - predicted[0], found.omega - predicted[1])
-            if found.step < step or deviation <= self.parameters.max_deviation * step:
-                following = next_step(step, deviation, 0, self.options, self.parameters)
-                return found.changed(step=wanted if step < wanted and following >= step else following)
-            step /= 2.0
-        return None
-
-    def _tangent_step(self, state: ContinuationState) -> AcceptedStep | None:
-        """The next point along the tangent, which continues the curve or lies beyond a branch point of it."""
-        point = state.point
-        wanted = min(point.step, self.options.max_step)
-        step = self._up_to_resonance(point, wanted, self.resonances.all)
-        while step >= self.options.min_step:
-            found = self.solver.step(point, step, previous=state.previous)
-            if found is not None:
-                follows = follows_curve(point, found, self.parameters)
-                branch_point = None
-                if not follows:
-                    crossed = state.branch_points
-                    branch_point = find_crossed_branch_point(self.solver, point, found, step, crossed)
-                if follows or branch_point is not None:
-                    # a step cut short at a resonance is no reason for a short next step
-                    keeps_length = step < wanted and found.step >= step
-                    return AcceptedStep(found.changed(step=wanted) if keeps_length else found, branch_point)
-            wanted = step = step / (3.0 if found is None else 2.0)
-        return None
-
-    def _secant_step(self, state: ContinuationState) -> SolutionPoint | None:
-        """The next point along the secant through the last two points."""
-        point, previous = state.point, state.previous
-        if previous is None:
-            return None
-        secant = point.metric.unit((point.unknown - previous.unknown, point.parameter - previous.parameter))
-        for step in np.geomspace(self.options.max_step, self.options.min_step, 24):
-            found = self.solver.step(point, float(step), secant)
-            if found is not None and found.bordered_sign == point.bordered_sign:
-                return found.changed(step=self.options.step)
-        return None
-
-    def _up_to_resonance(self, point: SolutionPoint, step: float, resonances: tuple[float, ...]) -> float:
+    def up_to_resonance(self, point: SolutionPoint, step: float, resonances: tuple[float, ...]) -> float:
         """The step, cut short at the next resonance."""
         return step_to_resonance(point, step, resonances, self.options.min_step, self.parameters.resonance_tolerance)
+
+
+class ContinuationState(NamedTuple):
+    """What a step starts from."""
+
+    continuation: Continuation  # of the balance of the point
+    point: SolutionPoint  # last point
+    previous: SolutionPoint | None = None  # the point before, if it has the same harmonics
+    branch_points: tuple[SolutionPoint, ...] = ()  # branch points crossed so far
+
+    def step_to(self, found: SolutionPoint, *branch_points: SolutionPoint) -> Step[ContinuationState]:
+        """The step to a point, across a branch point if one is given."""
+        reached = ContinuationState(self.continuation, found, self.point, self.branch_points + branch_points)
+        return Step(reached, found.arc - self.point.arc, found.step)
+
+
+def _arrived(
+    first: SolutionPoint, before: ContinuationState, step: Step[ContinuationState]
+) -> Step[ContinuationState] | None:
+    """The step, ended at the `first` point of a closed curve or at a limit, or with the harmonics that it needs."""
+    state, point, found = step.state, before.point, step.state.point
+    continuation = state.continuation
+    if passes_through(continuation.solver, point, found, first):
+        end = first.changed(arc=point.arc + distance_along_tangent(point, first))
+        return step._replace(state=state._replace(point=end), last=True)
+    limit = passed_limit(found.parameter, continuation.solver.limits)
+    if limit is not None:
+        at_limit = found if found.parameter == limit else continuation.solver.at_parameter(point, limit)
+        return step._replace(state=state._replace(point=at_limit or found), last=True)
+    adapted = found if continuation.adapt is None else continuation.adapt(continuation, found)
+    if adapted is None or adapted is found:
+        return step if adapted else None
+    previous = point if adapted.balance is point.balance else None
+    current = continuation.with_balance(adapted.balance)
+    reached = ContinuationState(current, adapted, previous, state.branch_points)
+    return step._replace(state=reached, following=adapted.step)
+
+
+def _linear_step(state: ContinuationState, length: float) -> Step[ContinuationState] | float | None:
+    """The next point on a linear segment; None off such a segment, and at its end."""
+    continuation, point, linear = state.continuation, state.point, state.continuation.linear
+    if linear is None or point.tangent[1] == 0.0:
+        return None
+    options, parameters = continuation.options, continuation.parameters
+    low, high = options.omega_range
+    wanted = min(point.step, options.max_step)
+    step = continuation.up_to_resonance(point, min(length, wanted), continuation.resonances.natural)
+    limit = high if point.tangent[1] > 0.0 else low
+    step = min(step, max((limit - point.omega) / point.tangent[1], options.min_step))
+    found = linear.step(point, step)
+    if found is None:
+        return None
+    predicted = point.unknown + step * point.tangent[0], point.omega + step * point.tangent[1]
+    deviation = point.metric.norm(found.unknown - predicted[0], found.omega - predicted[1])
+    if found.step >= step and deviation > parameters.max_deviation * step:
+        return step / 2.0
+    following = next_step(step, deviation, 0, options, parameters)
+    return state.step_to(found.changed(step=wanted if step < wanted and following >= step else following))
+
+
+def _tangent_step(state: ContinuationState, length: float) -> Step[ContinuationState] | float:
+    """The next point along the tangent, which continues the curve or lies beyond a branch point of it."""
+    continuation, point = state.continuation, state.point
+    wanted = min(length, continuation.options.max_step)
+    step = continuation.up_to_resonance(point, wanted, continuation.resonances.all)
+    found = continuation.solver.step(point, step, previous=state.previous)
+    if found is None:
+        return step / 3.0
+    # a step cut short at a resonance is no reason for a short next step
+    following = found.changed(step=wanted) if step < wanted and found.step >= step else found
+    if follows_curve(point, found, continuation.parameters):
+        return state.step_to(following)
+    crossed = find_crossed_branch_point(continuation.solver, point, found, step, state.branch_points)
+    return step / 2.0 if crossed is None else state.step_to(following, crossed)
+
+
+def _secant_step(state: ContinuationState, _: float) -> Step[ContinuationState] | None:
+    """The next point along the secant through the last two points, whatever the lengths tried before."""
+    point, previous, options = state.point, state.previous, state.continuation.options
+    if previous is None:
+        return None
+    secant = point.metric.unit((point.unknown - previous.unknown, point.parameter - previous.parameter))
+    for step in np.geomspace(options.max_step, options.min_step, 24):
+        found = state.continuation.solver.step(point, float(step), secant)
+        if found is not None and found.bordered_sign == point.bordered_sign:
+            return state.step_to(found.changed(step=options.step))
+    return None
+
+
+def _step_beyond_kink(state: ContinuationState, _: float) -> Step[ContinuationState] | None:
+    """The next point across a kink."""
+    found = point_beyond_kink(state.continuation.solver, state.point)
+    return None if found is None else state.step_to(found)
+
+
+WAYS = (_linear_step, _tangent_step, _secant_step, _step_beyond_kink)

@@ -1,10 +1,11 @@
-"""Lengths of steps: thresholds, the length of the next step, the resonances that no step must skip, and the loop over
-steps that are halved where they fail.
+"""The loop over the steps of a curve, and their lengths: thresholds, the length of the next step, the resonances that
+no step must skip.
 """
 
-from collections.abc import Callable, Iterator
+import sys
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, fields
-from typing import TypeVar
+from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.options import SolverOptions
 from rom import RelativeReceptance, coupled_frequencies
 
-Point = TypeVar("Point")
+State = TypeVar("State")
 
 
 @dataclass(frozen=True)
@@ -126,6 +127,55 @@ def step_to_resonance(
     return max(step, min_step)
 
 
+class Step(NamedTuple, Generic[State]):
+    """An accepted step of a curve."""
+
+    state: State  # where it leads: the point, and what the next step needs beside it
+    length: float  # its length
+    following: float  # length proposed for the next step
+    last: bool = False  # whether the curve ends there
+
+
+Way = Callable[[State, float], Step[State] | float | None]
+
+
+def follow(
+    start: State,
+    ways: Sequence[Way[State]],
+    lengths: tuple[float, float],
+    most: int = sys.maxsize,
+    arrive: Callable[[State, Step[State]], Step[State] | None] | None = None,
+) -> Iterator[Step[State]]:
+    """Accepted steps of a curve from `start` on, `most` of them at most: the loop of every continuation.
+
+    `ways`: how the next point is sought; the first one that finds it counts. From a state and a length each gives the
+    step, a shorter length to try, or None where it leads nowhere. `lengths`: of the first and of the shortest step.
+    `arrive`: what becomes of a step from a state; None: the curve ends before it.
+    """
+    state, length = start, lengths[0]
+    for _ in range(most):
+        step = _first_step(state, ways, max(length, lengths[1]), lengths[1])
+        if step is not None and arrive is not None:
+            step = arrive(state, step)
+        if step is None:
+            return
+        yield step
+        if step.last:
+            return
+        state, length = step.state, step.following
+
+
+def _first_step(state: State, ways: Sequence[Way[State]], longest: float, shortest: float) -> Step[State] | None:
+    """The step by the first of the ways that succeeds with the longest length, or with a shorter one."""
+    for way in ways:
+        found = way(state, longest)
+        while isinstance(found, float) and found >= shortest:
+            found = way(state, found)
+        if isinstance(found, Step):
+            return found
+    return None
+
+
 @dataclass(frozen=True)
 class IterationControl:
     """Step lengths of a curve whose corrector tells by its iterations how hard a step was."""
@@ -136,27 +186,18 @@ class IterationControl:
     few: int  # iterations up to which the next step is longer
     many: int  # iterations from which it is shorter
 
-    def following(self, step: float, iterations: int) -> float:
+    def follow(
+        self, start: State, advance: Callable[[State, float], tuple[State, int] | None], most: int
+    ) -> Iterator[Step[State]]:
+        """Steps along a curve. `advance`: the point a step beyond another, and the iterations; None: it is halved."""
+
+        def way(state: State, length: float) -> Step[State] | float:
+            found = advance(state, length)
+            return 0.5 * length if found is None else Step(found[0], length, self._following(length, found[1]))
+
+        return follow(start, (way,), (self.first, self.smallest), most)
+
+    def _following(self, step: float, iterations: int) -> float:
         """Length of the next step."""
         step = min(1.5 * step, self.largest) if iterations <= self.few else step
         return 0.5 * step if iterations >= self.many else step
-
-
-def follow(
-    start: Point, advance: Callable[[Point, float], tuple[Point, int] | None], control: IterationControl, most: int
-) -> Iterator[tuple[Point, float]]:
-    """Points of a curve after `start`, each with the length of the step to it; `most` of them at most.
-
-    `advance`: the accepted point a step beyond another, and the iterations that it took; None: the step is halved.
-    """
-    point, step = start, control.first
-    for _ in range(most):
-        found = advance(point, step)
-        while found is None:
-            step /= 2.0
-            if step < control.smallest:
-                return
-            found = advance(point, step)
-        point, iterations = found
-        yield point, step
-        step = control.following(step, iterations)

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
-from nonlinear.continuation.step_control import IterationControl, follow
+from nonlinear.continuation.step_control import IterationControl
 from nonlinear.continuation.zero_bracket import closed_bracket
 from nonlinear.nonlinear_modes.extended_motion import EXTRA, ExtendedMotion, LinearisedMotion, MotionState
 
@@ -66,8 +66,8 @@ class ModeContinuation:
 
     def points(self, start: MotionPoint) -> Iterator[MotionPoint]:
         """Points after `start`, at first towards larger amplitudes; it ends where no next point is found."""
-        for point, _ in follow(start, self._advance, self.steps, MOST_POINTS):
-            yield point
+        for step in self.steps.follow(start, self._advance, MOST_POINTS):
+            yield step.state
 
     def _advance(self, point: MotionPoint, step: float) -> tuple[MotionPoint, int] | None:
         """The point a step along the tangent; None where the curve would turn too far, but for a kink."""

@@ -30,7 +30,7 @@ from nonlinear.contact.parameters import Array, ContactError
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.response_quantities import amplitude_derivative, output_amplitude
 from nonlinear.continuation.solution_point import SolutionPoint
-from nonlinear.continuation.step_control import IterationControl, follow
+from nonlinear.continuation.step_control import IterationControl
 from nonlinear.continuation.zero_bracket import ZeroBracket
 from nonlinear.options import OptionsError
 from nonlinear.peak_curves.parameter_family import ParameterFamily
@@ -133,9 +133,10 @@ class PeakContinuation:
         if start.tangent[1] * direction < 0.0:
             start = replace(start, tangent=(-start.tangent[0], -start.tangent[1]))
         peak, folds = start, 0
-        for found, step in follow(start, self._step_in_range, STEPS, MOST_POINTS):
+        for step in STEPS.follow(start, self._step_in_range, MOST_POINTS):
+            found = step.state
             if found.tangent[1] * peak.tangent[1] < 0.0:
-                fold = self._fold(peak, found, step)
+                fold = self._fold(peak, found, step.length)
                 folds += 1
                 if fold is not None:
                     yield fold

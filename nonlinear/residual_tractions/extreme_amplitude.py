@@ -17,6 +17,7 @@ the curve, it is that of the peak amplitude as well (envelope theorem).
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
@@ -25,7 +26,7 @@ from numpy.typing import NDArray
 from nonlinear.branches.special_points import locate_zero
 from nonlinear.contact.fourier import to_complex, to_real
 from nonlinear.contact.parameters import Array, ContactElement, ContactForces, ContactParameters
-from nonlinear.continuation.arclength_continuation import Continuation, ContinuationState
+from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.response_quantities import (
     amplitude_derivative,
     complex_force,
@@ -114,18 +115,13 @@ def nearest_peak(continuation: Continuation, point: SolutionPoint, mean: float |
     if start is None:
         return None
     start = replace(start, step=FIRST_STEP)
-    state = ContinuationState(start if growth(start) >= 0.0 else start.reversed())
-    for _ in range(MAX_STEPS):
-        step = continuation.next_point(state)
-        if step is None:
-            return None
-        before, after = state.point, step.point
+    uphill = start if growth(start) >= 0.0 else start.reversed()
+    low, high = continuation.options.omega_range
+    for before, after in pairwise(continuation.points(uphill, MAX_STEPS)):
         if growth(after) <= 0.0:
             return locate_zero(continuation, before, after, growth) or before
-        low, high = continuation.options.omega_range
         if not low <= after.omega <= high:
             return None
-        state = ContinuationState(after, before)
     return None
 
 
