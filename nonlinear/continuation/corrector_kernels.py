@@ -18,12 +18,12 @@ from nonlinear.contact.return_map import Integers
 from nonlinear.harmonic_balance.newton_decisions import (
     MAX_CORRECTIONS,
     SAME_SYSTEM,
+    SMALLEST_VIBRATION,
     chord_steps,
     has_converged,
     needs_factors,
     stagnations_after,
 )
-from nonlinear.harmonic_balance.residual import SMALLEST_VIBRATION
 
 FAILED = -1
 LARGEST_CONTRACTION = 0.25  # of the error of the tangent by a refinement with old factors

@@ -23,9 +23,9 @@ from numpy.typing import NDArray
 from nonlinear.contact.fourier import ComplexArray, to_complex, to_real
 from nonlinear.contact.parameters import Array, ContactElement, ContactForces, ContactParameters
 from nonlinear.harmonic_balance.condensed_factors import SMALLEST_PROBLEM, CondensedFactors, DenseFactors
+from nonlinear.harmonic_balance.newton_decisions import SMALLEST_VIBRATION
 from rom import RelativeReceptance
 
-SMALLEST_VIBRATION = 1e-6  # relative to the whole displacement; a smaller one is lost in round-off of the forces
 STATIC_RESOLUTION = 1e-3  # a tolerance of 1e-13 of it is the round-off of the motion of one side
 
 

@@ -16,6 +16,7 @@ from itertools import product
 import numpy as np
 
 from nonlinear.contact.parameters import Array
+from nonlinear.continuation.step_control import Step, follow
 from nonlinear.options import NO_PEAK, OptionsError
 from nonlinear.peak_curves.optimum import elasticities, motion_said
 from nonlinear.peak_curves.optimum_result import ActivePeak, JointOptimum, SolvedResponse
@@ -99,19 +100,20 @@ class CarriedPeak:
         if np.abs(start - place).max() < SAME_PLACE:
             return peak
         follower = PeakContinuation(self.box.line(start, place))
-        share, step = 0.0, 1.0
-        while share < 1.0:
-            ahead = min(share + step, 1.0)
-            found = follower.moved(peak, ahead)
-            same = found is not None and found.is_maximum
-            if found is None or not same or abs(found.amplitude / peak.amplitude - 1.0) > LARGEST_CHANGE:
-                step *= 0.5
-                if step < SMALLEST_SHARE:
-                    return None
-                continue
-            share, peak = ahead, found
-        self.known.append((place.copy(), peak))
-        return peak
+
+        def carried(state: tuple[float, PeakPoint], length: float) -> Step[tuple[float, PeakPoint]] | float:
+            share, before = min(state[0] + length, 1.0), state[1]
+            found = follower.moved(before, share)
+            if found is None or not found.is_maximum:
+                return 0.5 * length
+            same = abs(found.amplitude / before.amplitude - 1.0) <= LARGEST_CHANGE
+            return Step((share, found), length, length, share == 1.0) if same else 0.5 * length
+
+        for step in follow((0.0, peak), (carried,), (1.0, SMALLEST_SHARE)):
+            if step.last:
+                self.known.append((place.copy(), step.state[1]))
+                return step.state[1]
+        return None
 
     def gradient(self, place: Array) -> Array:
         """Derivatives of the amplitude with respect to the place, m, (n,); zero where the peak was lost."""
