@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from nonlinear.nonlinear_modes.nonlinear_mode import ModeDamping, ModeResonance, NonlinearMode, nonlinear_mode
     from nonlinear.options import (
         MOST_UNKNOWNS,
+        NEARLY_LOWEST,
         NO_PEAK,
         TRUNCATION_TOLERATED,
         Excitation,
@@ -88,6 +89,7 @@ if TYPE_CHECKING:
 __all__ = [
     "LIFT_OFF",
     "MOST_UNKNOWNS",
+    "NEARLY_LOWEST",
     "NO_PEAK",
     "SLIP",
     "STICK",
@@ -176,6 +178,7 @@ __all__ = [
 _PLACES = {
     "LIFT_OFF": "nonlinear.contact.parameters",
     "MOST_UNKNOWNS": "nonlinear.options",
+    "NEARLY_LOWEST": "nonlinear.options",
     "NO_PEAK": "nonlinear.options",
     "TRUNCATION_TOLERATED": "nonlinear.options",
     "SLIP": "nonlinear.contact.parameters",

@@ -17,6 +17,7 @@ HIGHEST_EXCITED = 31  # harmonic of the excitation
 BLADE_PERIODS = 10_000  # of the time integration for a curve
 TRUNCATION_TOLERATED = 0.05  # truncation error of a peak or of the worst motion above which H is too small
 NO_PEAK = "the worst motion lies at an end of the frequency range, which is no peak"
+NEARLY_LOWEST = 1.1  # factor on the lowest worst motion that bounds the values told of beside it
 MOST_UNKNOWNS = 10_000  # of a harmonic balance; its dense Jacobian then takes 0.8 GB
 
 

@@ -33,7 +33,7 @@ NEGLECTED = 1e-5  # strain energy of a mode outside the directions, of its whole
 _NONE = 1e-14  # of the largest squared frequency: a rigid motion
 PER_BANDWIDTH, LEAST, MOST = 4.0, 64, 20000  # frequencies of the search: in a half-power bandwidth, and in all
 ZOOMS, ZOOM_POINTS = 5, 17
-NEARLY_HIGHEST = 0.97  # of the largest sample
+NEARLY_HIGHEST = 0.97  # of the largest sample: a maximum whose largest sample is lower is not the highest one
 
 Vibration = Callable[[Array], ComplexArray]  # (F,) Hz to amplitudes (F, N_b), m
 

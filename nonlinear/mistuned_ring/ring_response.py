@@ -19,7 +19,7 @@ from nonlinear.continuation.response_quantities import largest_amplitude
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.continuation.step_control import ContinuationParameters, Resonances
 from nonlinear.harmonic_balance.initial_solution import NewtonResult, continue_homotopy, periodic_start, solve_at
-from nonlinear.mistuned_ring.linear_contacts import strain_directions
+from nonlinear.mistuned_ring.linear_contacts import NEARLY_HIGHEST, strain_directions
 from nonlinear.mistuned_ring.mistuning import Mistuning, MistuningError, check_blades
 from nonlinear.mistuned_ring.ring_balance import RingBalance
 from nonlinear.mistuned_ring.ring_receptance import RingReceptance
@@ -28,7 +28,6 @@ from nonlinear.options import Excitation, OptionsError, SolverOptions
 from nonlinear.response_solver import build_continuation
 from rom import RingModes, coupled_frequencies, one_blas_thread
 
-NEARLY_HIGHEST = 0.97  # of the largest sample: a maximum whose largest sample is lower is not the highest one
 UNCERTAIN = 5e-3  # relative error of the height expected of a maximum between two points
 
 

@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from nonlinear.contact.parameters import Array
-from nonlinear.options import NO_PEAK, OptionsError, SolverOptions
+from nonlinear.options import NEARLY_LOWEST, NO_PEAK, OptionsError, SolverOptions
 from nonlinear.peak_curves.optimum_result import KINDS, Optimum, PeakCurve, SolvedResponse, WorstEnvelope
 from nonlinear.peak_curves.parameter_family import ParameterFamily, check_range, parameter_value
 from nonlinear.peak_curves.peak_branch import PeakPiece
@@ -49,7 +49,6 @@ from nonlinear.problem import Problem, ProblemTuple
 from nonlinear.response_curve import Motion, ResponseCurve
 from rom import one_blas_thread
 
-WITHIN = 1.1  # factor on the lowest amplitude that bounds the range told of
 PLOTTED = 401  # values of the envelope, besides its nodes
 MOST_RESPONSES = 40
 FEWEST_RESPONSES = 12
@@ -69,7 +68,7 @@ def described(placement: Placement, lowest: Minimum) -> Optimum:
     derivatives = {} if lowest.peak is None else peak_derivatives(family.at(lowest.share), lowest.peak.point)
     solved = tuple(response.solved for response in search.responses)
     problem = family.at(lowest.share)
-    near = _range(envelope, lowest.share, WITHIN * amplitude)
+    near = _range(envelope, lowest.share, NEARLY_LOWEST * amplitude)
     return Optimum(
         name=family.name,
         low=family.low,

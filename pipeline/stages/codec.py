@@ -39,7 +39,10 @@ def restored(kind: Any, value: Any) -> Any:
         return kind(value)
     if origin in (Union, UnionType):
         others = [each for each in inner if each is not NoneType]
-        return None if value is None and len(others) < len(inner) else restored(others[0], value)
+        fitting = [
+            each for each in others if is_dataclass(each) and {f.name for f in fields(each)} == set(value or ())
+        ]
+        return None if value is None and len(others) < len(inner) else restored([*fitting, *others][0], value)
     if getattr(origin, "__name__", "") == "ndarray":
         import numpy as np
 

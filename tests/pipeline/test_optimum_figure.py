@@ -78,8 +78,7 @@ def result(found: Optimum, factor: float = 1.0, own: float = 1.2) -> OptimumResu
         responses=len(found.responses),
         seconds=1.0,
         message="",
-        search=found,
-        joint=None,
+        followed=found,
         per_unit=factor,
     )
 
@@ -143,7 +142,7 @@ def test_values_tried_are_drawn_over_every_key() -> None:
         within={},
         base=Trial({"shroud.angle": 70.0, "contact.friction": 0.4}, 3e-6, 400.0),
         trials=tuple(tried),
-        search=None,
+        followed=None,
     )
     figure = optimum_figure(several, "blade")
     assert figure is not None
@@ -155,7 +154,7 @@ def test_values_tried_are_drawn_over_every_key() -> None:
 
 def test_derivatives_of_several_keys_are_in_the_table() -> None:
     joint: Any = SimpleNamespace(elasticities={"preload": 0.0, "friction": 0.25})
-    rows = optimum_section(replace(result(optimum(1.0, 3.0)), search=None, joint=joint)).rows
+    rows = optimum_section(replace(result(optimum(1.0, 3.0)), followed=joint)).rows
     assert [(row[0], row[-1]) for row in rows] == [("contact.preload", "-"), ("contact.friction", "+0.250")]
 
 

@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from nonlinear import NEARLY_LOWEST
 from pipeline.figures.data import SweepKey
 from pipeline.figures.style import LOG_FROM, scale, subplots, write_heading
 from pipeline.scene.labels import quantity, value_label
 from pipeline.studies.map.grid import FREE, SEPARATING, SLIPPING, STUCK, UNKNOWN, MapAxis, known_heights
 from pipeline.studies.map.result import (
-    LEVEL,
     WorstMotionMap,
     continuing,
     differing,
@@ -215,7 +215,7 @@ STATE_LINE |= {"label": "contact state changes"}
 JUMP_LINE: dict[str, Any] = {"color": "white", "linewidth": 1.6, "linestyle": (0, (3, 2))}
 JUMP_LINE |= {"label": "worst motion jumps, or changes too fast for the grid"}
 BASIN_LINE: dict[str, Any] = {"color": LOWEST, "linewidth": 1.4, "linestyle": (0, (4, 2))}
-BASIN_LINE |= {"label": f"within {100 * (LEVEL - 1):.0f} % of the lowest"}
+BASIN_LINE |= {"label": f"within {100 * (NEARLY_LOWEST - 1):.0f} % of the lowest"}
 MOST_DOTS = 2500
 SMALLEST_NAMED = 0.02  # part of the map that a region covers whose name is written into it
 

@@ -16,6 +16,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from nonlinear import NEARLY_LOWEST
 from pipeline.studies.map.grid import MapGrid, MapPoint, known_heights
 
 Array = NDArray[np.float64]
@@ -141,9 +142,6 @@ def _logarithms(one: tuple[float, float], other: tuple[float, float]) -> tuple[f
     return abs(math.log(other[0] / one[0])), abs(math.log(other[1] / one[1]))
 
 
-LEVEL = 1.1  # of the basin, relative to the lowest worst motion
-
-
 @dataclass(frozen=True)
 class BasinRange:
     """Values of one key around the lowest point."""
@@ -181,7 +179,7 @@ def find_basin(points: Sequence[MapPoint], keys: tuple[str, str], triangles: Ind
         return None
     heights, edges = known_heights(points), edges_of(triangles)
     with np.errstate(invalid="ignore"):
-        inside = (heights <= LEVEL * heights[lowest]) & ~np.array([point.at_end for point in points])
+        inside = (heights <= NEARLY_LOWEST * heights[lowest]) & ~np.array([point.at_end for point in points])
     basin = _connected(lowest, inside, edges)
     border = edges[np.isin(edges, basin).sum(axis=1) == 1]
     outside = [points[k] for k in np.setdiff1d(border, basin)]
@@ -231,7 +229,7 @@ def _range(points: Sequence[MapPoint], key: str, axis: int, lowest: int, basin: 
         key=lambda point: point.place[axis],
     )
     at = line.index(centre)
-    limit = math.log(LEVEL * centre.height)
+    limit = math.log(NEARLY_LOWEST * centre.height)
     low, high = (_last_inside(side, axis, limit) for side in (line[at::-1], line[at:]))
     found = [points[k].values[axis] for k in basin]
     limits = [point.values[axis] for point in points]

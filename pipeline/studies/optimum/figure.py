@@ -14,6 +14,7 @@ from pipeline.figures.data import SweepKey
 from pipeline.figures.style import DISTINCT, LOG_FROM, plain_log_labels, scale, subplots, write_heading
 from pipeline.scene.labels import quantity
 from pipeline.studies.optimum.checks import SOLVER_KEYS
+from pipeline.studies.optimum.result import KINDS, OptimumResult
 from pipeline.studies.optimum.section import OBJECTIVES
 
 if TYPE_CHECKING:
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from nonlinear import PeakCurve, SolvedResponse, WorstEnvelope
-    from pipeline.studies.optimum.result import OptimumResult
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class OptimumCurves:
 
 def optimum_curves(result: OptimumResult) -> OptimumCurves | None:
     """What there is to show of an optimum; None where no peaks were followed."""
-    found, factor = result.search, result.per_unit
+    found, factor = result.over_one_key, result.per_unit
     if found is None:
         return None
     return OptimumCurves(
@@ -53,21 +53,12 @@ def optimum_curves(result: OptimumResult) -> OptimumCurves | None:
 
 def elasticities_of(result: OptimumResult) -> dict[str, float]:
     """Relative derivatives of the worst motion by dotted keys, in % per %, without parameters that are 0."""
-    found = result.search if result.search is not None else result.joint
-    keys = {name: key for key, name in SOLVER_KEYS.items()}
+    found, keys = result.followed, {name: key for key, name in SOLVER_KEYS.items()}
     return {} if found is None else {keys[name]: size for name, size in found.elasticities.items() if size != 0.0}
 
 
 Array = NDArray[np.float64]
 
-KINDS = {
-    "smooth": "smooth minimum",
-    "kink": "kink, two peaks exchange",
-    "jump": "beside a jump",
-    "sampled": "lowest of the responses solved",
-    "edge": "end of the range",
-    "flat": "flat",
-}
 DECADES_FROM = 20.0  # ratio of the ends of the range above which the parameter has a logarithmic axis
 HEADROOM = 1.35  # of a logarithmic axis above the highest worst motion
 JUMP, VISIBLE = 5.0, 0.004  # a jump of the frequency: beside its neighbours, and beside the frequency
@@ -215,7 +206,7 @@ def draw_marks(axes: Axes, result: OptimumResult, key: str, name: str, size: flo
         label = f"the scene's value, {own * at:.4g} {named.unit}".rstrip()
         axes.plot(own * at, getattr(result.base, name) * size, label=label, **_OWN)
     value = f"{result.values[key] * at:.4g} {named.unit}".rstrip()
-    label = f"optimum, {value} ({KINDS.get(result.kind, result.kind)})"
+    label = f"optimum, {value} ({KINDS[result.kind].said})"
     axes.plot(result.values[key] * at, getattr(result, name) * size, label=label, **_OPTIMUM)
 
 

@@ -7,7 +7,7 @@ import math
 from pipeline.results.worst import motion_said, sentence, truncation_mark, with_unit
 from pipeline.scene.labels import quantity, value_label
 from pipeline.studies.optimum.figure import elasticities_of
-from pipeline.studies.optimum.result import OptimumResult
+from pipeline.studies.optimum.result import KINDS, OptimumResult
 from pipeline.studies.optimum.section import OBJECTIVES
 from pipeline.studies.registry import StudySection
 
@@ -19,14 +19,6 @@ CAPTION = (
 )
 TRIED = "Height of the worst motion with the values tried, over each of the keys."
 HEADINGS = ("key", "optimum", "scene", "range searched", "at most 10 % higher", "% for 1 %")
-KINDS = {
-    "smooth": "The minimum is smooth",
-    "kink": "Two peaks exchange there: the worst motion rises on both sides at once",
-    "jump": "It lies beside a jump: on one side of it a much higher motion persists",
-    "sampled": "No stable peak could be followed there: it is the lowest of the responses solved",
-    "edge": "There is no minimum inside the range: it is lowest at an end",
-    "flat": "The parameter hardly changes the worst motion",
-}
 NONE = 5e-4  # % for 1 % that count as none
 ALIKE = 1.02  # ratio of two amplitudes that are said to be the same
 
@@ -36,7 +28,7 @@ def optimum_section(result: OptimumResult) -> StudySection:
     return StudySection(
         heading="Optimum",
         conclusion=tuple(filter(None, (_choice(result), _sharpness(result), _remarks(result)))),
-        caption=CAPTION if result.search is not None else TRIED,
+        caption=TRIED if result.over_one_key is None else CAPTION,
         headings=HEADINGS,
         rows=tuple(_rows(result)),
     )
@@ -62,7 +54,7 @@ def _times(ratio: float) -> str:
 
 def _sharpness(result: OptimumResult) -> str:
     """How flat it is."""
-    kind = KINDS.get(result.kind, "")
+    kind = KINDS[result.kind].sentence
     ranges = [f"{_range(key, edges)}" for key, edges in result.within.items() if all(map(math.isfinite, edges))]
     within = f"at most 10 % higher with {', '.join(ranges)}" if ranges else ""
     said = "; ".join(filter(None, (kind, within)))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from nonlinear import JointOptimum, Optimum
 from pipeline.results.worst import END_MARK, motion_said, truncation_mark, with_unit
@@ -12,13 +13,31 @@ from pipeline.scene.labels import quantity
 from pipeline.scene.units import key_unit
 from pipeline.studies.optimum.section import OBJECTIVES
 
+
+class KindWords(NamedTuple):
+    """What is said of a kind of optimum, as of `nonlinear.Optimum`."""
+
+    said: str  # in a table, a legend and the message
+    sentence: str  # in the report
+
+
 KINDS = {
-    "smooth": "smooth minimum",
-    "kink": "kink: two peaks exchange",
-    "jump": "beside a jump of the worst motion: keep a distance",
-    "sampled": "lowest of single curves",
-    "edge": "lowest at an end of a range",
-    "flat": "the worst motion changes by less than 0.1 % over the range",
+    "smooth": KindWords("smooth minimum", "The minimum is smooth"),
+    "kink": KindWords(
+        "kink: two peaks exchange", "Two peaks exchange there: the worst motion rises on both sides at once"
+    ),
+    "jump": KindWords(
+        "beside a jump of the worst motion: keep a distance",
+        "It lies beside a jump: on one side of it a much higher motion persists",
+    ),
+    "plateau": KindWords("lowest and constant around it", "Around it the lowest worst motion is constant"),
+    "sampled": KindWords(
+        "lowest of single curves", "No stable peak could be followed there: it is the lowest of the responses solved"
+    ),
+    "edge": KindWords("lowest at an end of a range", "There is no minimum inside the range: it is lowest at an end"),
+    "flat": KindWords(
+        "the worst motion changes by less than 0.1 % over the range", "The parameter hardly changes the worst motion"
+    ),
 }
 
 
@@ -53,7 +72,7 @@ class OptimumResult:
     amplitude_m: float  # the worst motion there, m
     frequency_hz: float  # its frequency, Hz
     motion: str  # what it is, as of `Trial`
-    kind: str  # "smooth", "kink", "jump", "sampled", "edge" or "flat", as of `nonlinear.Optimum`
+    kind: str  # one of `KINDS`
     # second derivative of the amplitude by the key at a smooth minimum, m per unit squared; NaN else
     curvature: float = math.nan
     # range of each key around the optimum in which the worst motion is at most 10 % higher, the others at their
@@ -62,12 +81,10 @@ class OptimumResult:
     # derivatives of the amplitude with respect to keys of contact, load and damping, m per unit of the key
     derivatives: Mapping[str, float] = field(default_factory=dict)
     base: Trial  # the worst motion with the scene's own values
-    # what `nonlinear.find_optimum` found, where peaks were followed over one key, the other keys at the optimum:
-    # envelope, followed peaks, responses. In the units of the solver
-    search: Optimum | None = None
-    # what `nonlinear.find_joint_optimum` found, where peaks were followed over two or three keys
-    joint: JointOptimum | None = None
-    # value of that key for each unit of the solver's parameter: stiffnesses of the whole face and the mean of the
+    # what `nonlinear.find_optimum` found, where peaks were followed over one key, or `nonlinear.find_joint_optimum`
+    # over two or three, the other keys at the optimum: in the units of the solver
+    followed: Optimum | JointOptimum | None = None
+    # of one key: its value for each unit of the solver's parameter. Stiffnesses of the whole face and the mean of the
     # nodes differ, the damping of the solver is a factor
     per_unit: float = 1.0
     method: str  # "peaks": peaks followed over keys of the solver; "curves": curves at single values; "both"
@@ -83,6 +100,11 @@ class OptimumResult:
     truncation_error: float = math.nan
 
     @property
+    def over_one_key(self) -> Optimum | None:
+        """What was found where peaks were followed over one key."""
+        return self.followed if isinstance(self.followed, Optimum) else None
+
+    @property
     def gain(self) -> float:
         """Worst motion with the scene's own values over that at the optimum; NaN where one is not known."""
         if self.base.at_end:
@@ -94,9 +116,9 @@ def message_of(result: OptimumResult) -> str:
     """One line that says what was found."""
     values = ", ".join(f"{key} = {shown(key, value)}" for key, value in result.values.items())
     if result.kind == "flat":
-        return f"{', '.join(result.values)}: {KINDS['flat']}, {_motion(result)}"
+        return f"{', '.join(result.values)}: {KINDS['flat'].said}, {_motion(result)}"
     first = "harmonic 1 of " if result.objective == "harmonic_1" else ""
-    return f"{values}: {KINDS[result.kind]}, {first}{_motion(result)}{_gain(result)}"
+    return f"{values}: {KINDS[result.kind].said}, {first}{_motion(result)}{_gain(result)}"
 
 
 def shown(key: str, value: float) -> str:
@@ -119,7 +141,7 @@ def table_rows(result: OptimumResult) -> list[tuple[str, str]]:
         low, high = result.ranges[key]
         rows.append((key, f"{shown(key, value)} (range {shown(key, low)} to {shown(key, high)})"))
     rows.append((f"worst motion, {OBJECTIVES[result.objective]}", f"{_motion(result)}, {result.motion}"))
-    rows.append(("kind", KINDS[result.kind]))
+    rows.append(("kind", KINDS[result.kind].said))
     if math.isfinite(result.curvature):
         (key,) = result.within
         rows.append(("curvature", f"{result.curvature:.4g} m{_per(key, 2)}"))

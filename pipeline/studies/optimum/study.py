@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from nonlinear import NO_PEAK, JointOptimum, Optimum
+from nonlinear import NEARLY_LOWEST, NO_PEAK, JointOptimum, Optimum
 from pipeline.process.progress import seconds_since
 from pipeline.scene.key_values import key_value
 from pipeline.stages.scene_to_solver import face_area, resolved_contact
@@ -34,7 +34,6 @@ WORTH = 1.3  # ratio to the lowest value above which a second start is not refin
 APART = 0.25  # of a second start from the first, in the unit cube
 _DIGITS = 6  # of a share of the range, by which points are known again
 Ranges = Mapping[str, tuple[float, float]]
-WITHIN = 1.1  # factor on the lowest amplitude that bounds the range told of
 FLAT = 1e-3  # relative variation that counts as none
 MOST_FOLLOWED = 3  # keys of the solver, which `nonlinear.find_joint_optimum` takes
 PEAKS, CURVES, BOTH = "peaks", "curves", "both"
@@ -264,19 +263,17 @@ class _Search:
         if self.context.scene.response.rayleigh is not None:
             own.pop("response.damping_ratio", None)
         said: dict[str, Any] = {"kind": self._kind(best, found.kind) if self.outer else found.kind}
-        if isinstance(found, JointOptimum):
-            said["joint"] = found
-        else:
+        if isinstance(found, Optimum):
             key, factor = KEYS[found.name], self._per_unit(KEYS[found.name])
             low, high = found.within
             said |= {
                 "curvature": found.curvature / factor**2,
                 "within": {key: (low * factor, high * factor)},
-                "search": found,
                 "per_unit": factor,
             }
         return self._result(
             trial,
+            followed=found,
             derivatives=own,
             method=BOTH if self.outer else PEAKS,
             responses=self.responses,
@@ -341,7 +338,7 @@ class _Search:
         ((low, high),) = (self.ranges[key] for key in self.outer)
         shares = sorted(point[0] for point in self.trials)
         heights = {point[0]: trial.height for point, trial in self.trials.items()}
-        limit, ends = WITHIN * heights[best[0]], []
+        limit, ends = NEARLY_LOWEST * heights[best[0]], []
         for side in (-1.0, 1.0):
             beyond = sorted((s for s in shares if (s - best[0]) * side >= 0.0), reverse=side < 0.0)
             end = beyond[-1]
