@@ -96,7 +96,26 @@ def subtract_products(matrix: Array, moments: Array) -> None:
 INITIAL_STICK, STICKS, SLIPS = -1.0, float(STICK), float(SLIP)  # INITIAL_STICK: the slider has never left w = 0
 ROUND_OFF = 1e-13  # slip shorter than this part of the motion is none
 SAME = 1e-7  # two maxima nearer than this (rad) set the slider at the same place, to 1e-14
-Start = tuple[float, float, int, float]
+
+
+class Interval(NamedTuple):
+    """A part of the period in which a slider sticks or slips, or in which N > 0; a row of `intervals`."""
+
+    state: float  # STICKS, INITIAL_STICK or SLIPS
+    # `left`, `right`: where it begins and ends, angles
+    left: float
+    right: float
+    # T / (mu N) in slip; in stick -dw / ((mu / kt) dN) at the angle `left` that set the slider
+    slip_sign: float
+
+
+class Start(NamedTuple):
+    """Where a slider starts."""
+
+    angle: float
+    position: float  # w
+    side: int  # limit that it slips along: 0 the lower one, 1 the upper one; -1: it sticks
+    slip_sign: float  # of the stick interval, if it sticks (see `Interval`)
 
 
 @inner
@@ -114,7 +133,7 @@ def list_intervals(
 
     Given: `coefficients` (n_c, 3, 2H+1) of u1, u2 and the unclipped load N; `cells` (n_c, 3, 3, cells), these times
     `cell_table`; `mu_kt` (n_c,) = mu / kt, 0 where there is no slider.
-    Written: `intervals`, rows as in `add_interval`; `spans` (n_c, 3, 2): for t1, t2 and n (where N > 0) the first row
+    Written: `intervals`, an `Interval` a row; `spans` (n_c, 3, 2): for t1, t2 and n (where N > 0) the first row
     and the one after the last; `state` (n_c,): the worst one, slip not yet considered.
     Scratch: `curves` (4, 2H+1) and `bounds` (5, cells), see `next_rise`; row 4 of `bounds` is its `thirds`.
     """
@@ -147,12 +166,12 @@ def _list_contact(
     pressed = value > 0.0 or (value == 0.0 and rate > 0.0)
     if n_roots == 0:
         if pressed:
-            add_interval(intervals, span, SLIPS, 0.0, PERIOD, 1.0)
+            add_interval(intervals, span, Interval(SLIPS, 0.0, PERIOD, 1.0))
         return pressed
     left = roots[n_roots - 1] - PERIOD if n_roots % 2 == 0 else 0.0
     for k in range(n_roots):
         if pressed:
-            add_interval(intervals, span, SLIPS, left, roots[k], 1.0)
+            add_interval(intervals, span, Interval(SLIPS, left, roots[k], 1.0))
         left, pressed = roots[k], not pressed
     return False
 
@@ -176,14 +195,15 @@ def _list_stick_and_slip(
     thirds = bounds[4]
     highest, tolerance = write_limits(displacement, load, mu_kt, curves, thirds)
     if closed and highest <= 0.0:
-        add_interval(intervals, span, INITIAL_STICK, 0.0, PERIOD, 0.0)
+        add_interval(intervals, span, Interval(INITIAL_STICK, 0.0, PERIOD, 0.0))
         return
     for side in range(2):
         sign = 1.0 - 2.0 * side
         bound_cells(motion_cells, sign, load_cells, -mu_kt, thirds[side], bounds[side], bounds[side + 2])
     for k in range(first, last):
-        start = start_slider(intervals[k, 1], closed, motion_cells, load_cells, mu_kt, curves, tolerance)
-        follow_slider(start, intervals[k, 2], closed, curves, bounds, tolerance, intervals, span)
+        contact_interval = interval_at(intervals, k)
+        start = start_slider(contact_interval.left, closed, motion_cells, load_cells, mu_kt, curves, tolerance)
+        follow_slider(start, contact_interval.right, closed, curves, bounds, tolerance, intervals, span)
 
 
 @inner
@@ -218,22 +238,25 @@ def write_limits(motion: Array, load: Array, mu_kt: float, curves: Array, thirds
 
 
 @inner
-def add_interval(intervals: Array, span: Integers, state: float, left: float, right: float, slip_sign: float) -> None:
-    """Append an interval (state, left and right angle, slip sign) to `span`: first row, the one after the last.
-
-    `slip_sign`: T / (mu N) in slip; in stick -dw / ((mu / kt) dN) at the angle `left` that set the slider.
-    """
-    if right > left and span[1] < intervals.shape[0]:
+def add_interval(intervals: Array, span: Integers, interval: Interval) -> None:
+    """Append an interval, unless it is empty, to `span`: first row, the one after the last."""
+    if interval.right > interval.left and span[1] < intervals.shape[0]:
         row = intervals[span[1]]
-        row[0], row[1], row[2], row[3] = state, left, right, slip_sign
+        row[0], row[1], row[2], row[3] = interval.state, interval.left, interval.right, interval.slip_sign
         span[1] += 1
+
+
+@inner
+def interval_at(intervals: Array, row: int) -> Interval:
+    """The interval of a row."""
+    return Interval(intervals[row, 0], intervals[row, 1], intervals[row, 2], intervals[row, 3])
 
 
 @inner
 def start_slider(
     angle: float, closed: bool, motion: Array, load: Array, mu_kt: float, curves: Array, tolerance: float
 ) -> Start:
-    """Where a slider starts: angle, position w, limit it slips along (-1: it sticks), slip sign if it sticks.
+    """Where a slider starts.
 
     On re-contact at `angle` it starts from w = u = the mean of its limits, where N = 0: the angle moves by
     -dN / N', so that dw = -u' dN / N'. One that never lifts off, if it slips at all, is set by the largest value of
@@ -255,12 +278,13 @@ def start_slider(
     if not closed:
         closing = lower_rate + upper_rate
         side = 0 if lower_rate > 0.0 else (1 if upper_rate > 0.0 else -1)
-        return angle, 0.5 * (lower - upper), side, (upper_rate - lower_rate) / closing if closing != 0.0 else 0.0
+        slip_sign = (upper_rate - lower_rate) / closing if closing != 0.0 else 0.0
+        return Start(angle, 0.5 * (lower - upper), side, slip_sign)
     if highest - lowest > tolerance or lower > tolerance:
-        return angle, lower, 0 if lower_rate > 0.0 else -1, 1.0
+        return Start(angle, lower, 0 if lower_rate > 0.0 else -1, 1.0)
     if upper > tolerance:
-        return angle, -upper, 1 if upper_rate > 0.0 else -1, -1.0
-    return angle, 0.0, -1, 0.0
+        return Start(angle, -upper, 1 if upper_rate > 0.0 else -1, -1.0)
+    return Start(angle, 0.0, -1, 0.0)
 
 
 @inner
@@ -296,9 +320,10 @@ def follow_slider(
                 span[0], end, settled = last_row, last_end + PERIOD, True
                 continue
         sticks = side < 0
-        add_interval(
-            intervals, span, stick if sticks else SLIPS, left, event, slip_sign if sticks else 1.0 - 2.0 * side
-        )
+        if sticks:
+            add_interval(intervals, span, Interval(stick, left, event, slip_sign))
+        else:
+            add_interval(intervals, span, Interval(SLIPS, left, event, 1.0 - 2.0 * side))
         if hit < 0:
             return
         left, at_maximum = event, -1.0
@@ -481,24 +506,26 @@ def _add_intervals(
     T = sign mu N in slip, T = kt (u - w) in stick. There w was set at the left end theta_s of the interval: by a slip
     that ended there, w = u(theta_s) - sign mu N(theta_s) / kt, or by re-contact, w = u(theta_s) with N(theta_s) = 0,
     hence dw = du(theta_s) - u'(theta_s) dN(theta_s) / N'(theta_s). Both are w = u - slip_sign mu N / kt (see
-    `add_interval`).
+    `Interval`).
     """
     moments = work[4]
     for m in range(moments.shape[0]):
         work[2, m], work[3, m] = 0.0, 0.0
     now, previous, slips = 0, -NOWHERE, False
     for k in range(span[0], span[1]):
-        state, left, right, slip_sign = intervals[k, 0], intervals[k, 1], intervals[k, 2], intervals[k, 3]
-        if left != previous:
-            integrate_basis(left, 0.0, 0.0, work[now], work[now], moments, moments)
-        now, previous = 1 - now, right
-        row, factor = (3, slip_sign * mu) if state == SLIPS else (2, kt)
+        interval = interval_at(intervals, k)
+        signed_mu, slipping = interval.slip_sign * mu, interval.state == SLIPS
+        if interval.left != previous:
+            integrate_basis(interval.left, 0.0, 0.0, work[now], work[now], moments, moments)
+        now, previous = 1 - now, interval.right
+        row, factor = (3, signed_mu) if slipping else (2, kt)
+        length = interval.right - interval.left
         # a whole period has no moments but its length: exactly, so that a large static load makes no vibration
-        angle, here = left if right - left > WHOLE_PERIOD else right, work[1 - now]
-        integrate_basis(angle, right - left, factor, here, work[now], moments, work[row])
-        slips = slips or state == SLIPS
-        if state == STICKS:
-            _add_memory(kt, slip_sign * mu, moments, here, own, through)
+        angle, here = interval.left if length > WHOLE_PERIOD else interval.right, work[1 - now]
+        integrate_basis(angle, length, factor, here, work[now], moments, work[row])
+        slips = slips or slipping
+        if interval.state == STICKS:
+            _add_memory(kt, signed_mu, moments, here, own, through)
     return slips
 
 
