@@ -19,7 +19,7 @@ from nonlinear.continuation.arclength_continuation import Continuation, Progress
 from nonlinear.continuation.corrector import NormalPlane, correct
 from nonlinear.continuation.response_quantities import output_amplitude
 from nonlinear.continuation.solution_point import SolutionPoint
-from nonlinear.harmonic_balance.initial_solution import TruncatedBalances, pad_or_truncate, solve_at
+from nonlinear.harmonic_balance.initial_solution import TruncatedBalances
 from nonlinear.harmonic_balance.residual import HarmonicBalance
 from nonlinear.options import Excitation
 from nonlinear.response_curve import TerminationReason, at_range_end
@@ -36,7 +36,6 @@ COMMON_POINTS = 2  # of these; one may be a branch point, at which two branches 
 EVENLY = 8  # points of a branch evenly along it, beside its top, ends and folds
 EVENLY_FROM_ONE = 16  # the same where there is one harmonic only, far from more: few of its points lead anywhere
 CLOSE = 0.01  # distance from a known branch, relative to the vibration, within which a point is not lifted
-MAX_ITERATIONS = 15
 
 
 @dataclass(frozen=True)
@@ -196,9 +195,7 @@ def _both_ways(
     enough to tell on which side of a peak the start lies.
     """
     continuation = continuation.with_balance(start.balance)
-    start = continuation.solver.point(
-        start.unknown, start.omega, start.tangent, start.iterations, 0.0, continuation.options.step
-    )
+    start = continuation.solver.point(start.unknown, start.omega, start.tangent, start.iterations)
     points = list(continuation.continue_branch(start, progress))
     if len(points) > 2 and points[-1].unknown is points[0].unknown:
         return points, True
@@ -251,12 +248,8 @@ def with_balance(continuation: Continuation, point: SolutionPoint, balance: Harm
     found = solver.refit(point)
     if found is not None:
         return found
-    guess, omega = pad_or_truncate(point.unknown, balance), point.omega
-    solved = solve_at(balance, omega, guess, continuation.options, MAX_ITERATIONS)
-    if not solved.converged:
-        return None
-    tangent = pad_or_truncate(point.tangent[0], balance), point.tangent[1]
-    return solver.point(solved.solution, omega, tangent, solved.iterations, 0.0, continuation.options.step)
+    start = point.with_balance(balance)
+    return solver.solution_at(start.omega, start.unknown, start.tangent)
 
 
 def lift_branch(collection: BranchCollection, lifting: Lifting, points: list[SolutionPoint], origin: str) -> None:

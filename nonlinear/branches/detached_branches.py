@@ -28,10 +28,9 @@ from nonlinear.continuation.corrector import nearest_solution
 from nonlinear.continuation.linear_segments import LinearSegments
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.continuation.step_control import ContinuationParameters
-from nonlinear.harmonic_balance.initial_solution import TruncatedBalances, solve_at
+from nonlinear.harmonic_balance.initial_solution import TruncatedBalances
 from nonlinear.nonlinear_modes.resonance_motions import resonance_motions
 
-MAX_ITERATIONS = 15
 FEW_HARMONICS = (1, 3)  # numbers of harmonics with which all branches are traced first
 MOST_POINTS = 1500  # of a main branch with few harmonics
 # steps along branches with few harmonics, which only lead to others; see ContinuationParameters
@@ -153,10 +152,8 @@ def _from_linear_responses(continuation: Continuation) -> Iterator[tuple[Solutio
     for omega in (*options.omega_range, *continuation.resonances.natural):
         for system, state in zip(continuation.linear.segments.uniform(), ("open", "stuck"), strict=True):
             guess = balance.unknown(system.motion(omega).displacement)
-            solved = solve_at(balance, omega, guess, options, MAX_ITERATIONS)
-            if solved.converged:
-                towards = 0.0 * solved.solution, 1.0
-                point = continuation.solver.point(solved.solution, omega, towards, 0, 0.0, options.step)
+            point = continuation.solver.solution_at(omega, guess)
+            if point is not None:
                 yield point, f"the linear response with all contacts {state}"
 
 
@@ -168,8 +165,7 @@ def _from_nonlinear_modes(continuation: Continuation, static: Array) -> Iterator
     for unknown, omega, number in resonance_motions(balance, contact, static, options.omega_range):
         found = nearest_solution(balance, unknown, omega, continuation.solver.metric(unknown))
         if found is not None and options.omega_range[0] <= found[1] <= options.omega_range[1]:
-            point = continuation.solver.point(*found, (0.0 * unknown, 1.0), 0, 0.0, options.step)
-            yield point, f"a resonance of nonlinear mode {number}"
+            yield continuation.solver.point(*found), f"a resonance of nonlinear mode {number}"
 
 
 def solutions_over_interference(

@@ -19,7 +19,6 @@ from nonlinear.continuation.corrector import BorderedSystem
 from nonlinear.continuation.response_quantities import amplitude_derivative
 from nonlinear.continuation.solution_point import SolutionPoint, Tangent
 from nonlinear.continuation.step_control import ContinuationParameters, Step, follow
-from nonlinear.harmonic_balance.initial_solution import solve_at
 from nonlinear.harmonic_balance.residual import HarmonicBalance, InterferenceChange, LinearisedResidual, Parameter
 from nonlinear.options import SolverOptions
 
@@ -168,7 +167,6 @@ SMALLEST_INCREMENT = 1.0 / 64.0  # of s
 SMALLEST_INCREMENT_OF_TOP = 1.0 / 256.0
 MAX_CLIMB = 15  # points on the way to a top
 MAX_POINTS = 80  # of a curve at fixed frequency
-MAX_ITERATIONS = 15
 
 
 @dataclass(frozen=True)
@@ -193,7 +191,7 @@ def carry_solution(
     Shapes: `unknown` (n,).
     """
     continuation = _continuation(homotopy, 0.0)
-    start = continuation.solver.point(unknown, omega, (0.0 * unknown, 1.0), 0, 0.0, homotopy.options.step)
+    start = continuation.solver.point(unknown, omega)
     point, reached = _with_free_frequency(homotopy, start, 0.0, follow_top=False)
     if reached < 1.0 and thorough:
         point, reached = _with_free_frequency(homotopy, point, reached, follow_top=True)
@@ -316,7 +314,7 @@ def continue_in_parameter(
     Shapes: `unknown` (n,).
     """
     solver = continuation.solver
-    start = solver.point(unknown, s, (0.0 * unknown, direction), 0, 0.0, continuation.options.step)
+    start = solver.point(unknown, s, direction)
 
     def straight(state: ContinuationState, _: float) -> Step[ContinuationState] | None:
         end = straight_end(state.point)
@@ -339,10 +337,4 @@ def solution_between(
     if not first * last < 0.0:
         return None
     guess = before.unknown + first / (first - last) * (after.unknown - before.unknown)
-    solved = solve_at(continuation.balance, before.omega, guess, continuation.options, MAX_ITERATIONS)
-    if not solved.converged:
-        return None
-    towards = 0.0 * solved.solution, 1.0
-    return continuation.solver.point(
-        solved.solution, before.omega, towards, solved.iterations, 0.0, continuation.options.step
-    )
+    return continuation.solver.solution_at(before.omega, guess)

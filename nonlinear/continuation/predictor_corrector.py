@@ -24,6 +24,7 @@ from nonlinear.options import SolverOptions
 
 SMALLEST_COSINE = 0.5  # of the angle between the last two tangents
 LARGEST_EXTRAPOLATION = 3.0  # relative to the distance of the last two points
+MOST_ITERATIONS = 15  # of damped Newton steps at one parameter
 
 
 def cubic_offset(previous: SolutionPoint, point: SolutionPoint, step: float, metric: Metric) -> Tangent | None:
@@ -75,17 +76,39 @@ class PredictorCorrector:
         """The solution (x, omega) as the start of a branch going up (`direction` +1) or down (-1) in frequency."""
         linearised = self.balance.evaluate(unknown, omega)
         dx_domega = linearised.solve(-linearised.dR_dp)
-        return self.point(unknown, omega, (direction * dx_domega, direction), iterations, 0.0, self.options.step)
+        return self.point(unknown, omega, (direction * dx_domega, direction), iterations)
 
     def point(
-        self, unknown: Array, parameter: float, towards: Tangent, iterations: int, arc: float, step: float
+        self,
+        unknown: Array,
+        parameter: float,
+        towards: Tangent | float = 1.0,
+        iterations: int = 0,
+        arc: float = 0.0,
+        step: float | None = None,
     ) -> SolutionPoint:
-        """The solution (x, p) as a point with its tangent on the side of `towards`."""
+        """The solution (x, p) as a point with its tangent on the side of `towards`, a direction or one of p alone."""
+        towards = towards if isinstance(towards, tuple) else (0.0 * unknown, towards)
         linearised = self.balance.evaluate(unknown, parameter)
         metric = self.metric(unknown)
         tangent = BorderedSystem.factorise(linearised, metric.unit(towards), metric).tangent()
         solved = Corrected(unknown, parameter, linearised.contact, tangent, iterations)
-        return self._with_tangent(solved, towards, 0, arc, step)
+        return self._with_tangent(solved, towards, 0, arc, self.options.step if step is None else step)
+
+    def solution_at(
+        self,
+        parameter: float,
+        guess: Array,
+        towards: Tangent | float = 1.0,
+        most_iterations: int = MOST_ITERATIONS,
+        arc: float = 0.0,
+        step: float | None = None,
+    ) -> SolutionPoint | None:
+        """The solution at a parameter near a guess (n,) as a point (see `point`), by damped Newton steps."""
+        found = solve_at(self.balance, parameter, guess, self.options, most_iterations)
+        if not found.converged:
+            return None
+        return self.point(found.solution, parameter, towards, found.iterations, arc, step)
 
     def _with_tangent(
         self, solved: Corrected, towards: Tangent, bordered_sign: int, arc: float, step: float
@@ -187,8 +210,5 @@ class PredictorCorrector:
         """The point of the curve near `point` at a parameter, predicted by the tangent; None if not found."""
         step = (parameter - point.parameter) / point.tangent[1]
         guess = point.unknown + step * point.tangent[0]
-        found = solve_at(self.balance, parameter, guess, self.options, MAX_CORRECTIONS)
-        if not found.converged:
-            return None
         arc = point.arc + abs(step)
-        return self.point(found.solution, parameter, point.tangent, found.iterations, arc, point.step)
+        return self.solution_at(parameter, guess, point.tangent, MAX_CORRECTIONS, arc, point.step)

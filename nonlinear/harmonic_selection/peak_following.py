@@ -9,7 +9,7 @@ import numpy as np
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.response_quantities import amplitude_derivative, output_amplitude
 from nonlinear.continuation.solution_point import SolutionPoint
-from nonlinear.harmonic_balance.initial_solution import TruncatedBalances, solve_at
+from nonlinear.harmonic_balance.initial_solution import TruncatedBalances
 
 OVERHEAD = 4  # time of a point is proportional to (H + 4)^2, measured with 9 contact nodes and H = 1 to 9
 PROBE_STEPS = (1, 2, 4, 8, 16, 32, 64)  # steps from a lost peak, on each side, after which the curve is sought again
@@ -161,13 +161,10 @@ class PeakFollower:
     def _at_same_frequency(self, wider: Continuation, point: SolutionPoint) -> FollowedPeak | None:
         """The solution at the frequency of a point with another number of harmonics, by damped Newton steps."""
         start = point.with_balance(wider.balance)
-        solved = solve_at(wider.balance, start.omega, start.unknown, wider.options, MAX_ITERATIONS)
-        if not solved.converged:
-            return None
-        found = wider.solver.point(
-            solved.solution, start.omega, start.tangent, solved.iterations, start.arc, start.step
+        found = wider.solver.solution_at(
+            start.omega, start.unknown, start.tangent, MAX_ITERATIONS, start.arc, start.step
         )
-        return FollowedPeak(found, self.amplitude(found))
+        return None if found is None else FollowedPeak(found, self.amplitude(found))
 
     def _cubic_maximum(self, before: SolutionPoint, after: SolutionPoint) -> float:
         """Largest value between two points of the cubic with their amplitudes and their dA/ds."""

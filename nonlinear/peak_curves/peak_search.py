@@ -264,7 +264,7 @@ def stored_point(continuation: Continuation, branch: ResponseCurve, index: int) 
     count = min(len(rows), len(stored))
     rows[:count] = stored[:count].reshape(count, -1, 3)
     unknown, omega = continuation.balance.unknown(rows), 2.0 * np.pi * float(branch.frequency_hz[index])
-    return continuation.solver.point(unknown, omega, (0.0 * unknown, 1.0), 0, 0.0, continuation.options.step)
+    return continuation.solver.point(unknown, omega)
 
 
 @dataclass

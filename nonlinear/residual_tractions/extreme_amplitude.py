@@ -35,7 +35,6 @@ from nonlinear.continuation.response_quantities import (
     with_mean,
 )
 from nonlinear.continuation.solution_point import SolutionPoint
-from nonlinear.harmonic_balance.initial_solution import solve_at
 from nonlinear.harmonic_balance.residual import LinearisedResidual
 from nonlinear.options import Measure
 
@@ -127,10 +126,8 @@ def nearest_peak(continuation: Continuation, point: SolutionPoint, mean: float |
 
 def solution_at_frequency(continuation: Continuation, point: SolutionPoint) -> SolutionPoint | None:
     """The solution of the equations of `continuation` at the frequency of `point`, a solution of similar ones."""
-    solved = solve_at(continuation.balance, point.omega, point.unknown, continuation.options, MAX_ITERATIONS)
-    if not solved.converged:
-        return None
-    return continuation.solver.point(solved.solution, point.omega, point.tangent, solved.iterations, 0.0, FIRST_STEP)
+    solver = continuation.solver
+    return solver.solution_at(point.omega, point.unknown, point.tangent, MAX_ITERATIONS, step=FIRST_STEP)
 
 
 class TractionElement(ContactElement, Protocol):
