@@ -33,6 +33,7 @@ if TYPE_CHECKING:
         punch_stiffness,
     )
     from nonlinear.continuation.response_quantities import output_components
+    from nonlinear.harmonic_balance.initial_solution import static_contact
     from nonlinear.harmonic_balance.residual import HarmonicBalance, LinearisedResidual
     from nonlinear.mistuned_ring.linear_contacts import LinearPeak
     from nonlinear.mistuned_ring.linear_ring import LinearRing
@@ -172,6 +173,7 @@ __all__ = [
     "performance_curve",
     "punch_stiffness",
     "solved_response",
+    "static_contact",
     "whitehead_bound",
 ]
 
@@ -228,6 +230,7 @@ _PLACES = {
     "ResponseCurve": "nonlinear.response_curve",
     "SolverOptions": "nonlinear.options",
     "StaticContact": "nonlinear.response_curve",
+    "static_contact": "nonlinear.harmonic_balance.initial_solution",
     "TerminationReason": "nonlinear.response_curve",
     "WorstMotion": "nonlinear.response_curve",
     "contact_cycle": "nonlinear.contact.element_choice",

@@ -126,6 +126,43 @@ def respond(
     finish(Request(file, target, None, force, jobs, rom, scheduler, cluster), quiet, as_json)
 
 
+@app.command(epilog=examples("shroud modes my.toml", "shroud modes my.toml --json"))
+def modes(
+    scene: SceneArgument,
+    rom: RomOption = None,
+    out: OutOption = None,
+    force: ForceOption = False,
+    jobs: JobsOption = None,
+    quiet: QuietOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Print natural frequencies, crossings and static contact.
+
+    In seconds, before any response: frequencies with free, sliding and stuck shrouds and the names of the modes, the
+    normal force at speed, a frequency range. Diagrams over nodal diameters and speeds go to the folder modes of DIR.
+    """
+    from pipeline.modes.modes_stage import find_modes
+    from pipeline.process.progress import Reporter
+    from pipeline.results.outputs import as_json as json_text
+    from pipeline.scene.reading import read_scene
+    from pipeline.stages.request import Request
+    from pipeline.terminal import print_modes
+
+    file = read_scene(scene, given_model=rom is not None)
+    request = Request(file, out or Path("out") / file.first.name, Stage.REDUCE.value, force, jobs, rom)
+    if not quiet:
+        print_notes(file.notes)
+    with stoppable() as interrupts:
+        found = find_modes(request, Reporter(quiet, interrupts=interrupts))
+    if as_json:
+        print(json_text(found.values))
+    elif not quiet:
+        print_modes(found.models, found.values["campbell"])
+        print("\n".join(map(str, found.files)))
+    print_problems(found.problems)
+    raise typer.Exit(NOT_REACHED if found.problems else COMPUTED)
+
+
 @app.command(epilog=examples("shroud verify my.toml", "shroud verify my.toml --tolerance 0.01 --json"))
 def verify(
     scene: SceneArgument,

@@ -42,6 +42,7 @@ from pipeline.store.disk_errors import StorageError
 from pipeline.store.output_folder import working_store
 
 if TYPE_CHECKING:
+    from pipeline.modes.modes_of_scene import ModelModes
     from pipeline.render.render_stage import RenderingAhead
     from pipeline.scene.reading import Member
     from rom import ReducedModel
@@ -80,13 +81,19 @@ def solved_curves(request: Request, reporter: Reporter) -> Iterator[tuple[Run, R
 @contextmanager
 def solved_members(request: Request, reporter: Reporter) -> Iterator[tuple[Run, Models, RunOutcome]]:
     """The reduced models and the curves of a scene, as `solved_curves`."""
+    with built_models(request, reporter) as (run, models, outcome):
+        _respond(run, models, outcome)
+        yield run, models, outcome
+
+
+@contextmanager
+def built_models(request: Request, reporter: Reporter) -> Iterator[tuple[Run, Models, RunOutcome]]:
+    """The reduced models of a scene, as `solved_curves`."""
     remember_code()
     given = _check(request)
     with _running(request, reporter, given) as run:
         outcome = RunOutcome()
-        models = member_models(run, outcome, given)
-        _respond(run, models, outcome)
-        yield run, models, outcome
+        yield run, member_models(run, outcome, given), outcome
 
 
 @contextmanager
@@ -128,11 +135,19 @@ def _do_stages(run: Run, given: ReducedModel | None, models: Models, outcome: Ru
             _respond(run, models, outcome)
         outcome.models = model_summaries(run, models, outcome)
         outcome.campbell = campbell_summary(run, models, outcome)
+        if Stage.REDUCE in request.wanted and not request.wanted & {Stage.RESPOND, Stage.RENDER}:
+            outcome.modes = _modes(run, models, outcome)
         if Stage.RESPOND in request.wanted:
             _publish(run, models, outcome)
         _study(run, models, outcome)
         _draw(run, models, outcome, _DRAWN)
     _report(run, models, outcome)
+
+
+def _modes(run: Run, models: Models, outcome: RunOutcome) -> list[ModelModes]:
+    from pipeline.modes.modes_of_scene import modes_of_scene
+
+    return modes_of_scene(run, models, outcome.problems)
 
 
 def _leave_what_is_done(run: Run, models: Models, outcome: RunOutcome, end: BaseException) -> None:

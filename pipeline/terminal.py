@@ -6,10 +6,10 @@ Commands that compute can be interrupted, and end with an exit status (`stoppabl
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -18,6 +18,7 @@ from pipeline.errors import InputError
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from pipeline.modes.modes_of_scene import ModelModes
     from pipeline.process.interrupts import Interrupts
     from pipeline.scene.reading import Member, SceneFile
     from pipeline.stages.request import Request, RunOutcome
@@ -84,6 +85,22 @@ def print_verification(found: Verification, quiet: bool, as_json: bool) -> None:
         print(line)
 
 
+def print_modes(models: Sequence[ModelModes], campbell: Sequence[dict[str, Any]]) -> None:
+    """Tables of the natural frequencies of some models, static contact, frequency range, crossings over the speed."""
+    from pipeline.modes import table
+
+    console = _console()
+    for model in models[: table.MOST_MODELS]:
+        for wave in model.waves:
+            print(table.wave_heading(model, wave, len(models) > 1))
+            console.print(table.wave_table(wave))
+        console.print(table.static_table(model.static, model.speed_rpm))
+        print(table.range_line(model))
+    for line in [*table.crossing_lines(campbell), table.left_out(models)]:
+        if line:
+            print(line)
+
+
 def _print_results(request: Request, outcome: RunOutcome) -> None:
     """The table of the curves, with notes and warnings on them."""
     from pipeline.results.frequency_range import held_point_warning
@@ -104,6 +121,7 @@ def _print_results(request: Request, outcome: RunOutcome) -> None:
     from pipeline.results.worst import search_notes, worst_warning
 
     _print_curves(outcome)
+    print_modes(outcome.modes, outcome.campbell if outcome.modes else [])
     searches = [*residual_notes(outcome.curves), *search_notes(outcome.curves)]
     models = [*mode_notes(outcome), *wave_notes(outcome), *coriolis_notes(outcome)]
     for note in abbreviated([*models, *motion_notes(outcome), *searches]):

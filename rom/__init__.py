@@ -42,6 +42,7 @@ if TYPE_CHECKING:
         ResonanceCrossing,
         excited_nodal_diameter,
         resonance_crossings,
+        signed_distance,
         speed_crossings,
         wave_direction,
     )
@@ -205,6 +206,7 @@ __all__ = [
     "resonance_crossings",
     "save_full_model",
     "save_sector",
+    "signed_distance",
     "singular_vertices",
     "speed_crossings",
     "spring_stiffness",
@@ -233,6 +235,7 @@ _PLACES = {
     "ResonanceCrossing": "rom.cyclic.resonance_crossings",
     "excited_nodal_diameter": "rom.cyclic.resonance_crossings",
     "resonance_crossings": "rom.cyclic.resonance_crossings",
+    "signed_distance": "rom.cyclic.resonance_crossings",
     "speed_crossings": "rom.cyclic.resonance_crossings",
     "wave_direction": "rom.cyclic.resonance_crossings",
     "wave_coordinates": "rom.cyclic.cyclic_symmetry",

@@ -14,7 +14,8 @@ from nonlinear.contact.parameters import Array, ContactParameters
 from nonlinear.harmonic_balance.newton_decisions import has_converged, stagnations_after
 from nonlinear.harmonic_balance.residual import HarmonicBalance, LinearisedResidual
 from nonlinear.options import SolverOptions
-from rom import RelativeReceptance
+from nonlinear.response_curve import StaticContact
+from rom import RelativeReceptance, RingModes
 
 MAX_ITERATIONS = 40
 SMALLEST_DAMPING = 1.0 / 256.0
@@ -154,6 +155,40 @@ def static_displacement(receptance: RelativeReceptance, contact: ContactParamete
     if not result.converged:
         raise ArithmeticError(f"no static equilibrium found: relative residual {result.residual:.2g}")
     return balance.displacement(result.solution)[0]
+
+
+def static_contact(modal: RingModes, contact: ContactParameters, options: SolverOptions) -> StaticContact:
+    """The contact in static equilibrium, before the excitation acts; all blades move alike.
+
+    Parameters
+    ----------
+    modal : rom.ModalModel or rom.SectorModes
+        The modes, with the static forces of the speed.
+    contact : ContactParameters
+        Parameters of the nodes.
+    options : SolverOptions
+        How the contact force is integrated, and the tolerance.
+
+    Returns
+    -------
+    StaticContact
+        Normal force, open share and gaps.
+
+    Raises
+    ------
+    ArithmeticError
+        No equilibrium is found.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> from nonlinear import static_contact
+    >>> static_contact(modal, contact, options).force_n
+    2.0
+    """
+    receptance = RelativeReceptance(modal, 0.0, (0,), 0.0)
+    return StaticContact.of(contact, static_displacement(receptance, contact, options))
 
 
 def periodic_start(

@@ -81,6 +81,26 @@ def missing(scene: Scene, resonances: Sequence[Resonance]) -> list[Resonance]:
     where it holds nothing of any, the first one that is excited counts.
     """
     low, high = scene.response.frequency
+    states = contact_states(scene.contact)
+    about = _modes_about(resonances, (low, high))
+    return [way[state] for way in about for state in states if not low <= way[state].frequency_hz <= high]
+
+
+def proposed_range(resonances: Sequence[Resonance], limits: tuple[float, float]) -> tuple[float, float] | None:
+    """The frequency range, Hz, from free to stuck contacts of the modes that the range `limits` is about.
+
+    None where the excitation moves no mode.
+    """
+    about = _modes_about(resonances, limits)
+    if not about:
+        return None
+    low = min(way[FREE].frequency_hz for way in about) * (1.0 - ROOM)
+    high = max(way[STUCK].frequency_hz for way in about) * (1.0 + ROOM)
+    return _rounded(low, math.floor), _rounded(high, math.ceil)
+
+
+def _modes_about(resonances: Sequence[Resonance], limits: tuple[float, float]) -> list[dict[str, Resonance]]:
+    """Free and stuck resonance of each excited mode that has a part in a range, Hz; else of the first excited one."""
     strongest = max((each.amplitude_m for each in resonances), default=0.0)
     ways: dict[tuple[int, int], dict[str, Resonance]] = {}
     for each in resonances:
@@ -88,12 +108,11 @@ def missing(scene: Scene, resonances: Sequence[Resonance]) -> list[Resonance]:
     excited = {
         key: way
         for key, way in ways.items()
-        if len(way) == 2 and max(each.amplitude_m for each in way.values()) >= EXCITED * strongest
+        if len(way) == 2 and max(each.amplitude_m for each in way.values()) >= EXCITED * strongest > 0.0
     }
+    low, high = limits
     about = [way for way in excited.values() if way[FREE].frequency_hz <= high and way[STUCK].frequency_hz >= low]
-    about = about or [excited[key] for key in sorted(excited)[:1]]
-    states = contact_states(scene.contact)
-    return [way[state] for way in about for state in states if not low <= way[state].frequency_hz <= high]
+    return about or [excited[key] for key in sorted(excited)[:1]]
 
 
 def held_point_warning(outcome: RunOutcome, scene: Scene) -> str:

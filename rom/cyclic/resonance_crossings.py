@@ -165,9 +165,9 @@ def resonance_crossings(
     every = []
     for mode, (free, stuck) in enumerate(zip(np.asarray(free_hz), np.asarray(stuck_hz), strict=True), start=1):
         limits = float(free), float(stuck)
-        margin = _distance(limits, (excitation, excitation)) if excitation > 0.0 else None
+        margin = signed_distance(limits, (excitation, excitation)) if excitation > 0.0 else None
         every.append(
-            ResonanceCrossing(engine_order, diameter, wave, mode, *limits, _distance(limits, range_hz), margin)
+            ResonanceCrossing(engine_order, diameter, wave, mode, *limits, signed_distance(limits, range_hz), margin)
         )
     return [every[place] for place in sorted(_places(every))]
 
@@ -213,8 +213,25 @@ def speed_crossings(speeds_rpm: ArrayLike, natural_hz: ArrayLike, engine_order: 
     return found
 
 
-def _distance(limits: tuple[float, float], span: tuple[float, float]) -> float:
-    """Signed distance of an interval from a span, relative to the nearer end of the span; 0 where they meet."""
+def signed_distance(limits: tuple[float, float], span: tuple[float, float]) -> float:
+    """Signed distance of an interval from a span, relative to the nearer end of the span; 0 where they meet.
+
+    Parameters
+    ----------
+    limits, span : (float, float)
+        Lower and upper ends, above 0.
+
+    Returns
+    -------
+    float
+        Below 0 under the span.
+
+    Examples
+    --------
+    >>> from rom import signed_distance
+    >>> signed_distance((50.0, 90.0), (100.0, 200.0)), signed_distance((250.0, 300.0), (100.0, 200.0))
+    (-0.09999999999999998, 0.25)
+    """
     if limits[0] > span[1]:
         return limits[0] / span[1] - 1.0
     return min(limits[1] / span[0] - 1.0, 0.0)

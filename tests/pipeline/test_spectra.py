@@ -1,5 +1,6 @@
 """Diagrams of natural frequencies: the lines are those of the model, the engine orders where they belong."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 from matplotlib.axes import Axes
 from pipeline_support import small_scene, write_scene
 
+from pipeline.cli import command
 from pipeline.figures.campbell import campbell_figure, nodal_diameter_figure
 from pipeline.figures.data import PlottedCurve, plotted_curves
 from pipeline.process.progress import Reporter
@@ -24,9 +26,13 @@ COLOURS = {"free": "0.0", "sliding": "#0072B2", "stuck": "#D55E00"}
 
 
 @pytest.fixture(scope="module")
-def outcome(tmp_path_factory: pytest.TempPathFactory) -> RunOutcome:
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("speeds")
+
+
+@pytest.fixture(scope="module")
+def outcome(folder: Path) -> RunOutcome:
     """The small blade at three speeds, run to its figures."""
-    folder = tmp_path_factory.mktemp("speeds")
     scene = write_scene(folder / "s.toml", small_scene(sweep={"load.speed_rpm": SPEEDS}))
     return execute(Request(read_scene(scene), folder / "out"), Reporter(quiet=True))
 
@@ -113,6 +119,42 @@ def test_nodal_diameters(curves: list[PlottedCurve]) -> None:
     assert np.all(sliding >= free * (1.0 - 1e-12))  # springs only raise frequencies
     assert np.all(stuck >= sliding * (1.0 - 1e-12))
     assert stuck[0, 36] > 1.1 * free[0, 36]
+
+
+def test_modes_before_the_response(outcome: RunOutcome, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """`shroud modes` against the run of the same scene: frequencies of its models, static contact of its curves."""
+    arguments = ["modes", str(folder / "s.toml"), "--out", str(folder / "out"), "--json"]
+    assert command(arguments) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found == json.loads((folder / "out/modes/modes.json").read_text())
+    assert found["campbell"] == outcome.summary["campbell"]
+    for model, known, curve in zip(found["models"], outcome.models, outcome.curves, strict=True):
+        (wave,), (static,) = model["waves"], model["static"]
+        states = known["free_hz"], known["sliding_hz"]["36"], known["stuck_hz"]["36"]
+        assert [mode["frequency_hz"] for mode in wave["modes"]] == [list(each) for each in zip(*states, strict=True)]
+        assert wave["modes"][0]["names"] == ["1F"] * 3
+        assert curve.facts is not None
+        assert static["force_n"] == pytest.approx(curve.facts.static_force_n, rel=1e-9, abs=1e-12)
+        low, high = model["proposed_hz"]
+        free, _, stuck = wave["modes"][0]["frequency_hz"]
+        assert low < free < stuck < high
+        margin = wave["modes"][0]["margin"]
+        assert (margin is None) == (model["speed_rpm"] == 0.0)
+    assert {file.name for file in (folder / "out/modes").iterdir()} == {
+        "modes.json",
+        "nodal_diameters.png",
+        "campbell.png",
+    }
+
+
+def test_run_until_reduce_prints_the_modes(
+    outcome: RunOutcome, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert command(["run", str(folder / "s.toml"), "--out", str(folder / "out"), "--until", "reduce"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert sum(line.startswith("mode  free [Hz]") for line in lines) == len(SPEEDS)
+    assert any("resonance at [rev/min]" in line for line in lines)
+    assert any(line.startswith("EO 36 meets mode 1 with stuck shrouds at") for line in lines)
 
 
 def test_engine_orders_fold_onto_nodal_diameters() -> None:

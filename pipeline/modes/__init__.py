@@ -1,0 +1,1 @@
+"""Before the response: natural frequencies, crossings, static contact and a frequency range, in seconds."""
