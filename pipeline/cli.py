@@ -141,7 +141,7 @@ def modes(
     In seconds, before any response: frequencies with free, sliding and stuck shrouds and the names of the modes, the
     normal force at speed, a frequency range. Diagrams over nodal diameters and speeds go to the folder modes of DIR.
     """
-    from pipeline.modes.modes_stage import find_modes
+    from pipeline.mode_diagrams import find_modes
     from pipeline.process.progress import Reporter
     from pipeline.results.outputs import as_json as json_text
     from pipeline.scene.reading import read_scene

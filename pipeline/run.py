@@ -42,8 +42,8 @@ from pipeline.store.disk_errors import StorageError
 from pipeline.store.output_folder import working_store
 
 if TYPE_CHECKING:
-    from pipeline.modes.modes_of_scene import ModelModes
     from pipeline.render.render_stage import RenderingAhead
+    from pipeline.results.modes import ModelModes
     from pipeline.scene.reading import Member
     from rom import ReducedModel
 
@@ -145,7 +145,7 @@ def _do_stages(run: Run, given: ReducedModel | None, models: Models, outcome: Ru
 
 
 def _modes(run: Run, models: Models, outcome: RunOutcome) -> list[ModelModes]:
-    from pipeline.modes.modes_of_scene import modes_of_scene
+    from pipeline.results.modes import modes_of_scene
 
     return modes_of_scene(run, models, outcome.problems)
 

@@ -18,8 +18,8 @@ from pipeline.errors import InputError
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from pipeline.modes.modes_of_scene import ModelModes
     from pipeline.process.interrupts import Interrupts
+    from pipeline.results.modes import ModelModes
     from pipeline.scene.reading import Member, SceneFile
     from pipeline.stages.request import Request, RunOutcome
     from pipeline.verify.stage import Verification
@@ -87,7 +87,7 @@ def print_verification(found: Verification, quiet: bool, as_json: bool) -> None:
 
 def print_modes(models: Sequence[ModelModes], campbell: Sequence[dict[str, Any]]) -> None:
     """Tables of the natural frequencies of some models, static contact, frequency range, crossings over the speed."""
-    from pipeline.modes import table
+    from pipeline.results import modes as table
 
     console = _console()
     for model in models[: table.MOST_MODELS]:

@@ -14,7 +14,6 @@ from pipeline.stages.stage import Stage, StageLog
 from pipeline.store.content_store import Store
 
 if TYPE_CHECKING:
-    from pipeline.modes.modes_of_scene import ModelModes
     from pipeline.stages.curve_table import CurveTable
 
 
@@ -105,7 +104,7 @@ class RunOutcome:
     curves: list[CurveResult] = field(default_factory=list)  # one for every member of the sweep
     models: list[dict[str, Any]] = field(default_factory=list)  # entries of `models` in summary.json
     campbell: list[dict[str, Any]] = field(default_factory=list)  # entries of `campbell` in summary.json
-    modes: list[ModelModes] = field(default_factory=list)  # natural frequencies, where no response is asked for
+    modes: list[Any] = field(default_factory=list)  # natural frequencies, where no response is asked for
     pictures: list[str] = field(default_factory=list)  # figures and renders by their names in the output folder
     stress: list[dict[str, Any]] = field(default_factory=list)  # entries of `stress` in summary.json
     studies: dict[str, StudyOutcome] = field(default_factory=dict)  # results of the studies by their names

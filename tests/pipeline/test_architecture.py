@@ -82,7 +82,7 @@ LAYERS = {
         {"stress"},
         {"report"},
         {"run"},
-        {"check", "new_scene", "optimise"},
+        {"check", "mode_diagrams", "new_scene", "optimise"},
         {"python_interface", "command_usage", "terminal"},
         {"cli"},
     ],

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipeline.modes.modes_of_scene import ModelModes, modes_of_scene
+from pipeline.results.modes import ModelModes, modes_of_scene
 from pipeline.results.publishing import Attempts, PicturesMissing, published, remove_outdated
 from pipeline.run import built_models
 from pipeline.stages.code_fingerprint import code_fingerprint

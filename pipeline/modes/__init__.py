@@ -1,1 +1,0 @@
-"""Before the response: natural frequencies, crossings, static contact and a frequency range, in seconds."""
