@@ -28,9 +28,9 @@ from pipeline.scene.key_values import as_in_scene, key_value
 from pipeline.scene.reading import SceneFile
 from pipeline.scene.sweep import SWEPT_KEYS
 from pipeline.scene.validation_errors import meant
+from pipeline.stages.curve_file import read_curve
 from pipeline.stages.request import Request
 from pipeline.stages.scene_to_solver import contact_on_model
-from pipeline.stages.stored_curve import read_curve
 from pipeline.studies.optimum.checks import OPTIMISED_KEYS, PLACE, unfit_optimum_keys
 from pipeline.studies.optimum.section import MOST_KEYS, Objective, Optimum, Range
 from pipeline.studies.registry import study_named

@@ -18,7 +18,7 @@ from pipeline.results.worst import END_MARK, truncation_mark, with_unit
 from pipeline.scene.labels import value_label
 from pipeline.stages.codec import restored
 from pipeline.stages.curve_file import BRANCHES
-from pipeline.stages.curve_summary import CurveSummary, stored_peak, stored_static, stored_worst
+from pipeline.stages.curve_summary import CurveSummary
 from pipeline.stages.curve_table import TABLE, CurveTable, LazyArrays
 from pipeline.store.output_folder import path_inside
 
@@ -246,12 +246,12 @@ class Curves(Sequence[Curve]):
             number=number,
             parameters=self._table.parameters_of(number),
             datasets=source.datasets if columns["solved"][number] else {},
-            peak=stored_peak(facts),
-            worst=stored_worst(facts) if math.isfinite(facts.worst_amplitude_m) else None,
+            peak=facts.peak,
+            worst=facts.worst if math.isfinite(facts.worst_amplitude_m) else None,
             detached=_detached(self._reader, number, facts),
             bifurcations=restored(tuple[Bifurcation, ...], facts.bifurcations),
             rom=self._rom(str(columns["rom"][number])),
-            static_contact=stored_static(facts),
+            static_contact=facts.static_contact,
             **{name: getattr(facts, name) for name in _IN_SUMMARY},
         )
 

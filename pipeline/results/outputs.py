@@ -14,11 +14,10 @@ from pipeline.results.run_folder import TABLE_HASH
 from pipeline.scene.units import column_name
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.codec import plain
-from pipeline.stages.curve_file import BRANCHES, cell_value
+from pipeline.stages.curve_file import ADDED, BRANCHES, cell_value
 from pipeline.stages.curve_summary import NO_RESIDUAL, NO_STATIC, NO_WORST
 from pipeline.stages.curve_table import TABLE, CurveTable, write_table
 from pipeline.stages.respond import CurveResult
-from pipeline.stages.stored_curve import ADDED
 from pipeline.store.content_store import Store
 from pipeline.store.fingerprints import file_sha256, fingerprint
 from pipeline.store.output_folder import relative_path

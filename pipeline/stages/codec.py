@@ -63,15 +63,30 @@ def attributes_of(record: Any) -> dict[str, Any]:
 
 
 def from_attributes(kind: type[T], attributes: Mapping[str, Any]) -> T:
-    """The record of `attributes_of`; a field that is missing has its default. KeyError where it has none."""
+    """The record of attributes, or of its fields as JSON has them, each made the type of its field.
+
+    A field that is missing has its default. KeyError where it has none.
+    """
     hashable: Any = kind
+    given = {name: attributes[name] for name, _, optional in _readers(hashable) if not optional or name in attributes}
     return kind(
         **{
-            name: tuple(json.loads(attributes[name])) if read is tuple else read(attributes[name])
-            for name, read, optional in _readers(hashable)
-            if not optional or name in attributes
+            name: read(json.loads(given[name]) if read is tuple and isinstance(given[name], str) else given[name])
+            for name, read, _ in _readers(hashable)
+            if name in given
         }
     )
+
+
+def prefixed_values(prefix: str, record: Any) -> dict[str, Any]:
+    """The fields of a record with a prefix, as a record that contains it has them; none where there is no record."""
+    return {} if record is None else {f"{prefix}{f.name}": getattr(record, f.name) for f in fields(record)}
+
+
+def of_prefix(kind: type[T], prefix: str, record: Any) -> T:
+    """The inverse of `prefixed_values`: a part of a record from those fields that have the prefix."""
+    hashable: Any = kind
+    return kind(**{name: getattr(record, f"{prefix}{name}") for name, _, _ in _readers(hashable)})
 
 
 @cache

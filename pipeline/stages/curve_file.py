@@ -1,14 +1,31 @@
-"""File of a response curve: one HDF5 file in the layout of a group of response.h5, written and read."""
+"""File of a response curve: a `ResponseCurve` written to HDF5 in the layout of a group of response.h5, read back, and
+stored again with further branches.
+
+Arrays of the curve are datasets under their names, numbers and words the attributes of its summary.
+"""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
+import numpy as np
+from numpy.typing import NDArray
+
 from pipeline.scene.loads_section import ExcitationHarmonic
-from pipeline.stages.curve_summary import RESIDUAL_BOUNDS, summary_attributes
+from pipeline.stages.codec import restored
+from pipeline.stages.curve_summary import (
+    RESIDUAL_BOUNDS,
+    CurveSummary,
+    bound_of,
+    read_summary,
+    shared_fields,
+    summary_attributes,
+)
+from pipeline.store.fingerprints import content_fingerprint
 
 if TYPE_CHECKING:
     import h5py
@@ -17,29 +34,41 @@ if TYPE_CHECKING:
     from pipeline.scene.fields import Section
     from pipeline.scene.schema import Contact, Scene
 
+Array = NDArray[Any]
 S = TypeVar("S", bound="Section")
 CURVE = "curve.h5"
-# Name of a column and of a dataset -> attribute of `ResponseCurve`; harmonic_1_m ... follow amplitude_m.
-COLUMNS = {
-    "frequency_hz": "frequency_hz",
-    "amplitude_m": "amplitude_m",
-    "static_m": "static_m",
-    "phase_rad": "phase_rad",
-    "stable": "stable",
-    "sticking": "sticking",
-    "slipping": "slipping",
-    "separating": "separating",
-    "dissipated_j": "dissipated_j",
-    "iterations": "iterations",
-    "arc": "arc",
-    "kept_harmonics": "kept_harmonics",
-    "growth_rate": "growth_rate",
-    "growth_nodal_diameter": "growth_nodal_diameter",
-}
+# Arrays of `ResponseCurve` that are columns of the CSV file, in their order; harmonic_1_m ... follow amplitude_m.
+COLUMNS = (
+    "frequency_hz",
+    "amplitude_m",
+    "static_m",
+    "phase_rad",
+    "stable",
+    "sticking",
+    "slipping",
+    "separating",
+    "dissipated_j",
+    "iterations",
+    "arc",
+    "kept_harmonics",
+    "growth_rate",
+    "growth_nodal_diameter",
+)
 HARMONICS = "excitation.harmonic"  # attribute: the harmonics of the excitation as JSON
 OUTPUT, AMPLITUDE = "output_", "amplitude_"  # datasets of a further output, and its name
 RESIDUAL = "residual"  # group of the bounds over residual tractions
 BRANCHES = "branch"  # group of the detached branches of a curve: branch/1, branch/2, ...
+HARMONIC_COLUMNS = "harmonic_m"  # array of `ResponseCurve` with a dataset for each of its columns
+_BAND = ("band_index", "band_lowest_m", "band_highest_m")  # arrays of `ResidualBounds`
+_OF_BOUND = {  # datasets of a bound -> arrays of `ResidualExtreme`
+    "slider_origin": "slider_origin",
+    "traction": "traction",
+    "frequency_hz": "curve_frequency_hz",
+    "amplitude_m": "curve_amplitude_m",
+}
+ADDED = "added"  # attribute of a branch: whether it is new in this file, and not in the one that the file extends
+# What further branches change in the summary of a curve; everything else speaks of the main branch.
+_CHANGED = ("detached", "outputs", "branches_left_out", "worst_", "seconds")
 
 
 def used_parameters(scene: Scene, contact: Contact, parameters: Mapping[str, Any]) -> dict[str, Any]:
@@ -72,55 +101,157 @@ def _scene_value(value: Any) -> Any:
     return tuple(plain) if isinstance(plain, list) else plain
 
 
+def cell_value(value: Any) -> Any:
+    """A swept value as a cell of a table holds it: a number, text, or a list written in brackets."""
+    return json.dumps(list(value)) if isinstance(value, tuple | list) else value
+
+
 def write_curve(path: Path, response: ResponseCurve, parameters: Mapping[str, Any]) -> None:
     """Write columns, complex coefficients, parameters and summary of a solved curve."""
     from rom import new_hdf5
 
     with new_hdf5(path) as file:
-        _write_points(file, response)
-        for key, value in [*parameters.items(), *summary_attributes(response).items()]:
-            file.attrs[key] = value
+        file.attrs.update(parameters)
+        write_branch(file, response)
         if response.residual_bounds is not None:
             _write_residual_bounds(file.create_group(RESIDUAL), response.residual_bounds)
         for number, branch in enumerate(response.detached, start=1):
             write_branch(file.create_group(f"{BRANCHES}/{number}"), branch)
 
 
-def _write_residual_bounds(group: h5py.Group, bounds: ResidualBounds) -> None:
-    """Write the band, and of each bound its tractions and its curve."""
-    for name in ("band_index", "band_lowest_m", "band_highest_m"):
-        group.create_dataset(name, data=getattr(bounds, name), track_times=False)
-    for bound in RESIDUAL_BOUNDS:
-        extreme, found = getattr(bounds, bound), group.create_group(bound)
-        for name in ("slider_origin", "traction"):
-            found.create_dataset(name, data=getattr(extreme, name), track_times=False)
-        for name in ("frequency_hz", "amplitude_m"):
-            found.create_dataset(name, data=getattr(extreme, f"curve_{name}"), track_times=False)
-
-
 def write_branch(group: h5py.Group, branch: ResponseCurve) -> None:
-    """Write the points of a detached branch and their summary."""
-    _write_points(group, branch)
-    for key, value in summary_attributes(branch).items():
-        group.attrs[key] = value
+    """Write the points of a branch and their summary."""
+    for field in fields(branch):
+        value = getattr(branch, field.name)
+        if field.name == HARMONIC_COLUMNS:
+            for h in range(value.shape[1]):
+                _write(group, f"harmonic_{h + 1}_m", value[:, h])
+        elif isinstance(value, np.ndarray):
+            _write(group, field.name, value)
+    for name, values in branch.outputs.items():
+        _write(group, f"{OUTPUT}{name}", values[:, :, 0] if values.shape[2] == 1 else values)
+        _write(group, f"{AMPLITUDE}{name}", branch.amplitude_of(name))
+    group.attrs.update(summary_attributes(branch))
 
 
-def _write_points(group: h5py.Group, response: ResponseCurve) -> None:
-    import numpy as np
-
-    for column, attribute in COLUMNS.items():
-        group.create_dataset(column, data=np.asarray(getattr(response, attribute)), track_times=False)
-    harmonics = np.asarray(response.harmonic_m)
-    for h in range(harmonics.shape[1]):
-        group.create_dataset(f"harmonic_{h + 1}_m", data=harmonics[:, h], track_times=False)
-    for name in ("relative_displacement", "contact_force", "output", "energy_error"):
-        group.create_dataset(name, data=np.asarray(getattr(response, name)), track_times=False)
-    for name, values in response.outputs.items():
-        data = values[:, :, 0] if values.shape[2] == 1 else values
-        group.create_dataset(f"{OUTPUT}{name}", data=data, track_times=False)
-        group.create_dataset(f"{AMPLITUDE}{name}", data=response.amplitude_of(name), track_times=False)
+def _write_residual_bounds(group: h5py.Group, bounds: ResidualBounds) -> None:
+    """Write the arrays of the band, and of each bound; its numbers are in the summary of the curve."""
+    for name in _BAND:
+        _write(group, name, getattr(bounds, name))
+    for bound in RESIDUAL_BOUNDS:
+        for name, field in _OF_BOUND.items():
+            _write(group, f"{bound}/{name}", getattr(getattr(bounds, bound), field))
 
 
-def cell_value(value: Any) -> Any:
-    """A swept value as a cell of a table holds it: a number, text, or a list written in brackets."""
-    return json.dumps(list(value)) if isinstance(value, tuple | list) else value
+def _write(group: h5py.Group, name: str, values: Array) -> None:
+    group.create_dataset(name, data=values, track_times=False)
+
+
+def read_curve(path: Path) -> ResponseCurve:
+    """A curve with its detached branches, from a file that `write_curve` or `write_extended` wrote."""
+    import h5py
+
+    with h5py.File(path, "r") as file:
+        return curve_from(file)
+
+
+def curve_from(group: h5py.Group, left_out: Sequence[str] = ()) -> ResponseCurve:
+    """A curve with its detached branches; arrays `left_out` are empty, which is cheaper where they are large."""
+    branches = tuple(_read(each, left_out) for each in branch_groups(group))
+    return replace(_read(group, left_out), detached=branches)
+
+
+def read_added(path: Path) -> ResponseCurve:
+    """The branches that are new in a file, as a curve of their own: of a curve that was solved all, of an extended
+    one those that were added.
+    """
+    import h5py
+
+    with h5py.File(path, "r") as file:
+        added = [_read(group) for group in branch_groups(file) if group.attrs.get(ADDED, False)]
+    return replace(added[0], detached=tuple(added[1:])) if added else read_curve(path)
+
+
+def branch_mark(frequency_hz: NDArray[np.float64]) -> str:
+    """A mark by which a branch is known again in every file that holds it: a hash of its frequencies (P,), Hz."""
+    return content_fingerprint(np.ascontiguousarray(frequency_hz).tobytes())
+
+
+def branch_groups(file: h5py.Group) -> list[h5py.Group]:
+    """The groups of the detached branches of a curve, in their order."""
+    return [file[f"{BRANCHES}/{number}"] for number in sorted(file.get(BRANCHES, ()), key=int)]
+
+
+def write_extended(path: Path, base: Path, before: ResponseCurve, after: ResponseCurve) -> None:
+    """Write the file of a curve that has got further branches; all that speaks of the main branch is copied."""
+    import h5py
+
+    from rom import new_hdf5
+
+    changed = {key: value for key, value in summary_attributes(after).items() if key.startswith(_CHANGED)}
+    with new_hdf5(path) as file, h5py.File(base, "r") as source:
+        _copy_main(source, file, changed)
+        old = list(zip(before.detached, branch_groups(source), strict=True))
+        for number, branch in enumerate(after.detached, start=1):
+            name = f"{BRANCHES}/{number}"
+            group = next((group for known, group in old if _is_same(known, branch)), None)
+            if group is None:
+                write_branch(file.create_group(name), branch)
+            else:
+                source.copy(group, file, name)
+            file[name].attrs[ADDED] = group is None
+
+
+def _copy_main(source: h5py.File, target: h5py.File, changed: Mapping[str, Any]) -> None:
+    for name in source:
+        if name != BRANCHES:
+            source.copy(name, target)
+    for key, value in [*source.attrs.items(), *changed.items()]:
+        target.attrs[key] = value
+    target.create_group(BRANCHES)
+
+
+def _is_same(one: ResponseCurve, other: ResponseCurve) -> bool:
+    """Whether two branches are one and the same, to the last digit."""
+    return one is other or np.array_equal(one.frequency_hz, other.frequency_hz)
+
+
+def _read(group: h5py.Group, left_out: Sequence[str] = ()) -> ResponseCurve:
+    """One branch, without those beside it."""
+    from nonlinear import Bifurcation, Peak, ResponseCurve, TerminationReason
+
+    facts = read_summary(group)
+    values = {f.name: group[f.name][()] for f in fields(ResponseCurve) if f.name in group and f.name not in left_out}
+    columns = [group[f"harmonic_{h + 1}_m"][()] for h in range(facts.harmonics)]
+    values[HARMONIC_COLUMNS] = np.column_stack(columns) if columns else np.empty((facts.points, 0))
+    ended: Any = facts.termination
+    return ResponseCurve(
+        **values,
+        **{name: np.empty((0, *group[name].shape[1:]), group[name].dtype) for name in left_out},
+        **{name: getattr(facts, name) for name in shared_fields()},
+        termination=TerminationReason(ended, facts.termination_hz, facts.reason),
+        peak=facts.peak,
+        peaks=restored(tuple[Peak, ...], facts.peaks),
+        bifurcations=restored(tuple[Bifurcation, ...], facts.bifurcations),
+        worst=facts.worst,
+        static_contact=facts.static_contact,
+        residual_bounds=_residual_bounds(group[RESIDUAL], facts) if RESIDUAL in group else None,
+        branches_left_out=int(group.attrs["branches_left_out"]),
+        outputs={
+            name.removeprefix(OUTPUT): values[()].reshape(*values.shape[:2], -1)
+            for name, values in group.items()
+            if name.startswith(OUTPUT)
+        },
+    )
+
+
+def _residual_bounds(group: h5py.Group, facts: CurveSummary) -> ResidualBounds:
+    from nonlinear import ResidualBounds, ResidualExtreme
+
+    bounds = {
+        bound: ResidualExtreme(
+            **bound_of(facts, bound), **{field: group[f"{bound}/{name}"][()] for name, field in _OF_BOUND.items()}
+        )
+        for bound in RESIDUAL_BOUNDS
+    }
+    return ResidualBounds(**bounds, **{name: group[name][()] for name in _BAND})

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipeline.stages.codec import attributes_of, from_attributes, plain
+from pipeline.stages.codec import attributes_of, from_attributes, of_prefix, plain, prefixed_values
 
 if TYPE_CHECKING:
     import h5py
@@ -34,11 +34,11 @@ class CurveSummary:
     a default are missing in files of earlier versions.
     """
 
-    peak_frequency_hz: float
-    peak_amplitude_m: float
-    peak_index: int
-    peak_located: bool
-    peak_at_end: bool
+    peak_frequency_hz: float = math.nan
+    peak_amplitude_m: float = math.nan
+    peak_index: int = -1
+    peak_located: bool = False
+    peak_at_end: bool = False
     points: int
     total_iterations: int
     seconds: float
@@ -100,15 +100,52 @@ class CurveSummary:
         """Whether the worst motion, or the peak where that is not known, lies at an end of the frequency range."""
         return self.worst_at_end if math.isfinite(self.worst_amplitude_m) else self.peak_at_end
 
+    @property
+    def peak(self) -> Peak | None:
+        """The highest peak of the main branch; None without points."""
+        from nonlinear import Peak
+
+        return of_prefix(Peak, PEAK, self) if self.points and self.peak_index >= 0 else None
+
+    @property
+    def worst(self) -> WorstMotion | None:
+        """The worst motion; None where there is none."""
+        from nonlinear import WorstMotion
+
+        return of_prefix(WorstMotion, WORST, self) if self.worst_searched else None
+
+    @property
+    def static_contact(self) -> StaticContact | None:
+        """The static contact; None where it is not known."""
+        from nonlinear import StaticContact
+
+        return None if math.isnan(self.static_force_n) else of_prefix(StaticContact, STATIC, self)
+
 
 def _unknown(prefix: str) -> dict[str, Any]:
     """The fields with a prefix, and their values where there is nothing to say."""
     return {field.name: field.default for field in fields(CurveSummary) if field.name.startswith(prefix)}
 
 
-WORST, RESIDUAL, STATIC = "worst_", "residual_", "static_"
+PEAK, WORST, RESIDUAL, STATIC = "peak_", "worst_", "residual_", "static_"
 _NAMES = [field.name for field in fields(CurveSummary)]
+_SUMMARISED = (
+    "energy_error",
+    "termination",
+    "peaks",
+    "bifurcations",
+    "detached",
+    "outputs",
+)  # not as the curve has them
+_TRUNCATION = [name for name in _NAMES if "truncation" in name and not name.startswith(WORST)]  # of a branch
 NO_WORST, NO_RESIDUAL, NO_STATIC = _unknown(WORST), _unknown(RESIDUAL), _unknown(STATIC)
+
+
+def shared_fields() -> list[str]:
+    """The fields that `ResponseCurve` has too, with the same values."""
+    from nonlinear import ResponseCurve
+
+    return [field.name for field in fields(ResponseCurve) if field.name in _NAMES and field.name not in _SUMMARISED]
 
 
 def summary_attributes(response: ResponseCurve) -> dict[str, Any]:
@@ -120,69 +157,28 @@ def summary_of(response: ResponseCurve) -> CurveSummary:
     """The summary of a solved curve, or of one of its branches."""
     import numpy as np
 
-    errors = np.asarray(response.energy_error, dtype=float)
-    peak = response.peak
-    return CurveSummary(
-        peak_frequency_hz=math.nan if peak is None else float(peak.frequency_hz),
-        peak_amplitude_m=math.nan if peak is None else float(peak.amplitude_m),
-        peak_index=-1 if peak is None else int(peak.index),
-        peak_located=peak is not None and bool(peak.located),
-        peak_at_end=peak is not None and bool(peak.at_end),
-        points=len(response.frequency_hz),
-        total_iterations=int(np.sum(response.iterations)),
-        seconds=float(response.seconds),
-        complete=bool(response.termination.complete),
-        reason=str(response.termination.message),
-        energy_error=float(np.nanmax(errors)) if np.any(np.isfinite(errors)) else math.nan,
-        harmonics=int(response.harmonics),
-        **truncation(response),
-        sampling_error=float(response.sampling_error),
-        sampling_frequency_error=float(response.sampling_frequency_error),
-        termination=str(response.termination.kind),
-        termination_hz=float(response.termination.frequency_hz),
-        origin=str(response.origin),
-        peaks=tuple(map(plain, response.peaks)),
-        bifurcations=tuple(map(plain, response.bifurcations)),
-        detached=tuple(_detached(branch) for branch in response.detached),
-        free_nodes=int(response.free_nodes),
-        outputs=tuple(_peak_of(response, name) for name in response.outputs),
-        **_flat(WORST, response.worst),
-        **_flat(STATIC, response.static_contact),
-        **_residual(response.residual_bounds),
+    errors, ended = response.energy_error[np.isfinite(response.energy_error)], response.termination
+    return from_attributes(
+        CurveSummary,
+        {name: getattr(response, name) for name in shared_fields()}
+        | prefixed_values(PEAK, response.peak)
+        | prefixed_values(WORST, response.worst)
+        | prefixed_values(STATIC, response.static_contact)
+        | _residual(response.residual_bounds)
+        | {
+            "points": response.points,
+            "total_iterations": response.iterations.sum(),
+            "energy_error": errors.max() if errors.size else math.nan,
+            "complete": ended.complete,
+            "termination": ended.kind,
+            "termination_hz": ended.frequency_hz,
+            "reason": ended.message,
+            "peaks": plain(response.peaks),
+            "bifurcations": plain(response.bifurcations),
+            "detached": map(_detached, response.detached),
+            "outputs": [_peak_of(response, name) for name in response.outputs],
+        },
     )
-
-
-def _flat(prefix: str, record: WorstMotion | StaticContact | None) -> dict[str, Any]:
-    """The values of a record as fields of the summary with a prefix; none where there is no record."""
-    if record is None:
-        return {}
-    return {name: type(none)(getattr(record, name.removeprefix(prefix))) for name, none in _unknown(prefix).items()}
-
-
-def _values(prefix: str, facts: CurveSummary) -> dict[str, Any]:
-    """The values of a record from the fields with a prefix."""
-    return {name.removeprefix(prefix): value for name, value in vars(facts).items() if name.startswith(prefix)}
-
-
-def stored_peak(facts: CurveSummary) -> Peak | None:
-    """The highest peak of the main branch; None without points."""
-    from nonlinear import Peak
-
-    return Peak(**_values("peak_", facts)) if facts.points and facts.peak_index >= 0 else None
-
-
-def stored_static(facts: CurveSummary) -> StaticContact | None:
-    """The static contact; None where it is not known."""
-    from nonlinear import StaticContact
-
-    return None if math.isnan(facts.static_force_n) else StaticContact(**_values(STATIC, facts))
-
-
-def stored_worst(facts: CurveSummary) -> WorstMotion | None:
-    """The worst motion; None where there is none."""
-    from nonlinear import WorstMotion
-
-    return WorstMotion(**_values(WORST, facts)) if facts.worst_searched else None
 
 
 def _residual(bounds: ResidualBounds | None) -> dict[str, Any]:
@@ -190,9 +186,16 @@ def _residual(bounds: ResidualBounds | None) -> dict[str, Any]:
     if bounds is None:
         return {}
     return {
-        f"residual_{bound}_{name}": float(getattr(getattr(bounds, bound), attribute))
+        f"{RESIDUAL}{bound}_{name}": getattr(getattr(bounds, bound), attribute)
         for bound, names in RESIDUAL_BOUNDS.items()
         for name, attribute in names.items()
+    }
+
+
+def bound_of(facts: CurveSummary, bound: str) -> dict[str, float]:
+    """The numbers of one bound over residual tractions, by their names in `ResidualExtreme`."""
+    return {
+        attribute: getattr(facts, f"{RESIDUAL}{bound}_{name}") for name, attribute in RESIDUAL_BOUNDS[bound].items()
     }
 
 
@@ -229,17 +232,7 @@ def _detached(branch: ResponseCurve) -> dict[str, Any]:
         "reason": branch.termination.message,
         "origin": branch.origin,
         "born_between": [],
-        **plain(truncation(branch)),
-    }
-
-
-def truncation(response: ResponseCurve) -> dict[str, Any]:
-    """What is known of the truncation error of a branch."""
-    return {
-        "truncation_error": float(response.truncation_error),
-        "truncation_branch": str(response.truncation_branch),
-        "truncation_frequency_hz": float(response.truncation_frequency_hz),
-        "motion_truncation_error": float(response.motion_truncation_error),
+        **{name: plain(getattr(branch, name)) for name in _TRUNCATION},
     }
 
 
@@ -269,11 +262,7 @@ def kept_summary(file: Path) -> CurveSummary:
 
         with h5py.File(file, "r") as source:
             return read_summary(source)
-    values = json.loads(beside.read_text(encoding="utf-8"))
-    held: dict[str, Any] = {
-        name: tuple(value) if isinstance(value, list) else value for name, value in values.items()
-    }
-    return CurveSummary(**held)
+    return from_attributes(CurveSummary, json.loads(beside.read_text(encoding="utf-8")))
 
 
 def _beside(file: Path) -> Path:

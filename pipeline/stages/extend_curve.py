@@ -12,11 +12,17 @@ from typing import TYPE_CHECKING
 from pipeline.process.progress import seconds_since
 from pipeline.scene import schema
 from pipeline.stages.codec import plain, restored
-from pipeline.stages.curve_file import CURVE, section_from_attributes
+from pipeline.stages.curve_file import (
+    CURVE,
+    branch_mark,
+    read_added,
+    read_curve,
+    section_from_attributes,
+    write_extended,
+)
 from pipeline.stages.curve_summary import keep_summary
 from pipeline.stages.scene_to_solver import contact_parameters, nonlinear_problem, section_excitation
 from pipeline.stages.solve_curve import Progress
-from pipeline.stages.stored_curve import branch_mark, read_added, read_curve, write_extended
 
 if TYPE_CHECKING:
     from nonlinear import BranchStart, Extension

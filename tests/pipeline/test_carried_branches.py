@@ -23,9 +23,8 @@ from pipeline import Results, read_results, read_scene, run_scene
 from pipeline.results.tables import branch_remarks
 from pipeline.scene.schema import Scene
 from pipeline.stages.carry_branches import longest_way, sweep_steps
-from pipeline.stages.curve_file import write_curve
+from pipeline.stages.curve_file import read_curve, write_curve
 from pipeline.stages.extend_curve import extend_curve
-from pipeline.stages.stored_curve import read_curve
 from rom import modal_model, write_reduced_model
 
 LUMPED = runpy.run_path(str(Path(__file__).parents[1] / "nonlinear" / "lumped.py"))

@@ -17,7 +17,7 @@ from pipeline.results.overview import overview_lines, statistics
 from pipeline.results.tables import curve_table, opened_warning
 from pipeline.results.worst import height_mark, search_notes, worst_cells, worst_warning
 from pipeline.scene.reading import read_scene
-from pipeline.stages.curve_summary import NO_WORST, CurveSummary, stored_worst
+from pipeline.stages.curve_summary import NO_WORST, CurveSummary
 from pipeline.stages.curve_table import table_of
 from pipeline.stages.respond import CurveResult
 
@@ -199,10 +199,10 @@ def test_the_summary_has_the_numbers_or_null(curves: list[CurveResult], tmp_path
 def test_a_worst_motion_is_read_back_as_it_was_written(curves: list[CurveResult]) -> None:
     facts = curves[1].facts
     assert facts is not None
-    worst = stored_worst(facts)
+    worst = facts.worst
     assert worst is not None
     assert (worst.amplitude_m, worst.branch, worst.motion) == (104.3e-6, 1, "periodic")
-    assert stored_worst(replace(facts, **NO_WORST)) is None
+    assert replace(facts, **NO_WORST).worst is None
 
 
 def test_the_response_figure_marks_worst_motions_that_are_no_peaks() -> None:

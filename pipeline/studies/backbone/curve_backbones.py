@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.scene.labels import member_label
+from pipeline.stages.curve_file import read_curve
 from pipeline.stages.respond import CurveResult
 from pipeline.stages.scene_to_solver import nonlinear_problem
-from pipeline.stages.stored_curve import read_curve
 from pipeline.studies.backbone.result import (
     CurveBackbones,
     ModeBackbone,

@@ -11,8 +11,8 @@ from nonlinear import ContactError, JointOptimum, Optimum, find_joint_optimum, f
 from pipeline.errors import InputError
 from pipeline.results.worst import number_error
 from pipeline.scene.key_values import WHOLE_FACE, as_in_scene
+from pipeline.stages.curve_file import read_curve
 from pipeline.stages.scene_to_solver import nonlinear_problem
-from pipeline.stages.stored_curve import read_curve
 from pipeline.studies.optimum.checks import PLACE, SOLVER_KEYS
 from pipeline.studies.optimum.result import Trial
 from pipeline.studies.study import StudyContext, StudyError
@@ -173,8 +173,8 @@ def trial_of(point: Mapping[str, float], curve: CurveResult, objective: str = "d
 def _of_first_harmonic(curve: CurveResult, file: Path) -> SolvedResponse:
     """The worst motion of a curve by its first harmonic."""
     from nonlinear import solved_response
+    from pipeline.stages.curve_file import read_curve
     from pipeline.stages.scene_to_solver import solver_options
-    from pipeline.stages.stored_curve import read_curve
 
     options = replace(solver_options(curve.member.scene), objective="harmonic_1")
     return solved_response(0.0, read_curve(file), "", options)

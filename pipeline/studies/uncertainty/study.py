@@ -206,8 +206,8 @@ class _Computation:
     def _rates(self, curve: CurveResult) -> dict[str, tuple[float, float]] | None:
         """Derivatives of amplitude and frequency of the worst motion of a curve, per unit of each key."""
         from nonlinear import peak_sensitivity
+        from pipeline.stages.curve_file import read_curve
         from pipeline.stages.scene_to_solver import nonlinear_problem
-        from pipeline.stages.stored_curve import read_curve
         from rom import one_blas_thread, read_reduced_model
 
         facts, scene = curve.facts, curve.member.scene
