@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 import numpy as np
 
-from pipeline.figures.data import PlottedCurve
+from pipeline.figures.data import PlottedCurve, is_isolated
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -76,38 +76,22 @@ def plot_curve(axes: Axes, curve: _Curve, *, label: str | None = None, unit: str
     """
     if unit not in UNITS:
         raise ValueError(f"unit = {unit!r}: must be one of {', '.join(UNITS)}")
-    line = draw_line(
-        axes,
-        curve.frequency_hz,
-        curve.amplitude_m * UNITS[unit],
-        curve.stable,
-        label,
-        curve.growth_nodal_diameter,
-        **look,
-    )
+    line = draw_line(axes, curve, curve.amplitude_m * UNITS[unit], label, **look)
     if curve.peak is not None:
         colour = look.get("color") or (line.get_color() if line else None)
         height = curve.peak.amplitude_m * UNITS[unit]
         axes.plot(curve.peak.frequency_hz, height, "o", color=colour, markersize=5, markeredgecolor="white", zorder=4)
 
 
-def draw_line(
-    axes: Axes,
-    frequency_hz: np.ndarray,
-    height: np.ndarray,
-    stable: np.ndarray,
-    label: str | None,
-    nodal_diameter: np.ndarray | None = None,
-    **look: Any,
-) -> Any:
-    """Draw a line (P,), dashed where it is not `stable` (P,); returns its first segment, None without points.
+def draw_line(axes: Axes, curve: _Curve, height: np.ndarray, label: str | None = None, **look: Any) -> Any:
+    """Draw heights (P,) over the frequency of a curve, dashed where it is unstable; its first segment, or None.
 
-    Long dashes where the perturbation that grows has another `nodal_diameter` (P,) than the wave, k > 0.
+    Long dashes where the perturbation that grows has another nodal diameter than the wave, k > 0.
     """
     first = None
-    for start, stop, kind in stability_segments(stable, nodal_diameter):
+    for start, stop, kind in stability_segments(curve.stable, curve.growth_nodal_diameter):
         part = slice(start, stop)
-        (line,) = axes.plot(frequency_hz[part], height[part], linestyle=DASHES[kind], label=label, **look)
+        (line,) = axes.plot(curve.frequency_hz[part], height[part], linestyle=DASHES[kind], label=label, **look)
         first, label = first or line, None
         look = {"color": first.get_color()} | look
     return first
@@ -149,10 +133,10 @@ def mark_bifurcations(axes: Axes, curves: Sequence[PlottedCurve], colours: Seque
     for kind, marker in MARKS.items():
         label: str | None = kind
         for curve, colour in zip(curves, colours, strict=True):
-            places = [item for item in curve.bifurcations if item["kind"] == kind]
+            places = [item for item in curve.response.bifurcations if item.kind.value == kind]
             if places:
-                x = [item["frequency_hz"] for item in places]
-                y = [item["amplitude_m"] * factor for item in places]
+                x = [item.frequency_hz for item in places]
+                y = [item.amplitude_m * factor for item in places]
                 axes.plot(x, y, marker, color=colour, markersize=4, markeredgewidth=0.8, label=label, **OPEN)
                 label = None
 
@@ -170,8 +154,8 @@ def mark_worst(axes: Axes, curves: Sequence[PlottedCurve], colours: Sequence[Any
 
 def explain_lines(axes: Axes, curves: Sequence[PlottedCurve]) -> None:
     """Entries in the legend for what is drawn: unstable parts, isolated and detached branches, circles on peaks."""
-    parts = [(curve.stable, curve.nodal_diameter) for curve in curves]
-    parts += [(branch.stable, branch.nodal_diameter) for curve in curves for branch in curve.branches]
+    detached = [branch for curve in curves for branch in curve.response.detached]
+    parts = [(each.stable, each.growth_nodal_diameter) for each in (*(curve.response for curve in curves), *detached)]
     grey: dict[str, Any] = {"color": "0.35"}
     for kind, shown in (
         (KINDS[1], any((~stable & (diameter == 0)).any() for stable, diameter in parts)),
@@ -179,13 +163,13 @@ def explain_lines(axes: Axes, curves: Sequence[PlottedCurve]) -> None:
     ):
         if shown:
             axes.plot([], [], linestyle=DASHES[kind], label=kind, **grey)
-    closed = [branch.closed for curve in curves for branch in curve.branches]
+    closed = [is_isolated(branch) for branch in detached]
     for name, shown in (("isolated branch", any(closed)), ("detached branch", not all(closed))):
         if shown:
             axes.plot([], [], linewidth=THIN, label=f"{name} (thin)", **grey)
-    if any(not curve.peak_at_end for curve in curves):
+    if any(not curve.facts.peak_at_end for curve in curves):
         axes.plot([], [], "o", markersize=5, label="peak", **OPEN, **grey)
-    if any(curve.peak_at_end for curve in curves):
+    if any(curve.facts.peak_at_end for curve in curves):
         axes.plot([], [], MARK_OF_END, markersize=5, label=END_OF_RANGE, **OPEN, **grey)
 
 

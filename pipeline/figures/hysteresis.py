@@ -32,8 +32,6 @@ def node_figure(curve: PlottedCurve, title: str) -> Figure | None:
 
     None without contact; a direction without a force has no panel. The legend has the nodes by friction work.
     """
-    if curve.peak_displacement is None:
-        return None
     cycle, pressed = _cycle(curve)
     if not _touches(cycle):
         return None
@@ -55,7 +53,7 @@ def sweep_figure(curves: Sequence[PlottedCurve], title: str) -> Figure | None:
 
     Curves without contact are left out.
     """
-    known = spread([curve for curve in curves if curve.peak_displacement is not None], _MOST_LOOKED_AT)
+    known = spread(curves, _MOST_LOOKED_AT)
     touching = [(curve, cycle) for curve, cycle in ((curve, _cycle(curve)) for curve in known) if _touches(cycle[0])]
     chosen = spread(touching, _MOST_CURVES)
     if len(chosen) < 2:
@@ -87,15 +85,14 @@ def spread(items: Sequence[T], most: int) -> list[T]:
 
 def most_damped(curves: Sequence[PlottedCurve]) -> PlottedCurve | None:
     """The curve with the largest friction damping at its peak: friction work over amplitude squared."""
-    known = [curve for curve in curves if curve.peak_index >= 0 and curve.peak[1] > 0.0]
-    return max(known, key=lambda c: c.dissipated_j[c.peak_index] / c.peak[1] ** 2, default=None)
+    known = [curve for curve in curves if curve.peak[1] > 0.0]
+    return max(known, key=lambda c: c.response.dissipated_j[c.facts.peak_index] / c.peak[1] ** 2, default=None)
 
 
 def _cycle(curve: PlottedCurve) -> tuple[ContactCycle, Array]:
     """The contact cycle at the peak, closed, and v0 of each node, m, which v includes."""
     from nonlinear import contact_cycle
 
-    assert curve.peak_displacement is not None
     contact = curve.contact_parameters(curve.peak_displacement.shape[1])
     return contact_cycle(curve.peak_displacement, contact, samples=_SAMPLES), contact.interference
 

@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from nonlinear import ResponseCurve
+
 
 WORST, MAIN, AT_LEAST = "worst motion", "peak of the main branch", "worst motion, at least"
 MAIN_LOOK = {"linewidth": 0.8, "linestyle": (0, (4, 2)), "markerfacecolor": "white", "markeredgewidth": 0.8}
@@ -100,7 +102,7 @@ def _mark_open(axes: Axes, x: Sequence[float], curves: Sequence[SweepPoint], fac
 
 def _mark_ends(axes: Axes, x: Sequence[float], curves: Sequence[SweepPoint], colour: str) -> None:
     """Arrow heads at the frequencies of highest amplitudes that are no peaks: the range ends there."""
-    ends = [(place, curve.peak[0]) for place, curve in zip(x, curves, strict=True) if curve.peak_at_end]
+    ends = [(place, curve.peak[0]) for place, curve in zip(x, curves, strict=True) if curve.facts.peak_at_end]
     if ends:
         label = None if END_OF_RANGE in axes.get_legend_handles_labels()[1] else END_OF_RANGE
         look: dict[str, Any] = {"color": colour, "markerfacecolor": "none", "markersize": 9, "zorder": 4}
@@ -172,7 +174,7 @@ def curves_to_read(points: Sequence[SweepPoint]) -> list[int]:
 
 def ends(points: Sequence[SweepPoint]) -> list[SweepPoint]:
     """The curves with the highest, the median and the lowest worst motion; of the last one nothing is open."""
-    order = sorted((p for p in points if np.isfinite(p.height)), key=lambda p: p.height)
+    order = sorted((p for p in points if np.isfinite(p.facts.height)), key=lambda p: p.facts.height)
     if not order:
         return []
     closed = [point for point in order if not point.worst_open] or order
@@ -184,26 +186,18 @@ def band_figure(curves: Sequence[PlottedCurve], points: Sequence[SweepPoint], ti
     """Quantiles of the amplitude of the main branches at each frequency, and the curves with the highest, the median
     and the lowest worst motion."""
     figure, axes = subplots(size=(8.4, 4.8))
-    factor, unit = scale(np.concatenate([curve.amplitude_m for curve in curves]), "m")
+    factor, unit = scale(np.concatenate([curve.response.amplitude_m for curve in curves]), "m")
     low = min(curve.scene.response.frequency[0] for curve in curves)
     high = max(curve.scene.response.frequency[1] for curve in curves)
     frequency = np.linspace(low, high, FREQUENCIES)
-    heights = np.array([highest_at(curve, frequency) for curve in curves]) * factor
+    heights = np.array([highest_at(curve.response, frequency) for curve in curves]) * factor
     _draw_bands(axes, frequency, heights)
     by_index = {curve.index: curve for curve in curves}
     for point, name, colour in zip(ends(points), ENDS, ("#D55E00", "0.25", "#009E73"), strict=False):
         curve, look = by_index.get(point.index), {"color": colour, "linewidth": 1.3}
         if curve is not None:
             label = f"{name} worst motion: {curve.label}"
-            draw_line(
-                axes,
-                curve.frequency_hz,
-                curve.amplitude_m * factor,
-                curve.stable,
-                label,
-                curve.nodal_diameter,
-                **look,
-            )
+            draw_line(axes, curve.response, curve.response.amplitude_m * factor, label, **look)
             mark_peak(axes, curve.peak[0], curve.peak[1] * factor, colour)
     axes.set_xlim(low, high)
     _set_heights(axes, heights)
@@ -218,7 +212,7 @@ def band_figure(curves: Sequence[PlottedCurve], points: Sequence[SweepPoint], ti
     return figure
 
 
-def highest_at(curve: PlottedCurve, frequency: Array) -> Array:
+def highest_at(curve: ResponseCurve, frequency: Array) -> Array:
     """The highest amplitude of the main branch at each frequency; nan where it has no point.
 
     Where a branch folds, several of its segments pass a frequency.
@@ -236,13 +230,13 @@ def highest_at(curve: PlottedCurve, frequency: Array) -> Array:
 def quantile_figure(points: Sequence[SweepPoint], title: str) -> Figure | None:
     """Quantiles of the worst motions and of their frequencies against each swept key; None where none is swept."""
     keys = [key for key in sweep_keys(points) if key.numeric or len(key.values) <= MOST_BINS][:MOST_KEYS]
-    known = [point for point in points if np.isfinite(point.height)]
+    known = [point for point in points if np.isfinite(point.facts.height)]
     if not keys or not known:
         return None
     size = (1.4 + 3.6 * len(keys), 6.0)
     figure, rows = subplots(2, len(keys), size=size, sharex="col", sharey="row", squeeze=False)
-    factor, unit = scale([point.height for point in known], "m")
-    heights = np.array([point.height * factor for point in known])
+    factor, unit = scale([point.facts.height for point in known], "m")
+    heights = np.array([point.facts.height * factor for point in known])
     frequencies = np.array([point.worst[0] if np.isfinite(point.worst[1]) else point.peak[0] for point in known])
     for key, upper, lower in zip(keys, *rows, strict=True):
         x = np.array([key.position(point.parameters[key.name]) for point in known])

@@ -16,7 +16,7 @@ from pipeline.figures.curve_line import (
     mark_peak,
     mark_worst,
 )
-from pipeline.figures.data import Array, PlottedCurve, SweepKey, groups, sweep_keys
+from pipeline.figures.data import Array, PlottedCurve, SweepKey, groups, residual_band, sweep_keys
 from pipeline.figures.linear_limits import Limit
 from pipeline.figures.style import (
     LIMIT_COLOUR,
@@ -45,8 +45,8 @@ STRAIN = 1e6, "µm/m"  # factor and unit
 def outputs_figure(curves: Sequence[PlottedCurve], title: str) -> Figure | None:
     """Largest value over a period of every further output; None where none is recorded."""
     units = {output.name: output.unit for curve in curves for output in curve.scene.output}
-    found = dict.fromkeys([*units, *(name for curve in curves for name in curve.outputs)])
-    names = [name for name in found if any(name in curve.outputs for curve in curves)][:MOST_OUTPUTS]
+    found = dict.fromkeys([*units, *(name for curve in curves for name in curve.outputs[0])])
+    names = [name for name in found if any(name in curve.outputs[0] for curve in curves)][:MOST_OUTPUTS]
     if not names:
         return None
     columns = min(len(names), 2)
@@ -56,20 +56,14 @@ def outputs_figure(curves: Sequence[PlottedCurve], title: str) -> Figure | None:
         axes.remove()
     colours = ordered_colours(len(curves))
     for axes, name in zip(places.flat, names, strict=False):
-        shown = [curve for curve in curves if name in curve.outputs]
-        highest = max(float(np.max(curve.outputs[name], initial=0.0)) for curve in shown)
+        highest = max(float(np.max(curve.outputs[0].get(name, 0.0), initial=0.0)) for curve in curves)
         factor, unit = prefixed(highest, "m") if units.get(name, "m") == "m" else STRAIN
         for curve, colour in zip(curves, colours, strict=True):
-            if name not in curve.outputs:
-                continue
-            label = curve.label if len(curves) <= MOST_NAMED else None
-            height = curve.outputs[name] * factor
-            draw_line(axes, curve.frequency_hz, height, curve.stable, label, curve.nodal_diameter, color=colour)
-            for branch in curve.branches:
-                if name in branch.outputs:
-                    look = {"color": colour, "linewidth": THIN}
-                    heights = branch.outputs[name] * factor
-                    draw_line(axes, branch.frequency_hz, heights, branch.stable, None, branch.nodal_diameter, **look)
+            look: dict[str, Any] = {"label": curve.label if len(curves) <= MOST_NAMED else None}
+            for branch, outputs in zip((curve.response, *curve.response.detached), curve.outputs, strict=True):
+                if name in outputs:
+                    draw_line(axes, branch, outputs[name] * factor, color=colour, **look)
+                look = {"linewidth": THIN}
         axes.set_ylabel(f"{name} [{unit}]")
         axes.set_ylim(0.0, 1.08 * highest * factor or 1.0)
     for axes in places[-1]:
@@ -110,7 +104,7 @@ def response_figure(
     bifurcations other than folds have marks (`MARKS`). Dark lines are nonlinear modes, where they were computed, and
     crosses their resonances.
     """
-    factor, unit = scale(np.concatenate([curve.amplitude_m for curve in curves]), "m")
+    factor, unit = scale(np.concatenate([curve.response.amplitude_m for curve in curves]), "m")
     keys = panel_keys(sweep_keys(curves))
     if keys is None:
         figure, axes = subplots(size=(8.4, 4.8))
@@ -158,12 +152,10 @@ def _draw_panel(
     axes: Axes, curves: Sequence[PlottedCurve], colours: Sequence[Any], names: dict[int, str], factor: float
 ) -> None:
     for curve, colour in zip(curves, colours, strict=True):
-        height, pattern = curve.amplitude_m * factor, curve.nodal_diameter
-        draw_line(axes, curve.frequency_hz, height, curve.stable, names[curve.index], pattern, color=colour)
-        for branch in curve.branches:
-            heights, look = branch.amplitude_m * factor, {"color": colour, "linewidth": THIN}
-            draw_line(axes, branch.frequency_hz, heights, branch.stable, None, branch.nodal_diameter, **look)
-        mark_peak(axes, curve.peak[0], curve.peak[1] * factor, colour, curve.peak_at_end)
+        draw_line(axes, curve.response, curve.response.amplitude_m * factor, names[curve.index], color=colour)
+        for branch in curve.response.detached:
+            draw_line(axes, branch, branch.amplitude_m * factor, color=colour, linewidth=THIN)
+        mark_peak(axes, curve.peak[0], curve.peak[1] * factor, colour, curve.facts.peak_at_end)
     explain_lines(axes, curves)
     _draw_residual_bands(axes, curves, colours, factor)
     mark_bifurcations(axes, curves, colours, factor)
@@ -194,12 +186,13 @@ def _draw_residual_bands(axes: Axes, curves: Sequence[PlottedCurve], colours: Se
     """Bands of the displacements that residual tractions allow, with bars at the lowest and the highest peak."""
     label: str | None = "residual tractions (mean included)"
     for curve, colour in zip(curves, colours, strict=True):
-        if curve.residual is None:
+        bounds, band = curve.response.residual_bounds, residual_band(curve.response)
+        if bounds is None or band is None:
             continue
-        band, look = curve.residual, {"color": colour, "linewidth": 0.0, "alpha": 0.25, "zorder": 1.2}
-        axes.fill_between(curve.frequency_hz, band.lowest * factor, band.highest * factor, label=label, **look)
-        frequency, height = np.transpose(band.peaks)
-        axes.plot(frequency, height * factor, "_", color=colour, markersize=9, zorder=4)
+        look: dict[str, Any] = {"color": colour, "linewidth": 0.0, "alpha": 0.25, "zorder": 1.2}
+        axes.fill_between(curve.response.frequency_hz, band[0] * factor, band[1] * factor, label=label, **look)
+        for peak in (bounds.lowest, bounds.highest):
+            axes.plot(peak.frequency_hz, peak.amplitude_m * factor, "_", color=colour, markersize=9, zorder=4)
         label = None
 
 
@@ -245,7 +238,8 @@ def _set_range(axes: Axes, curves: Sequence[PlottedCurve], limits: Sequence[Limi
     high = max(curve.scene.response.frequency[1] for curve in curves)
     axes.set_xlim(low, high)
     tops = [height for curve in curves for height in (curve.peak[1], curve.worst[1])]
-    tops += [curve.residual.peaks[1][1] for curve in curves if curve.residual is not None]
+    bounds = [curve.response.residual_bounds for curve in curves]
+    tops += [each.highest.amplitude_m for each in bounds if each is not None]
     peaks = np.array(tops + [limit.peak[1] for limit in limits])
     peaks = peaks[np.isfinite(peaks) & (peaks > 0.0)] * factor
     if peaks.size == 0:
@@ -259,8 +253,6 @@ def _set_range(axes: Axes, curves: Sequence[PlottedCurve], limits: Sequence[Limi
 
 
 def _floor(curves: Sequence[PlottedCurve], factor: float, peaks: Array) -> float:
-    lines = [curve.amplitude_m for curve in curves] + [
-        branch.amplitude_m for curve in curves for branch in curve.branches
-    ]
-    lowest = min(float(np.min(line)) for line in lines) * factor
+    branches = [branch for curve in curves for branch in (curve.response, *curve.response.detached)]
+    lowest = min(float(np.min(branch.amplitude_m)) for branch in branches) * factor
     return max(_DEPTH * float(peaks.min()), 0.7 * lowest)

@@ -73,8 +73,8 @@ def cell_figure(points: Sequence[SweepPoint], title: str) -> Figure | None:
     grid = is_grid(points, keys)
     if not grid and not all(key.numeric for key in keys):
         return None
-    factor, unit = scale([point.height for point in points], "m")
-    heights = np.array([point.height * factor for point in points])
+    factor, unit = scale([point.facts.height for point in points], "m")
+    heights = np.array([point.facts.height * factor for point in points])
     frequencies = np.array([point.worst[0] if np.isfinite(point.worst[1]) else point.peak[0] for point in points])
     figure, panels = subplots(1, 2, size=(11.0, 4.6))
     for axes, values, name in (

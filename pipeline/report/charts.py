@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.figures.curve_line import END_OF_RANGE, KINDS, MARKS, SAME_HEIGHT, stability_segments
-from pipeline.figures.data import PlottedCurve, SweepKey, SweepPoint, sweep_keys
+from pipeline.figures.data import PlottedCurve, SweepKey, SweepPoint, is_isolated, sweep_keys
 from pipeline.figures.hysteresis import node_figure, spread
 from pipeline.figures.peaks import ENDS, MOST_KEYS, MOST_LINES, ends
 from pipeline.figures.response import has_lines, panel_keys
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from geometry import SectorMesh
+    from nonlinear import ResponseCurve
 
 
 LARGEST_VECTOR = 450_000  # bytes; a larger figure is included as PNG
@@ -225,9 +226,9 @@ def _response(curves: Sequence[PlottedCurve], points: Sequence[SweepPoint]) -> d
         kinds = {p.index: f"{name} worst motion: " for p, name in zip(ends(points), ENDS, strict=False)}
         curves = [curve for curve in curves if curve.index in kinds]
     keys = panel_keys(sweep_keys(points)) if few else None
-    factor, unit = scale(np.concatenate([curve.amplitude_m for curve in curves]), "m")
+    factor, unit = scale(np.concatenate([curve.response.amplitude_m for curve in curves]), "m")
     shades = [_hex(colour) for colour in ordered_colours(len(keys[0].values) if keys else len(curves))]
-    step = -(-sum(len(curve.frequency_hz) for curve in curves) // MOST_POINTS)
+    step = -(-sum(curve.response.points for curve in curves) // MOST_POINTS)
     lines, marks = [], []
     for number, curve in enumerate(curves):
         name, part = f"{kinds.get(curve.index, '')}{curve.label}", None
@@ -235,9 +236,9 @@ def _response(curves: Sequence[PlottedCurve], points: Sequence[SweepPoint]) -> d
             number, part = (key.number(curve.parameters[key.name]) for key in keys)
             name = value_label(keys[0].name, curve.parameters[keys[0].name])
         of: dict[str, Any] = {"name": name, "colour": shades[number], "part": part}
-        lines.append({**of, "width": 1.8, **_line(curve, factor, step), "what": "main branch"})
-        for count, branch in enumerate(curve.branches, start=1):
-            what = f"{'isolated' if branch.closed else 'detached'} branch {count}"
+        lines.append({**of, "width": 1.8, **_line(curve.response, factor, step), "what": "main branch"})
+        for count, branch in enumerate(curve.response.detached, start=1):
+            what = f"{'isolated' if is_isolated(branch) else 'detached'} branch {count}"
             lines.append({**of, "width": 1.0, **_line(branch, factor, step), "what": what})
         marks += [{**of, **mark} for mark in _marks(curve, factor)]
     peaks = [height for curve in curves for height in (curve.peak[1], curve.worst[1])]
@@ -256,12 +257,12 @@ def _response(curves: Sequence[PlottedCurve], points: Sequence[SweepPoint]) -> d
     }
 
 
-def _line(curve: Any, factor: float, step: int) -> dict[str, Any]:
+def _line(curve: ResponseCurve, factor: float, step: int) -> dict[str, Any]:
     """Points and stability segments of a branch; every `step`-th point and the highest."""
     rows = np.arange(0, len(curve.frequency_hz), step)
     if step > 1:
         rows = np.unique(np.append(rows, [int(np.argmax(curve.amplitude_m)), len(curve.frequency_hz) - 1]))
-    segments = stability_segments(curve.stable[rows], curve.nodal_diameter[rows])
+    segments = stability_segments(curve.stable[rows], curve.growth_nodal_diameter[rows])
     return {
         "x": _numbers(curve.frequency_hz[rows]),
         "y": _numbers(curve.amplitude_m[rows] * factor),
@@ -270,14 +271,14 @@ def _line(curve: Any, factor: float, step: int) -> dict[str, Any]:
 
 
 def _marks(curve: PlottedCurve, factor: float) -> Iterable[dict[str, Any]]:
-    what = END_OF_RANGE if curve.peak_at_end else "peak of the main branch"
+    what = END_OF_RANGE if curve.facts.peak_at_end else "peak of the main branch"
     yield {"shape": "circle", "what": what, **_place([curve.peak], factor)}
     frequency, height = curve.worst
     if math.isfinite(height) and not np.isclose(height, curve.peak[1], rtol=SAME_HEIGHT):
         what = "worst motion, or higher" if curve.worst_open else "worst motion"
         yield {"shape": "star", "what": what, **_place([(frequency, height)], factor)}
     for kind, shape in _SHAPES.items():
-        places = [(item["frequency_hz"], item["amplitude_m"]) for item in curve.bifurcations if item["kind"] == kind]
+        places = [(e.frequency_hz, e.amplitude_m) for e in curve.response.bifurcations if e.kind.value == kind]
         if places:
             yield {"shape": shape, "what": kind, **_place(places, factor)}
 
@@ -313,7 +314,7 @@ def _sweep(points: Sequence[SweepPoint]) -> dict[str, Any]:
         "ylabel": f"worst motion [{unit}]",
         "xunit": "Hz",
         "yunit": unit,
-        "log": _spans_decades([point.height for point in points]),
+        "log": _spans_decades([point.facts.height for point in points]),
         "dots": True,
         "parts": [] if lines[0].get("part") is None else [f"over {of.axis}" for of in keys[:MOST_KEYS]],
         "xlabels": [of.axis for of in keys[:MOST_KEYS]],
@@ -342,7 +343,7 @@ def _sweep_line(
         "name": name,
         "colour": colour,
         "x": _numbers(x),
-        "y": _numbers([point.height * factor for point in points]),
+        "y": _numbers([point.facts.height * factor for point in points]),
         "said": said,
     }
 

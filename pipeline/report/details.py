@@ -198,15 +198,13 @@ class FaceCycle:
         return {name: float(np.mean([node.shares[name] for node in self.nodes])) for name in self.nodes[0].shares}
 
 
-def face_cycle(curve: PlottedCurve, grid: tuple[int, int] | None) -> FaceCycle | None:
-    """The cycle at the peak of a curve on a face of `grid` nodes (along segment, radius); None without a peak.
+def face_cycle(curve: PlottedCurve, grid: tuple[int, int] | None) -> FaceCycle:
+    """The cycle at the peak of a curve on a face of `grid` nodes (along segment, radius).
 
     Without a grid the nodes stand in one row.
     """
     from nonlinear import LIFT_OFF, SLIP, STICK, contact_cycle
 
-    if curve.peak_displacement is None:
-        return None
     names = {STICK: "stick", SLIP: "slip", LIFT_OFF: "open"}
     grid = grid or (curve.peak_displacement.shape[1], 1)
     contact = curve.contact_parameters(curve.peak_displacement.shape[1])

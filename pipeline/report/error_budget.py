@@ -48,7 +48,7 @@ def shown_rows(points: Sequence[SweepPoint], curves: Sequence[CurveResult]) -> l
     """Numbers of the curves with a row: all, or the lowest and the highest worst motions and those that failed."""
     if len(curves) <= MOST_ROWS:
         return list(range(len(curves)))
-    order = sorted((p for p in points if math.isfinite(p.height)), key=lambda p: p.height)
+    order = sorted((p for p in points if math.isfinite(p.facts.height)), key=lambda p: p.facts.height)
     failed = [number for number, curve in enumerate(curves) if not curve.complete]
     return [*dict.fromkeys([*(p.index for p in [*order[:ENDS], *order[-ENDS:]]), *failed[:ENDS]])]
 
@@ -282,12 +282,9 @@ def _coriolis(source: ReportSource) -> list[ErrorRow]:
 
 
 def _stability(source: ReportSource, shown: Sequence[PlottedCurve]) -> ErrorRow:
-    lost = [curve.index for curve in shown if curve.peak_index >= 0 and not curve.stable[curve.peak_index]]
-    other = {
-        curve.index: [item["kind"] for item in curve.bifurcations if item["kind"] != "fold"]
-        for curve in shown
-        if any(item["kind"] != "fold" for item in curve.bifurcations)
-    }
+    lost = [curve.index for curve in shown if not curve.response.stable[curve.facts.peak_index]]
+    kinds_of = {c.index: [e.kind.value for e in c.response.bifurcations if e.kind.value != "fold"] for c in shown}
+    other = {index: kinds for index, kinds in kinds_of.items() if kinds}
     how = STABILITY[source.first.response.stability]
     findings = []
     if lost:

@@ -104,7 +104,7 @@ def _content(source: ReportSource, attempts: Attempts) -> dict[str, Any]:
     shown = plotted_curves(source.curves, None if has_lines(points) else curves_to_read(points))
     errors = error_rows(source, shown)
     charts_of = attempts.result("charts", lambda: charts(shown, points)) or {}
-    stable = {c.index: bool(c.stable[c.peak_index]) for c in shown if c.peak_index >= 0}
+    stable = {c.index: bool(c.response.stable[c.facts.peak_index]) for c in shown}
     model = next((found for found in source.models.values() if found is not None), None)
     details, of_curves = _contacts(source, shown, attempts)
     viewer = attempts.result("shapes", lambda: _viewer(source, shown))
@@ -162,7 +162,7 @@ def _cards(source: ReportSource, points: Sequence[SweepPoint]) -> list[tuple[str
     peaks = [point for point in points if math.isfinite(point.peak[1])]
     cards = _worst_cards(worst)
     said = {card[1:] for card in cards}
-    marks = [END_MARK * point.peak_at_end for point in peaks]
+    marks = [END_MARK * point.facts.peak_at_end for point in peaks]
     of_peaks = _extremes(peaks, [point.peak for point in peaks], "peak of the main branch", marks)
     cards += [card for card in of_peaks if card[1:] not in said]
     if source.model_rows:
@@ -278,14 +278,13 @@ def _viewer(source: ReportSource, shown: Sequence[PlottedCurve]) -> ViewerData |
             seen.setdefault(model.key, (model, curve.member.scene, member_label(curve.member)))
     for model, scene, label in list(seen.values())[:MOST_MODELS]:
         data.add_modes(model, scene, _springs(model, scene), f" ({label})" if len(seen) > 1 else "")
-    peaks = [curve for curve in shown if curve.peak_index >= 0]
-    heights = [curve.peak[1] for curve in peaks]
-    ends = [heights.index(max(heights)), heights.index(min(heights))] if peaks else []
-    for place in chosen_evenly(len(peaks), MOST_OPERATING, ends):
-        solved = source.curves[peaks[place].index]
+    heights = [curve.peak[1] for curve in shown]
+    ends = [heights.index(max(heights)), heights.index(min(heights))] if shown else []
+    for place in chosen_evenly(len(shown), MOST_OPERATING, ends):
+        solved = source.curves[shown[place].index]
         model = source.models[solved.member.index]
         if model is not None and model.mesh is not None:
-            data.add_operating(model, solved, peaks[place].label)
+            data.add_operating(model, solved, shown[place].label)
     return data if data.shapes else None
 
 
@@ -299,17 +298,14 @@ def _springs(model: BuiltModel, scene: Scene) -> dict[str, dict[str, Any]]:
 def _contacts(
     source: ReportSource, shown: Sequence[PlottedCurve], attempts: Attempts
 ) -> tuple[list[ContactDetail], int]:
-    """Contact at the peak of curves spread over the sweep, and the number of curves with a peak."""
-    peaks = [curve for curve in shown if curve.peak_index >= 0]
-    damped = most_damped(peaks)
-    also = [] if damped is None else [peaks.index(damped)]
+    """Contact at the peak of curves spread over the sweep, and the number of curves."""
+    damped = most_damped(shown)
+    also = [number for number, curve in enumerate(shown) if curve is damped]
     details = []
-    for place in chosen_evenly(len(peaks), MOST_CONTACTS, also):
-        curve = peaks[place]
+    for place in chosen_evenly(len(shown), MOST_CONTACTS, also):
+        curve = shown[place]
         mesh = curve.scene.mesh
         face = face_cycle(curve, None if mesh is None else mesh.contact_grid)
-        if face is None:
-            continue
         factor, unit = prefixed(max(node.work_j for node in face.nodes), "J")
         drawn = attempts.result(f"loops of curve {curve.index}", partial(loops_drawing, curve, source.title))
         details.append(
@@ -324,7 +320,7 @@ def _contacts(
                 open=curve is damped,
             )
         )
-    return details, len(peaks)
+    return details, len(shown)
 
 
 def _json(values: dict[str, Any]) -> str:

@@ -101,6 +101,11 @@ class CurveSummary:
         return self.worst_at_end if math.isfinite(self.worst_amplitude_m) else self.peak_at_end
 
     @property
+    def height(self) -> float:
+        """Amplitude of the worst motion, m; that of the peak where it is not known."""
+        return self.worst_amplitude_m if math.isfinite(self.worst_amplitude_m) else self.peak_amplitude_m
+
+    @property
     def peak(self) -> Peak | None:
         """The highest peak of the main branch; None without points."""
         from nonlinear import Peak

@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import MISSING, fields, replace
 from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,7 +13,8 @@ import pytest
 from matplotlib.colors import to_rgb
 from pipeline_support import small_scene, write_scene
 
-from pipeline.figures.data import PlottedBranch, PlottedCurve, SweepPoint, groups, is_grid, sweep_keys
+from nonlinear import Peak, ResponseCurve, TerminationReason
+from pipeline.figures.data import PlottedCurve, SweepPoint, groups, is_grid, sweep_keys
 from pipeline.figures.peaks import (
     band_figure,
     bins,
@@ -29,13 +31,26 @@ from pipeline.figures.sweep_map import cell_figure, map_of_sweep, sweep_map_figu
 from pipeline.report.charts import charts
 from pipeline.report.error_budget import ErrorRow, first_few, listed, quantile_rows, shown_rows, story
 from pipeline.scene.reading import read_scene
+from pipeline.stages.curve_summary import CurveSummary
 from pipeline.stages.respond import CurveResult
 
 V0, MU = "contact.interference", "contact.friction"
+SCENE = SimpleNamespace(name="scene", response=SimpleNamespace(frequency=(300.0, 500.0)))
+REQUIRED = [f.name for f in fields(CurveSummary) if f.default is MISSING]
 
 
 def point(index: int, parameters: dict[str, Any], height: float, unsure: bool = False) -> SweepPoint:
-    return SweepPoint(index, f"point {index}", parameters, (400.0, height), (400.0 + index, height), unsure)
+    """A summary with a worst motion beside the peak."""
+    member: Any = SimpleNamespace(index=index, parameters=parameters, scene=SCENE)
+    facts = CurveSummary(
+        **dict.fromkeys(REQUIRED, 0),
+        peak_frequency_hz=400.0,
+        peak_amplitude_m=height,
+        worst_frequency_hz=400.0 + index,
+        worst_amplitude_m=height,
+        worst_unresolved="something" * unsure,
+    )
+    return SweepPoint(member, facts)
 
 
 def grid(n: int, m: int) -> list[SweepPoint]:
@@ -54,24 +69,23 @@ def curve(at: SweepPoint, folded: bool = False, **changes: Any) -> PlottedCurve:
     if folded:
         x = np.concatenate([x[:41], x[39:29:-1], x[31:]])
         y = np.concatenate([y[:41], np.linspace(0.9, 0.5, 10) * at.peak[1], 0.2 * y[31:]])
-    response = SimpleNamespace(frequency=(300.0, 500.0))
     values: dict[str, Any] = {
-        "index": at.index,
-        "label": at.label,
-        "parameters": dict(at.parameters),
-        "worst": at.worst,
-        "worst_open": at.worst_open,
-    }
-    values |= {
-        "scene": SimpleNamespace(response=response),
         "rom": Path("rom.h5"),
-        "frequency_hz": x,
-        "amplitude_m": y,
+        "response": record(x, y, x <= 400.0, **changes),
+        "outputs": ({},),
     }
-    values |= {"stable": x <= 400.0, "nodal_diameter": np.zeros(len(x), int), "dissipated_j": np.zeros(len(x))}
-    values |= {"peak_index": int(np.argmax(y)), "peak_displacement": None, "residual": None, "contact": None}
-    values |= {"contact_area": None, "branches": (), "bifurcations": ()}
-    return PlottedCurve(**(values | changes))
+    values |= {"peak_displacement": np.zeros((2, 1, 3), complex), "contact": None, "contact_area": None}
+    return PlottedCurve(at.member, replace(at.facts, peak_index=int(np.argmax(y))), **values)
+
+
+def record(x: np.ndarray, y: np.ndarray, stable: np.ndarray, **changes: Any) -> ResponseCurve:
+    """A curve with these points; what its other arrays hold is not drawn."""
+    top = int(np.argmax(y))
+    given: dict[str, Any] = {f.name: np.zeros(len(x), int) for f in fields(ResponseCurve) if f.default is MISSING}
+    given |= {"frequency_hz": x, "amplitude_m": y, "stable": stable, "peaks": (), "bifurcations": (), "harmonics": 1}
+    given |= {"peak": Peak(x[top], y[top], top), "termination": TerminationReason("complete", x[-1], "closed")}
+    given.pop("outputs")
+    return ResponseCurve(**(given | changes))
 
 
 def lightness(colour: Any) -> np.ndarray:
@@ -109,8 +123,9 @@ def test_swept_keys_are_sorted_and_grids_are_known() -> None:
 
 def test_two_keys_are_told_by_colour_and_panel_and_the_legend_explains_the_lines() -> None:
     points = grid(4, 2)
-    isola = PlottedBranch(np.array([390.0, 410.0]), np.full(2, 1e-6), np.zeros(2, bool), np.array([0, 3]))
-    curves = [curve(each, branches=(isola,) * (each.index == 0)) for each in points]
+    x, y, unstable = np.array([390.0, 410.0]), np.full(2, 1e-6), np.zeros(2, bool)
+    isola = record(x, y, unstable, growth_nodal_diameter=np.array([0, 3]))
+    curves = [curve(each, detached=(isola,) * (each.index == 0)) for each in points]
     figure = response_figure(curves, [], "title")
     assert [axes.get_title() for axes in figure.axes] == ["friction coefficient 0.1", "friction coefficient 0.2"]
     of = [
@@ -180,13 +195,13 @@ def test_the_highest_of_a_folded_curve() -> None:
     """Against every segment of the polyline, one after the other."""
     folded = curve(point(0, {}, 1e-6), folded=True)
     frequency = np.linspace(290.0, 510.0, 177)
-    x, y = folded.frequency_hz, folded.amplitude_m
+    x, y = folded.response.frequency_hz, folded.response.amplitude_m
     exact = np.full(len(frequency), np.nan)
     for k, (a, b) in enumerate(pairwise(x)):
         inside = (frequency >= min(a, b)) & (frequency <= max(a, b)) & (a != b)
         line = y[k] + (frequency - a) / (b - a if a != b else 1.0) * (y[k + 1] - y[k])
         exact = np.fmax(exact, np.where(inside, line, np.nan))
-    np.testing.assert_allclose(highest_at(folded, frequency), exact, rtol=1e-12)
+    np.testing.assert_allclose(highest_at(folded.response, frequency), exact, rtol=1e-12)
 
 
 def test_the_story_gives_the_worst_and_the_best_and_what_is_open(tmp_path: Path) -> None:
@@ -194,7 +209,7 @@ def test_the_story_gives_the_worst_and_the_best_and_what_is_open(tmp_path: Path)
     source: Any = SimpleNamespace(first=file.first, curves=[None] * 4, swept=(V0,))
     heights = (4e-6, 1e-6, 2e-6, 5e-7)
     points = [
-        SweepPoint(i, f"v0 = {i - 1} µm", member.parameters, (400.0, h), (400.0, h), worst_open=i == 3)
+        SweepPoint(member, point(0, {}, h, unsure=i == 3).facts)
         for i, (member, h) in enumerate(zip(file.members, heights, strict=True))
     ]
     errors = [
@@ -247,8 +262,8 @@ def test_charts_have_the_points_of_the_curves() -> None:
     response, sweep = found["response"], found["peaks"]
     assert (response["yunit"], response["parts"]) == ("µm", ["friction coefficient 0.1", "friction coefficient 0.2"])
     for line, exact in zip(response["lines"], curves, strict=True):
-        assert line["x"] == pytest.approx(exact.frequency_hz, rel=1e-5)
-        assert line["y"] == pytest.approx(exact.amplitude_m * 1e6, rel=1e-5)
+        assert line["x"] == pytest.approx(exact.response.frequency_hz, rel=1e-5)
+        assert line["y"] == pytest.approx(exact.response.amplitude_m * 1e6, rel=1e-5)
         assert [kind for *_, kind in line["kinds"]] == [0, 1]
     heights = {text: y for line in sweep["lines"] for text, y in zip(line["said"], line["y"], strict=True)}
     assert len(heights) == len(points)
