@@ -221,25 +221,24 @@ def _read(group: h5py.Group, left_out: Sequence[str] = ()) -> ResponseCurve:
     from nonlinear import Bifurcation, Peak, ResponseCurve, TerminationReason
 
     facts = read_summary(group)
-    values = {f.name: group[f.name][()] for f in fields(ResponseCurve) if f.name in group and f.name not in left_out}
+    stored = [f.name for f in fields(ResponseCurve) if f.name in group]
+    values: dict[str, Any] = {name: group[name][()] for name in stored if name not in left_out}
+    values |= {name: np.empty((0, *group[name].shape[1:]), group[name].dtype) for name in left_out}
     columns = [group[f"harmonic_{h + 1}_m"][()] for h in range(facts.harmonics)]
     values[HARMONIC_COLUMNS] = np.column_stack(columns) if columns else np.empty((facts.points, 0))
+    values |= {name: getattr(facts, name) for name in shared_fields()}
+    values |= {name: getattr(facts, name) for name in ("peak", "worst", "static_contact")}
     ended: Any = facts.termination
     return ResponseCurve(
         **values,
-        **{name: np.empty((0, *group[name].shape[1:]), group[name].dtype) for name in left_out},
-        **{name: getattr(facts, name) for name in shared_fields()},
         termination=TerminationReason(ended, facts.termination_hz, facts.reason),
-        peak=facts.peak,
         peaks=restored(tuple[Peak, ...], facts.peaks),
         bifurcations=restored(tuple[Bifurcation, ...], facts.bifurcations),
-        worst=facts.worst,
-        static_contact=facts.static_contact,
         residual_bounds=_residual_bounds(group[RESIDUAL], facts) if RESIDUAL in group else None,
         branches_left_out=int(group.attrs["branches_left_out"]),
         outputs={
-            name.removeprefix(OUTPUT): values[()].reshape(*values.shape[:2], -1)
-            for name, values in group.items()
+            name.removeprefix(OUTPUT): data[()].reshape(*data.shape[:2], -1)
+            for name, data in group.items()
             if name.startswith(OUTPUT)
         },
     )
@@ -248,10 +247,8 @@ def _read(group: h5py.Group, left_out: Sequence[str] = ()) -> ResponseCurve:
 def _residual_bounds(group: h5py.Group, facts: CurveSummary) -> ResidualBounds:
     from nonlinear import ResidualBounds, ResidualExtreme
 
-    bounds = {
-        bound: ResidualExtreme(
-            **bound_of(facts, bound), **{field: group[f"{bound}/{name}"][()] for name, field in _OF_BOUND.items()}
-        )
-        for bound in RESIDUAL_BOUNDS
-    }
-    return ResidualBounds(**bounds, **{name: group[name][()] for name in _BAND})
+    values: dict[str, Any] = {name: group[name][()] for name in _BAND}
+    for bound in RESIDUAL_BOUNDS:
+        arrays: dict[str, Any] = {field: group[f"{bound}/{name}"][()] for name, field in _OF_BOUND.items()}
+        values[bound] = ResidualExtreme(**arrays, **bound_of(facts, bound))
+    return ResidualBounds(**values)

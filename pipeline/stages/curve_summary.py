@@ -197,7 +197,7 @@ def _residual(bounds: ResidualBounds | None) -> dict[str, Any]:
     }
 
 
-def bound_of(facts: CurveSummary, bound: str) -> dict[str, float]:
+def bound_of(facts: CurveSummary, bound: str) -> dict[str, Any]:
     """The numbers of one bound over residual tractions, by their names in `ResidualExtreme`."""
     return {
         attribute: getattr(facts, f"{RESIDUAL}{bound}_{name}") for name, attribute in RESIDUAL_BOUNDS[bound].items()
