@@ -17,15 +17,15 @@ import numpy as np
 from pipeline import read_scene
 from pipeline.scene.geometry_parameters import geometry_parameters
 from pipeline.scene.schema import Scene
-from pipeline.stages.build_full_model import FULL_MODEL, make_full_model
-from pipeline.stages.build_mesh import SECTOR, make_mesh
-from pipeline.stages.build_reduced_model import FACTS, make_reduced_model
 from pipeline.stages.cache_keys import model_keys
-from pipeline.stages.curve_file import CURVE
-from pipeline.stages.curve_summary import CurveSummary, read_summary
-from pipeline.stages.model_files import REDUCED_MODEL
+from pipeline.stages.curve.curve_file import CURVE
+from pipeline.stages.curve.curve_summary import CurveSummary, read_summary
+from pipeline.stages.curve.solve_curve import solve_curve
+from pipeline.stages.model.build_full_model import FULL_MODEL, make_full_model
+from pipeline.stages.model.build_mesh import SECTOR, make_mesh
+from pipeline.stages.model.build_reduced_model import FACTS, make_reduced_model
+from pipeline.stages.model.model_files import REDUCED_MODEL
 from pipeline.stages.scene_to_solver import contact_on_model, damped_modes, excitation
-from pipeline.stages.solve_curve import solve_curve
 from pipeline.store.content_store import Store
 
 if TYPE_CHECKING:

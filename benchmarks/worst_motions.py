@@ -72,7 +72,7 @@ def scene_curves(scenes: Sequence[Path], angle: float | None, out: Path) -> Iter
     from pipeline.run import solved_curves
     from pipeline.scene.labels import member_label
     from pipeline.scene.reading import read_scene
-    from pipeline.stages.curve_file import read_curve
+    from pipeline.stages.curve.curve_file import read_curve
     from pipeline.stages.request import Request
     from pipeline.stages.scene_to_solver import nonlinear_problem
     from rom import read_reduced_model

@@ -23,12 +23,10 @@ from pipeline.figures.figure_stage import study_figures
 from pipeline.process.progress import Reporter
 from pipeline.results.publishing import PicturesMissing
 from pipeline.run import solved_members
-from pipeline.scene.given_in_python import given_scene
-from pipeline.scene.key_values import as_in_scene, key_value
-from pipeline.scene.reading import SceneFile
-from pipeline.scene.sweep import SWEPT_KEYS
+from pipeline.scene.reading import SceneFile, given_scene
+from pipeline.scene.sweep import SWEPT_KEYS, as_in_scene, key_value
 from pipeline.scene.validation_errors import meant
-from pipeline.stages.curve_file import read_curve
+from pipeline.stages.curve.curve_file import read_curve
 from pipeline.stages.request import Request
 from pipeline.stages.scene_to_solver import contact_on_model
 from pipeline.studies.optimum.checks import OPTIMISED_KEYS, PLACE, unfit_optimum_keys
@@ -39,7 +37,7 @@ from pipeline.studies.study_stage import studied
 
 if TYPE_CHECKING:
     from nonlinear import ResponseCurve
-    from pipeline.stages.respond import CurveResult
+    from pipeline.stages.curve.respond import CurveResult
 
 
 COMMAND, OPTION = "shroud", "--over"

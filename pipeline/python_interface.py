@@ -83,7 +83,7 @@ def run_scene(
     >>> results.complete
     True
     """
-    from pipeline.scene.given_in_python import given_scene
+    from pipeline.scene.reading import given_scene
     from pipeline.stages.request import Request
 
     _check_arguments(until, tables)

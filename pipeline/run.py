@@ -25,18 +25,18 @@ from pipeline.scene.consistency import check_scene, check_scene_for_model, free_
 from pipeline.scene.plausibility import plausibility_warnings
 from pipeline.scene.schema import STUDIES
 from pipeline.stages.code_fingerprint import remember_code
-from pipeline.stages.curve_table import table_of
-from pipeline.stages.request import Request, Run, RunOutcome
-from pipeline.stages.respond import CurveResult
-from pipeline.stages.scene_to_solver import damped_modes
-from pipeline.stages.stage import Stage, StageLog
-from pipeline.stages.sweep_curves import INTERRUPTED, member_curves, member_models
-from pipeline.stages.sweep_models import (
+from pipeline.stages.curve.curve_table import table_of
+from pipeline.stages.curve.respond import CurveResult
+from pipeline.stages.curve.sweep_curves import INTERRUPTED, member_curves, member_models
+from pipeline.stages.model.sweep_models import (
     Models,
     campbell_summary,
     given_model_key,
     model_summaries,
 )
+from pipeline.stages.request import Request, Run, RunOutcome
+from pipeline.stages.scene_to_solver import damped_modes
+from pipeline.stages.stage import Stage, StageLog
 from pipeline.stages.worker_start import open_executor, start_workers
 from pipeline.store.disk_errors import StorageError
 from pipeline.store.output_folder import working_store

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any
 from pipeline.errors import input_error, reason_of
 from pipeline.results.outputs import number_or_null
 from pipeline.results.worst import with_unit
-from pipeline.stages.curve_file import read_curve
+from pipeline.stages.curve.curve_file import read_curve
+from pipeline.stages.curve.respond import CurveResult
 from pipeline.stages.request import Request
-from pipeline.stages.respond import CurveResult
 from pipeline.stages.scene_to_solver import contact_on_model, damped_modes, excitation, solver_options
 
 if TYPE_CHECKING:

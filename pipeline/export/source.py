@@ -11,7 +11,7 @@ import numpy as np
 
 from pipeline.errors import input_error
 from pipeline.process.isolated_reading import read_apart
-from pipeline.stages.curve_file import BRANCHES
+from pipeline.stages.curve.curve_file import BRANCHES
 from rom import UNREADABLE, opened, stored_array, why_unreadable
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ import numpy as np
 from pipeline.figures.data import Array
 from pipeline.figures.style import subplots, write_heading
 from pipeline.stages.engine_orders import COUNT, FEWEST, by_speed, excited_orders
-from pipeline.stages.model_files import read_families
+from pipeline.stages.model.model_files import read_families
 from pipeline.stages.scene_to_solver import contact_on_model
 
 if TYPE_CHECKING:

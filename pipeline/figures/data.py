@@ -17,15 +17,15 @@ from numpy.typing import NDArray
 from pipeline.results.worst import height_mark
 from pipeline.scene.labels import member_label, quantity
 from pipeline.scene.schema import Contact, Scene
-from pipeline.stages.curve_file import AMPLITUDE, branch_groups, curve_from, section_from_attributes
+from pipeline.stages.curve.curve_file import AMPLITUDE, branch_groups, curve_from, section_from_attributes
 from pipeline.stages.engine_orders import Swept
 from pipeline.stages.scene_to_solver import contact_parameters
 
 if TYPE_CHECKING:
     from nonlinear import ContactParameters, ResponseCurve
     from pipeline.scene.reading import Member
-    from pipeline.stages.curve_summary import CurveSummary
-    from pipeline.stages.respond import CurveResult
+    from pipeline.stages.curve.curve_summary import CurveSummary
+    from pipeline.stages.curve.respond import CurveResult
 
 
 _AXES = {"contact.interference": "interference v0 [µm], gap below 0"}

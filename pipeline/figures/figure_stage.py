@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from pipeline.figures.linear_limits import Limit
+    from pipeline.stages.curve.respond import CurveResult
     from pipeline.stages.request import Run, StudyOutcome
-    from pipeline.stages.respond import CurveResult
     from pipeline.studies.backbone.result import BackboneResult
 
 NAMES = ("response", "peaks", "hysteresis", "map", "hysteresis_sweep", "nodal_diameters", "campbell", "outputs")

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from pipeline.stages.respond import CurveResult
+    from pipeline.stages.curve.respond import CurveResult
     from pipeline.studies.map.result import WorstMotionMap
 
 FEWEST = 3  # values of the key with the most

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.stages.scene_materials import propose_unit
+from pipeline.stages.model.scene_materials import propose_unit
 
 if TYPE_CHECKING:
     from geometry import ImportedMesh, SectorRing

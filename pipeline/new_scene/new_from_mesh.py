@@ -24,14 +24,13 @@ from pipeline.new_scene.mesh_survey import Guess, guess, set_nodes, survey
 from pipeline.new_scene.templates import PRESET, SCENE, SCHEMA, new_files
 from pipeline.render.ring import LEFT_DARK, RIGHT_COLOUR
 from pipeline.report.viewer import triangles_of
-from pipeline.scene.given_in_python import given_scene
 from pipeline.scene.presets import PRESETS
-from pipeline.scene.reading import Member, parameter_error
-from pipeline.stages.build_full_model import FULL_MODEL, make_full_model
-from pipeline.stages.build_mesh import SECTOR, findings_of, read_mesh_file, sector_choice, write_findings
-from pipeline.stages.build_reduced_model import make_reduced_model
-from pipeline.stages.model_files import REDUCED_MODEL
-from pipeline.stages.scene_materials import check_materials, materials_of_file
+from pipeline.scene.reading import Member, given_scene, parameter_error
+from pipeline.stages.model.build_full_model import FULL_MODEL, make_full_model
+from pipeline.stages.model.build_mesh import SECTOR, findings_of, read_mesh_file, sector_choice, write_findings
+from pipeline.stages.model.build_reduced_model import make_reduced_model
+from pipeline.stages.model.model_files import REDUCED_MODEL
+from pipeline.stages.model.scene_materials import check_materials, materials_of_file
 
 if TYPE_CHECKING:
     from geometry import ElementBlock, ImportedMesh, OwnSector

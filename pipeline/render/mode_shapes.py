@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pipeline.render import ring
 from pipeline.render.drawing_process import RenderJob, drawing_main
 from pipeline.render.ring import ENLARGED, Window, aim, save_png, wheel
-from pipeline.stages.model_files import is_joined, read_families
+from pipeline.stages.model.model_files import is_joined, read_families
 
 if TYPE_CHECKING:
     from geometry import SectorMesh

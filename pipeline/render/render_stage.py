@@ -14,15 +14,15 @@ from pipeline.render.drawing_process import Drawing, OperatingJob, RenderJob, dr
 from pipeline.results.publishing import Attempts, PicturesMissing, published, remove_outdated
 from pipeline.scene.labels import member_label
 from pipeline.scene.schema import Render, Scene
-from pipeline.stages.build_mesh import SECTOR
 from pipeline.stages.cache_keys import model_keys
 from pipeline.stages.code_fingerprint import code_fingerprint
-from pipeline.stages.model_chain import WITH_BASIS, BuiltModel
+from pipeline.stages.curve.respond import CurveResult
+from pipeline.stages.model.build_mesh import SECTOR
+from pipeline.stages.model.model_chain import WITH_BASIS, BuiltModel
+from pipeline.stages.model.scene_materials import own_findings
+from pipeline.stages.model.sweep_models import Models
 from pipeline.stages.request import Run
-from pipeline.stages.respond import CurveResult
-from pipeline.stages.scene_materials import own_findings
 from pipeline.stages.scene_to_solver import contact_on_model
-from pipeline.stages.sweep_models import Models
 from pipeline.store.fingerprints import fingerprint
 
 FRAMES = 24  # of an animation

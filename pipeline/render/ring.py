@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.stages.model_files import CUTS
+from pipeline.stages.model.model_files import CUTS
 
 if TYPE_CHECKING:
     from geometry import SectorMesh

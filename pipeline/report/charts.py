@@ -24,8 +24,8 @@ from pipeline.figures.style import LOG_FROM, drawn, ordered_colours, scale, styl
 from pipeline.render.ring import LEFT_DARK, RIGHT_COLOUR, VIEW, blades_of, turned
 from pipeline.report.viewer import Surface, outer_surface
 from pipeline.scene.labels import value_label
-from pipeline.stages.build_mesh import SECTOR
-from pipeline.stages.model_chain import BuiltModel
+from pipeline.stages.model.build_mesh import SECTOR
+from pipeline.stages.model.model_chain import BuiltModel
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

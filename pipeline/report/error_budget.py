@@ -28,8 +28,8 @@ from pipeline.results.tables import (
 )
 from pipeline.results.worst import NOTICEABLE, motion_said, share, with_unit
 from pipeline.scene.labels import quantity
-from pipeline.stages.curve_summary import CurveSummary
-from pipeline.stages.respond import CurveResult
+from pipeline.stages.curve.curve_summary import CurveSummary
+from pipeline.stages.curve.respond import CurveResult
 
 ENDS = 8  # rows of the lowest and of the highest worst motions, and of curves that failed, where there are more
 MOST_NOTES = 12

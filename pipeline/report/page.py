@@ -54,8 +54,8 @@ from pipeline.results.stress import SPOT_HEADINGS
 from pipeline.results.worst import END_MARK, search_notes, with_unit
 from pipeline.scene.labels import member_label, prefixed
 from pipeline.scene.schema import Scene
-from pipeline.stages.build_mesh import SECTOR
-from pipeline.stages.model_chain import BuiltModel
+from pipeline.stages.model.build_mesh import SECTOR
+from pipeline.stages.model.model_chain import BuiltModel
 from pipeline.stages.scene_to_solver import contact_on_model
 
 TEMPLATES = Path(__file__).parent / "templates"

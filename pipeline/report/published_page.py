@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from pipeline.stages.model.sweep_models import Models
 from pipeline.stages.request import RunOutcome
-from pipeline.stages.sweep_models import Models
 from pipeline.store.fingerprints import fingerprint
 
 PAGE = "report.html"

@@ -10,10 +10,10 @@ from typing import Any
 from pipeline.report.published_page import results_fingerprint
 from pipeline.scene.schema import Scene
 from pipeline.stages.code_fingerprint import code_fingerprint
-from pipeline.stages.model_chain import BuiltModel
+from pipeline.stages.curve.respond import CurveResult
+from pipeline.stages.model.model_chain import BuiltModel
+from pipeline.stages.model.sweep_models import Models
 from pipeline.stages.request import Run, RunOutcome, StudyOutcome
-from pipeline.stages.respond import CurveResult
-from pipeline.stages.sweep_models import Models
 from pipeline.store.fingerprints import content_fingerprint, fingerprint
 from pipeline.studies.registry import module_of
 from pipeline.verify.stage import VerifiedCase, Verifier, distinct_cases

@@ -7,8 +7,8 @@ from pathlib import Path
 from pipeline.report.published_page import PAGE
 from pipeline.report.report_source import ReportSource, report_source
 from pipeline.results.publishing import Attempts, published
+from pipeline.stages.model.sweep_models import Models
 from pipeline.stages.request import Run, RunOutcome
-from pipeline.stages.sweep_models import Models
 
 
 def report_stage(run: Run, models: Models, outcome: RunOutcome) -> Path:

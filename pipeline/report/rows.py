@@ -24,16 +24,16 @@ from pipeline.results.worst import END_MARK, branch_said, end_said, open_remarks
 from pipeline.scene.geometry_parameters import geometry_parameters
 from pipeline.scene.labels import member_label, prefixed, quantity, value_label
 from pipeline.scene.schema import Scene
-from pipeline.stages.build_mesh import SECTOR
-from pipeline.stages.model_chain import BuiltModel
-from pipeline.stages.scene_materials import elements_by_kind, materials_of_file, mean_size, own_findings
+from pipeline.stages.model.build_mesh import SECTOR
+from pipeline.stages.model.model_chain import BuiltModel
+from pipeline.stages.model.scene_materials import elements_by_kind, materials_of_file, mean_size, own_findings
 from pipeline.stages.stage import Stage
 from pipeline.store.output_folder import relative_path
 
 if TYPE_CHECKING:
     from geometry import ContactFace, SectorMesh
     from pipeline.scene.schema import Scene
-    from pipeline.stages.respond import CurveResult
+    from pipeline.stages.curve.respond import CurveResult
     from rom import ReducedModel
 
 

@@ -13,15 +13,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.render.operating_shapes import operating_shape
 from pipeline.scene.labels import prefixed
-from pipeline.stages.build_mesh import SECTOR
-from pipeline.stages.operating_shape import operating_shape
+from pipeline.stages.model.build_mesh import SECTOR
 
 if TYPE_CHECKING:
     from geometry import ElementBlock, SectorMesh
     from pipeline.scene.schema import Scene
-    from pipeline.stages.model_chain import BuiltModel
-    from pipeline.stages.respond import CurveResult
+    from pipeline.stages.curve.respond import CurveResult
+    from pipeline.stages.model.model_chain import BuiltModel
 
 
 Array = NDArray[np.float64]

@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.codec import restored
 from pipeline.errors import input_error, shown
 from pipeline.results.run_folder import RESPONSE, PointReader
 from pipeline.results.worst import END_MARK, truncation_mark, with_unit
 from pipeline.scene.labels import value_label
-from pipeline.stages.codec import restored
-from pipeline.stages.curve_file import BRANCHES
-from pipeline.stages.curve_summary import CurveSummary
-from pipeline.stages.curve_table import TABLE, CurveTable, LazyArrays
+from pipeline.stages.curve.curve_file import BRANCHES
+from pipeline.stages.curve.curve_summary import CurveSummary
+from pipeline.stages.curve.curve_table import TABLE, CurveTable, LazyArrays
 from pipeline.store.output_folder import path_inside
 
 if TYPE_CHECKING:

@@ -7,13 +7,13 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pipeline.codec import plain
 from pipeline.errors import InputError, input_error, one_line, reason_of
 from pipeline.process.isolated_reading import read_apart, read_model
 from pipeline.results.overview import MOST_ROWS, end_lines, statistics
 from pipeline.results.worst import END_MARK, truncation_mark
-from pipeline.stages.codec import plain
-from pipeline.stages.curve_summary import CurveSummary, read_summary
-from pipeline.stages.curve_table import TABLE, CurveTable, read_table
+from pipeline.stages.curve.curve_summary import CurveSummary, read_summary
+from pipeline.stages.curve.curve_table import TABLE, CurveTable, read_table
 
 if TYPE_CHECKING:
     import h5py

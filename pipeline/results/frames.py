@@ -17,15 +17,15 @@ from pipeline.results.tables import bare_value
 from pipeline.scene.labels import prefixed, quantity
 from pipeline.scene.sweep import grid_values
 from pipeline.scene.units import column_name, key_unit, unit_of, with_unit
-from pipeline.stages.curve_file import AMPLITUDE, COLUMNS
-from pipeline.stages.curve_table import TUPLES, CurveTable, plain_value
+from pipeline.stages.curve.curve_file import AMPLITUDE, COLUMNS
+from pipeline.stages.curve.curve_table import TUPLES, CurveTable, plain_value
 
 if TYPE_CHECKING:
     import pandas
     import xarray
 
     from pipeline.results.curves import Curve
-    from pipeline.stages.curve_summary import CurveSummary
+    from pipeline.stages.curve.curve_summary import CurveSummary
 
 
 _UNITS = {"growth_rate": "1/s"}  # of datasets whose names do not say it

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pipeline.codec import plain, restored
 from pipeline.stages.code_fingerprint import code_fingerprint
-from pipeline.stages.codec import plain, restored
-from pipeline.stages.modal_truncation import HELD
+from pipeline.stages.model.modal_truncation import HELD
 from pipeline.store.fingerprints import fingerprint
 
 if TYPE_CHECKING:

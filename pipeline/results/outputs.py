@@ -9,15 +9,15 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pipeline.codec import plain
 from pipeline.results.frames import WHOLE, csv_names, number_columns, recorded_outputs, swept_columns
 from pipeline.results.run_folder import TABLE_HASH
 from pipeline.scene.units import column_name
 from pipeline.stages.code_fingerprint import code_fingerprint
-from pipeline.stages.codec import plain
-from pipeline.stages.curve_file import ADDED, BRANCHES, cell_value
-from pipeline.stages.curve_summary import NO_RESIDUAL, NO_STATIC, NO_WORST
-from pipeline.stages.curve_table import TABLE, CurveTable, write_table
-from pipeline.stages.respond import CurveResult
+from pipeline.stages.curve.curve_file import ADDED, BRANCHES, cell_value
+from pipeline.stages.curve.curve_summary import NO_RESIDUAL, NO_STATIC, NO_WORST
+from pipeline.stages.curve.curve_table import TABLE, CurveTable, write_table
+from pipeline.stages.curve.respond import CurveResult
 from pipeline.store.content_store import Store
 from pipeline.store.fingerprints import file_sha256, fingerprint
 from pipeline.store.output_folder import relative_path
@@ -25,7 +25,7 @@ from pipeline.store.output_folder import relative_path
 if TYPE_CHECKING:
     import h5py
 
-    from pipeline.stages.curve_summary import CurveSummary
+    from pipeline.stages.curve.curve_summary import CurveSummary
 
 _RESPONSE = ("response.h5", "response.csv", "curves.csv")
 _KIND, _HASHES = "response", "sha256.json"  # kind of the store entry, and its file

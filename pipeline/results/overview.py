@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pipeline.results.tables import short_value
 from pipeline.results.worst import with_unit
 from pipeline.scene.labels import prefixed, quantity, value_label
-from pipeline.stages.curve_table import CurveTable, plain_value
+from pipeline.stages.curve.curve_table import CurveTable, plain_value
 
 if TYPE_CHECKING:
     from rich.table import Table

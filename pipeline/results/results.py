@@ -13,7 +13,7 @@ from pipeline.errors import input_error, reason_of
 from pipeline.results.curves import Curve, Curves
 from pipeline.results.run_folder import RESPONSE, TABLE_HASH, PointReader, read_json_of_run, read_run_summary
 from pipeline.scene.labels import prefixed, quantity
-from pipeline.stages.curve_table import TABLE, CurveTable, read_table
+from pipeline.stages.curve.curve_table import TABLE, CurveTable, read_table
 
 if TYPE_CHECKING:
     import pandas

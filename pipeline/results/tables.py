@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 from nonlinear import TRUNCATION_TOLERATED as TOLERATED
 from pipeline.results.worst import END_MARK, MOST_NAMED, branch_said, share, worst_cells
 from pipeline.scene.labels import prefixed, quantity, value_label
-from pipeline.stages.curve_summary import CurveSummary
+from pipeline.stages.curve.curve_summary import CurveSummary
+from pipeline.stages.curve.respond import CurveResult
 from pipeline.stages.request import RunOutcome
-from pipeline.stages.respond import CurveResult
 
 if TYPE_CHECKING:
     from rich.table import Table

@@ -12,8 +12,8 @@ from nonlinear import TRUNCATION_TOLERATED
 from pipeline.scene.labels import prefixed
 
 if TYPE_CHECKING:
-    from pipeline.stages.curve_summary import CurveSummary
-    from pipeline.stages.respond import CurveResult
+    from pipeline.stages.curve.curve_summary import CurveSummary
+    from pipeline.stages.curve.respond import CurveResult
 
 SEARCHED = "searched: "  # beginning of each sentence
 END_MARK = " (end)"  # beside a frequency or an amplitude at an end of the frequency range, where no peak is

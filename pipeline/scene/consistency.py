@@ -14,17 +14,15 @@ from typing import TYPE_CHECKING, Any
 from nonlinear import least_samples
 from pipeline.errors import InputError, input_error, shown
 from pipeline.scene.geometry_parameters import disk_parameters, geometry_parameters
-from pipeline.scene.loads_section import files_of
-from pipeline.scene.material_section import USUAL_MATERIAL
+from pipeline.scene.loads_section import files_of, force_table, temperature_table
+from pipeline.scene.material_section import USUAL_MATERIAL, unfit_stress_keys
 from pipeline.scene.mesh_section import check_mesh_file
 from pipeline.scene.model_section import unfit_beside_matrices, unfit_matrix_keys
-from pipeline.scene.nodal_table import force_table, temperature_table
 from pipeline.scene.plausibility import far_beyond, hints_first
 from pipeline.scene.presets import SIZE
 from pipeline.scene.reading import Member, SceneFile, parameter_error, scene_of_tables
 from pipeline.scene.schema import SECTIONS, Scene
 from pipeline.scene.size_limits import check_balance, check_modes, check_size, check_speed, check_sweep
-from pipeline.scene.stress_section import unfit_stress_keys
 from pipeline.scene.sweep import read_sweep
 from pipeline.scene.toml_text import key_lines, line_of, load_tables, plain_key, with_line
 from pipeline.scene.validation_errors import MOST_ERRORS, allowed_values

@@ -1,12 +1,91 @@
-"""[material] and [materials.NAME] of a scene."""
+"""[material], [materials.NAME], [stress] and [fatigue] of a scene, and the checks of stress and fatigue."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import NamedTuple
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
-from pipeline.scene.fields import POSITIVE, Number, Positive, Section, key
+from pydantic import Field
+
+from pipeline.errors import InputError, input_error, shown
+from pipeline.scene.fields import POSITIVE, Number, Positive, Section, Truth, Whole, allowed_of, key
+
+if TYPE_CHECKING:
+    from pipeline.scene.reading import SceneFile
+
+
+LIMIT = f"{POSITIVE}, or a table of such numbers by the name of the material, not above the tensile strength"
+Limit = Positive | Annotated[dict[str, Positive], Field(min_length=1)]
+
+
+class Stress(Section):
+    """[stress]: stress on the mesh at the worst motion. Not computed unless this section or [fatigue] is there."""
+
+    curves: Truth | Annotated[tuple[Annotated[Whole, Field(ge=0)], ...], Field(min_length=1, max_length=20)] = key(
+        "true for the curves with the highest and the lowest worst motion, false for none, or their numbers from 0",
+        "true, false or a list of {count} numbers of curves, the first is 0",
+        True,
+    )
+    hot_spots: Whole = key("number of hot spots listed", "a whole number, {bounds}", 5, ge=1, le=50)
+    check: Truth = key(
+        "whether the harmonics are compared with a solution of the full model under the same forces",
+        "true or false",
+        True,
+    )
+
+
+class Fatigue(Section):
+    """[fatigue]: limits of the material, for the margins of the stress cycles."""
+
+    endurance_limit: Limit = key("amplitude of a fully reversed cycle that is endured, Pa", LIMIT)
+    tensile_strength: Limit = key(
+        "ultimate tensile strength, Pa", f"{POSITIVE}, or a table of such numbers by the name of the material"
+    )
+    yield_strength: Limit | None = key("yield strength, Pa; none: no yield line", LIMIT, None)
+    factor: Number = key("margin that is required", "a number from {bounds}", 1.0, ge=0.1, le=100.0)
+
+    def limits_of(self, material: str) -> tuple[float, float, float | None] | None:
+        """Endurance limit, tensile and yield strength of a material; None where there are none for it."""
+        found = [_of(value, material) for value in (self.endurance_limit, self.tensile_strength, self.yield_strength)]
+        if found[0] is None or found[1] is None:
+            return None
+        return found[0], found[1], found[2]
+
+    @property
+    def named(self) -> tuple[str, ...]:
+        """Materials that have limits of their own; "" stands for all others."""
+        tables = [
+            v for v in (self.endurance_limit, self.tensile_strength, self.yield_strength) if isinstance(v, dict)
+        ]
+        return ("", *dict.fromkeys(name for table in tables for name in table))
+
+
+def _of(value: Limit | None, material: str) -> float | None:
+    return value.get(material) if isinstance(value, dict) else value
+
+
+def unfit_stress_keys(file: SceneFile) -> Iterator[InputError]:
+    """Keys of [stress] and [fatigue] that do not fit the rest of a scene."""
+    scene, count = file.first, len(file.members)
+    for section in ("stress", "fatigue"):
+        if scene.model is not None and getattr(scene, section) is not None:
+            yield input_error(file.path, section, "given beside [model]", "a scene with a mesh: matrices have none")
+    curves = () if scene.stress is None or isinstance(scene.stress.curves, bool) else scene.stress.curves
+    if curves and max(curves) >= count:
+        allowed = f"true, false or a list of numbers of curves, 0 to {count - 1}"
+        yield input_error(file.path, "stress.curves", shown(list(curves)), allowed)
+    if scene.fatigue is None:
+        return
+    for material in scene.fatigue.named:
+        limits = scene.fatigue.limits_of(material)
+        if limits is None:
+            continue
+        of = f".{material}" if material else ""
+        for name, value in (("endurance_limit", limits[0]), ("yield_strength", limits[2])):
+            if value is not None and value > limits[1]:
+                yield input_error(file.path, f"fatigue.{name}{of}", shown(value), allowed_of(Fatigue, name))
+
 
 POISSON = "a number above {low} and below {high}"
 EXPANSION = "a number, {bounds}"

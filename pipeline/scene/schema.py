@@ -45,10 +45,9 @@ from pipeline.scene.loads_section import (
     placed,
     unit_vector,
 )
-from pipeline.scene.material_section import Material, NamedMaterial
+from pipeline.scene.material_section import Fatigue, Material, NamedMaterial, Stress
 from pipeline.scene.mesh_section import Mesh
 from pipeline.scene.model_section import Model
-from pipeline.scene.stress_section import Fatigue, Stress
 from pipeline.studies.backbone.section import Backbone
 from pipeline.studies.map.section import Map
 from pipeline.studies.mistuning.section import Mistuning

@@ -1,1 +1,1 @@
-"""The stages of a run: names, cache keys, models, solution of the curves, files of the curves."""
+"""The stages of a run: names, cache keys, requests; `model` makes models, `curve` solves and stores curves."""

@@ -13,13 +13,13 @@ from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.store.fingerprints import fingerprint
 
 # Modules that compute the result of a stage. What these import counts with them.
-MESH_CODE = "pipeline.stages.build_mesh"
-FULL_MODEL_CODE = "pipeline.stages.build_full_model"
-REDUCED_MODEL_CODE = "pipeline.stages.build_reduced_model"
-MATRICES_CODE = "pipeline.stages.build_from_matrices"
-CURVE_CODE = "pipeline.stages.solve_curve"
-EXTENSION_CODE = "pipeline.stages.extend_curve"
-CARRIED_CODE = "pipeline.stages.carry_branches"
+MESH_CODE = "pipeline.stages.model.build_mesh"
+FULL_MODEL_CODE = "pipeline.stages.model.build_full_model"
+REDUCED_MODEL_CODE = "pipeline.stages.model.build_reduced_model"
+MATRICES_CODE = "pipeline.stages.model.build_from_matrices"
+CURVE_CODE = "pipeline.stages.curve.solve_curve"
+EXTENSION_CODE = "pipeline.stages.curve.extend_curve"
+CARRIED_CODE = "pipeline.stages.curve.carry_branches"
 
 
 @dataclass(frozen=True)

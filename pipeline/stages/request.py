@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 from pipeline.executor.task import Executor
 from pipeline.process.progress import Reporter
 from pipeline.scene.reading import SceneFile
-from pipeline.stages.respond import CurveResult
+from pipeline.stages.curve.respond import CurveResult
 from pipeline.stages.stage import Stage, StageLog
 from pipeline.store.content_store import Store
 
 if TYPE_CHECKING:
-    from pipeline.stages.curve_table import CurveTable
+    from pipeline.stages.curve.curve_table import CurveTable
 
 
 @dataclass(frozen=True)

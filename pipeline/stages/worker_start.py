@@ -15,7 +15,7 @@ from pipeline.process.program import defer_unused, loading
 from pipeline.process.workers import Call, kept_workers
 from pipeline.stages.cache_keys import CURVE_CODE, EXTENSION_CODE, REDUCED_MODEL_CODE, curve_key, model_keys
 from pipeline.stages.code_fingerprint import code_versions
-from pipeline.stages.respond import KIND, worker_count
+from pipeline.stages.curve.respond import KIND, worker_count
 from pipeline.stages.stage import Stage
 from pipeline.stages.warm_up import warm_up
 from rom import require_memory
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from pipeline.store.content_store import Store
 
 
-MODULES = "pipeline.stages.build_mesh", "pipeline.stages.build_full_model"
+MODULES = "pipeline.stages.model.build_mesh", "pipeline.stages.model.build_full_model"
 TRANSPORT = "distributed"  # decides no number, but two versions of it may not understand each other
 
 

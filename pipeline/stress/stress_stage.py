@@ -14,22 +14,22 @@ from pipeline.process.workers import call_apart
 from pipeline.render.drawing_process import draw_apart
 from pipeline.results.publishing import Attempts, PicturesMissing, published, remove_outdated
 from pipeline.scene.labels import member_label
+from pipeline.scene.material_section import Stress
 from pipeline.scene.schema import Scene
-from pipeline.scene.stress_section import Stress
-from pipeline.stages.build_full_model import FULL_MODEL
-from pipeline.stages.build_mesh import SECTOR
 from pipeline.stages.cache_keys import model_keys
 from pipeline.stages.code_fingerprint import code_fingerprint
-from pipeline.stages.model_chain import LARGE, BuiltModel, ModelChain
-from pipeline.stages.operating_stress import FACTS, make_operating_stress
+from pipeline.stages.curve.respond import CurveResult
+from pipeline.stages.model.build_full_model import FULL_MODEL
+from pipeline.stages.model.build_mesh import SECTOR
+from pipeline.stages.model.model_chain import LARGE, BuiltModel, ModelChain
+from pipeline.stages.model.sweep_models import Models
 from pipeline.stages.request import Run
-from pipeline.stages.respond import CurveResult
 from pipeline.stages.stage import Stage
-from pipeline.stages.sweep_models import Models
 from pipeline.store.fingerprints import file_sha256, fingerprint
 from pipeline.stress.job import StressJob
+from pipeline.stress.operating_stress import FACTS, make_operating_stress
 
-STRESS_CODE = "pipeline.stages.operating_stress"
+STRESS_CODE = "pipeline.stress.operating_stress"
 DRAWER = "pipeline.stress.field_pictures"  # runs in a process of its own
 FOLDER = "stress"
 

@@ -8,21 +8,20 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
+from pipeline.codec import plain, restored
 from pipeline.errors import InputError, reason_of
 from pipeline.results.outputs import as_json
 from pipeline.scene.consistency import check_scene, check_scene_for_model
-from pipeline.scene.given_in_python import derived_member
-from pipeline.scene.reading import Member, SceneFile
+from pipeline.scene.reading import Member, SceneFile, derived_member
 from pipeline.scene.schema import Scene
 from pipeline.stages.cache_keys import curve_key, model_keys
 from pipeline.stages.code_fingerprint import code_fingerprint
-from pipeline.stages.codec import plain, restored
-from pipeline.stages.model_chain import BuiltModel
+from pipeline.stages.curve.respond import CurveResult
+from pipeline.stages.curve.sweep_curves import member_curves, member_models
+from pipeline.stages.model.model_chain import BuiltModel
+from pipeline.stages.model.sweep_models import Models
 from pipeline.stages.request import Run, RunOutcome
-from pipeline.stages.respond import CurveResult
 from pipeline.stages.stage import Stage, StageLog
-from pipeline.stages.sweep_curves import member_curves, member_models
-from pipeline.stages.sweep_models import Models
 from pipeline.store.fingerprints import fingerprint
 
 RESULT = "result.json"
@@ -37,7 +36,7 @@ class Study(Protocol):
     """A result of a scene beside its curves."""
 
     name: str  # its name: that of its section in the scene and of its file in the output folder
-    # A frozen dataclass that `pipeline.stages.codec` can write and read: numbers, texts, arrays of one dimension,
+    # A frozen dataclass that `pipeline.codec` can write and read: numbers, texts, arrays of one dimension,
     # tuples, mappings and such dataclasses
     result: type[Any]
 

@@ -6,14 +6,14 @@ import json
 from pathlib import Path
 from typing import Any
 
+from pipeline.codec import plain, restored
 from pipeline.results.outputs import as_json
 from pipeline.results.publishing import copied
 from pipeline.scene.schema import STUDIES
 from pipeline.stages.code_fingerprint import code_fingerprint
-from pipeline.stages.codec import plain, restored
+from pipeline.stages.model.sweep_models import Models
 from pipeline.stages.request import Run, RunOutcome, StudyOutcome
 from pipeline.stages.stage import Stage
-from pipeline.stages.sweep_models import Models
 from pipeline.store.content_store import read_json
 from pipeline.store.disk_errors import StorageError
 from pipeline.store.fingerprints import fingerprint
@@ -45,7 +45,7 @@ def studied(context: StudyContext, study: Study) -> StudyOutcome:
             "section": None if section is None else section.model_dump(),
             "curve": context.base_key,
             "own": dict(study.key(context)),
-            "code": code_fingerprint(type(study).__module__, "pipeline.stages.codec"),
+            "code": code_fingerprint(type(study).__module__, "pipeline.codec"),
         }
     )
 

@@ -22,9 +22,9 @@ from typing import TYPE_CHECKING, Any
 from pipeline.errors import reason_of
 from pipeline.scene.geometry_parameters import disk_parameters, geometry_parameters
 from pipeline.scene.schema import Scene
-from pipeline.stages.build_reduced_model import at_speed, boundary_choice, with_interface
-from pipeline.stages.model_files import is_joined
-from pipeline.stages.scene_materials import elements_by_kind, mean_size, scene_materials
+from pipeline.stages.model.build_reduced_model import at_speed, boundary_choice, with_interface
+from pipeline.stages.model.model_files import is_joined
+from pipeline.stages.model.scene_materials import elements_by_kind, mean_size, scene_materials
 from pipeline.stages.scene_to_solver import (
     linear_operation,
     linear_operation_on_face,

@@ -16,15 +16,15 @@ from pipeline.scene.consistency import check_scene
 from pipeline.scene.labels import value_label
 from pipeline.scene.reading import Member, SceneFile, parameter_error
 from pipeline.scene.schema import Scene
-from pipeline.stages.build_full_model import FULL_MODEL
-from pipeline.stages.build_mesh import SECTOR
-from pipeline.stages.build_reduced_model import MOTIONS
 from pipeline.stages.cache_keys import linear_operation_inputs, model_keys, rotation_inputs
 from pipeline.stages.code_fingerprint import code_fingerprint, remember_code
-from pipeline.stages.model_chain import BuiltModel, ModelChain
+from pipeline.stages.model.build_full_model import FULL_MODEL
+from pipeline.stages.model.build_mesh import SECTOR
+from pipeline.stages.model.build_reduced_model import MOTIONS
+from pipeline.stages.model.model_chain import BuiltModel, ModelChain
+from pipeline.stages.model.sweep_models import Models, models_of_blade
 from pipeline.stages.request import Request, Run, RunOutcome
 from pipeline.stages.stage import StageLog
-from pipeline.stages.sweep_models import Models, models_of_blade
 from pipeline.stages.worker_start import open_executor
 from pipeline.store.disk_errors import StorageError
 from pipeline.store.fingerprints import fingerprint

@@ -70,7 +70,7 @@ LAYERS = {
         {"peak_curves"},
     ],
     "pipeline": [
-        {"bootstrap", "errors"},
+        {"bootstrap", "errors", "codec"},
         {"output_paths"},
         {"scene", "process"},
         {"store"},

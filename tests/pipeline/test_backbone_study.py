@@ -10,8 +10,8 @@ import pytest
 from pipeline_support import ground_scene, shroud, to_toml, write_ground_model
 
 from pipeline import run_scene
+from pipeline.codec import plain, restored
 from pipeline.results.results import Results
-from pipeline.stages.codec import plain, restored
 from pipeline.studies.backbone.figure import backbone_figure
 from pipeline.studies.backbone.report import backbone_section
 from pipeline.studies.backbone.result import BackboneResult

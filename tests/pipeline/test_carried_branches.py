@@ -15,16 +15,16 @@ from faults_support import entries
 from pipeline_support import write_scene
 
 import nonlinear.response_solver
-import pipeline.stages.carry_branches
+import pipeline.stages.curve.carry_branches
 from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance
 from nonlinear.branches.detached_branches import BranchSearch, detached_branches
 from nonlinear.contact.fourier import to_real
 from pipeline import Results, read_results, read_scene, run_scene
 from pipeline.results.tables import branch_remarks
 from pipeline.scene.schema import Scene
-from pipeline.stages.carry_branches import longest_way, sweep_steps
-from pipeline.stages.curve_file import read_curve, write_curve
-from pipeline.stages.extend_curve import extend_curve
+from pipeline.stages.curve.carry_branches import longest_way, sweep_steps
+from pipeline.stages.curve.curve_file import read_curve, write_curve
+from pipeline.stages.curve.extend_curve import extend_curve
 from rom import modal_model, write_reduced_model
 
 LUMPED = runpy.run_path(str(Path(__file__).parents[1] / "nonlinear" / "lumped.py"))
@@ -99,7 +99,7 @@ def extending(instead: Callable[..., None] = extend_curve) -> Iterator[list[floa
         instead(folder, rom, scene, *rest)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(pipeline.stages.carry_branches, "extend_curve", noted)
+        patch.setattr(pipeline.stages.curve.carry_branches, "extend_curve", noted)
         yield seen
 
 

@@ -7,7 +7,7 @@ import pytest
 import typer
 from pipeline_support import RAW_TEXT, ground_scene, shroud, small_scene, summary_of, write_ground_model, write_scene
 
-import pipeline.stages.respond
+import pipeline.stages.curve.respond
 from pipeline.cli import app
 from pipeline.command_usage import FLAGS
 from pipeline.scene.schema import Scene
@@ -120,14 +120,14 @@ def test_the_table_and_the_progress_are_for_people(tmp_path: Path) -> None:
 
 
 def test_one_failing_curve_does_not_stop_the_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    real = pipeline.stages.respond.solve_curve
+    real = pipeline.stages.curve.respond.solve_curve
 
     def solve(folder: Path, rom: Path, scene: Scene, parameters: Any, progress: Any = None) -> None:
         if scene.contact.friction == 0.2:
             raise ArithmeticError("made to fail")
         real(folder, rom, scene, parameters, progress)
 
-    monkeypatch.setattr(pipeline.stages.respond, "solve_curve", solve)
+    monkeypatch.setattr(pipeline.stages.curve.respond, "solve_curve", solve)
     scene = write_scene(tmp_path / "s.toml", ground_scene() | {"sweep": {"contact.friction": [0.1, 0.2, 0.3]}})
     arguments = ("respond", scene, "--rom", write_ground_model(tmp_path / "g.h5"), "--out", tmp_path / "out")
     status, said, error = shroud(*arguments)
@@ -140,22 +140,22 @@ def test_one_failing_curve_does_not_stop_the_others(tmp_path: Path, monkeypatch:
     assert curves[1]["peak_amplitude_m"] is None
     assert summary_of(tmp_path / "out")["complete"] is False
 
-    monkeypatch.setattr(pipeline.stages.respond, "solve_curve", real)
+    monkeypatch.setattr(pipeline.stages.curve.respond, "solve_curve", real)
     assert shroud(*arguments, "--quiet") == (0, "", "")
     assert summary_of(tmp_path / "out")["stages"]["respond"]["ran"] == 1
 
 
 def test_one_failing_mesh_does_not_stop_the_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    import pipeline.stages.model_chain
+    import pipeline.stages.model.model_chain
 
-    real = pipeline.stages.model_chain.make_mesh
+    real = pipeline.stages.model.model_chain.make_mesh
 
     def mesh(folder: Path, scene: Any) -> None:
         if scene.shroud.angle == 80.0:
             raise RuntimeError("made to fail")
         real(folder, scene)
 
-    monkeypatch.setattr(pipeline.stages.model_chain, "make_mesh", mesh)
+    monkeypatch.setattr(pipeline.stages.model.model_chain, "make_mesh", mesh)
     scene = write_scene(tmp_path / "s.toml", small_scene(sweep={"shroud.angle": [80.0, 70.0]}))
     status, _, error = shroud("run", scene, "--out", tmp_path / "out", "--quiet")
     assert status == 1

@@ -38,8 +38,8 @@ ENTRIES = {
     "curve": keys.CURVE_CODE,
     "extension": keys.EXTENSION_CODE,
     "carried": keys.CARRIED_CODE,
-    "frequencies": "pipeline.stages.natural_frequencies",
-    "truncation": "pipeline.stages.modal_truncation",
+    "frequencies": "pipeline.stages.model.natural_frequencies",
+    "truncation": "pipeline.stages.model.modal_truncation",
     "figures": "pipeline.figures.figure_stage",
     "render": "pipeline.render.mode_shapes",
     "operating": "pipeline.render.operating_shapes",
@@ -113,10 +113,10 @@ def test_an_edit_of_any_module_that_a_stage_reaches_changes_its_key(copy: Path) 
         ("pipeline/figures/style.py", {"figures"}),
         ("pipeline/scene/labels.py", {"carried", "figures", "operating"}),
         ("pipeline/scene/geometry_parameters.py", {"mesh", "verify"}),
-        ("pipeline/stages/build_mesh.py", {"mesh"}),
-        ("pipeline/stages/curve_file.py", {"curve", "extension", "carried", "figures", "operating"}),
-        ("pipeline/stages/natural_frequencies.py", {"frequencies"}),
-        ("pipeline/stages/modal_truncation.py", {"truncation"}),
+        ("pipeline/stages/model/build_mesh.py", {"mesh"}),
+        ("pipeline/stages/curve/curve_file.py", {"curve", "extension", "carried", "figures", "operating"}),
+        ("pipeline/stages/model/natural_frequencies.py", {"frequencies"}),
+        ("pipeline/stages/model/modal_truncation.py", {"truncation"}),
         ("rom/finite_elements/assembly.py", {"assemble", "reduce", "truncation", "verify"}),
         ("nonlinear/response_solver.py", {"curve", "extension", "carried"}),
         ("pipeline/verify/compare.py", {"verify"}),
@@ -251,7 +251,7 @@ def test_imports_are_read_as_python_reads_them() -> None:
 
 
 def test_the_table_of_a_package_leads_to_the_module_that_defines_the_name() -> None:
-    found, libraries = SourceTree().reached("pipeline.stages.build_full_model")
+    found, libraries = SourceTree().reached("pipeline.stages.model.build_full_model")
     assert "rom.finite_elements.full_model" in found
     assert "skfem" in libraries
     assert not any(name.startswith("nonlinear") for name in found)

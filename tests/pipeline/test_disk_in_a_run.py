@@ -18,8 +18,8 @@ from geometry import build_sector, write_mesh
 from pipeline.figures.campbell import nodal_diameter_figure
 from pipeline.scene.geometry_parameters import disk_parameters, geometry_parameters
 from pipeline.scene.reading import read_scene
-from pipeline.stages.build_mesh import SECTOR
-from pipeline.stages.model_files import read_families
+from pipeline.stages.model.build_mesh import SECTOR
+from pipeline.stages.model.model_files import read_families
 from pipeline.stages.scene_to_solver import contact_parameters
 from rom import (
     Material,

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 
 from geometry import BladeParameters, MeshParameters, OwnSector, SectorFindings, ShroudParameters, build_sector
-from pipeline.stages.build_mesh import write_findings
-from pipeline.stages.scene_materials import own_findings
+from pipeline.stages.model.build_mesh import write_findings
+from pipeline.stages.model.scene_materials import own_findings
 
 
 def test_linear_elements_are_a_finding(tmp_path: Path) -> None:

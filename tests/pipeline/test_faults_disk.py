@@ -14,7 +14,7 @@ import pytest
 from faults_support import broken_entries, entries, largest_file
 from pipeline_support import ground_scene, shroud, small_scene, statuses, summary_of, write_ground_model, write_scene
 
-import pipeline.stages.sweep_curves
+import pipeline.stages.curve.sweep_curves
 from pipeline.store.disk_errors import storage_error
 from rom import new_hdf5
 
@@ -111,7 +111,9 @@ def test_a_disk_that_is_really_full(small_disk: Path, finished: Path, tmp_path: 
 
 def test_a_folder_that_may_only_be_read(small_disk: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     remount(small_disk, "ro")
-    monkeypatch.setattr(pipeline.stages.sweep_curves, "models_of_blade", lambda *_: pytest.fail("worked for nothing"))
+    monkeypatch.setattr(
+        pipeline.stages.curve.sweep_curves, "models_of_blade", lambda *_: pytest.fail("worked for nothing")
+    )
     scene = write_scene(tmp_path / "small.toml", small_scene())
     status, said, error = shroud("run", scene, "--out", small_disk / "out")
     assert (status, said, error.count("\n")) == (2, "", 1)
@@ -209,7 +211,9 @@ def test_places_that_are_none(tmp_path: Path, way: str, monkeypatch: pytest.Monk
     else:
         out.mkdir()
         (out / way).write_text("in the way")
-    monkeypatch.setattr(pipeline.stages.sweep_curves, "models_of_blade", lambda *_: pytest.fail("worked for nothing"))
+    monkeypatch.setattr(
+        pipeline.stages.curve.sweep_curves, "models_of_blade", lambda *_: pytest.fail("worked for nothing")
+    )
     status, said, error = shroud("run", write_scene(tmp_path / "s.toml", small_scene()), "--out", out)
     assert (status, said, error.count("\n")) == (2, "", 1)
     assert expected in error

@@ -14,10 +14,10 @@ import pytest
 from faults_support import alive, broken_entries, entries, start, wait_until
 from pipeline_support import ground_scene, shroud, small_scene, summary_of, write_ground_model, write_scene
 
-import pipeline.stages.model_chain
+import pipeline.stages.model.model_chain
 from pipeline import Results, read_results, run_scene
 from pipeline.errors import ExecutorLost
-from pipeline.stages.sweep_curves import SweepCurves
+from pipeline.stages.curve.sweep_curves import SweepCurves
 
 FRICTIONS = [0.1 + 0.001 * i for i in range(300)]  # more than are solved before it is seen that some are
 
@@ -187,14 +187,14 @@ def test_a_drawing_process_that_waits_loads_its_libraries_then_draws_or_ends_wit
 def test_a_large_reduction_is_the_same_in_a_process_of_its_own(
     finished: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(pipeline.stages.model_chain, "LARGE", 0)
+    monkeypatch.setattr(pipeline.stages.model.model_chain, "LARGE", 0)
     scene, out = write_scene(tmp_path / "s.toml", small_scene()), tmp_path / "out"
     assert shroud("run", scene, "--out", out, "--until", "reduce", "--quiet") == (0, "", "")
     (made,), (expected,) = entries(out, "reduce"), entries(finished, "reduce")
     assert made.name == expected.name
     assert (made / "rom.h5").read_bytes() == (expected / "rom.h5").read_bytes()
 
-    monkeypatch.setattr(pipeline.stages.model_chain, "make_reduced_model", died)
+    monkeypatch.setattr(pipeline.stages.model.model_chain, "make_reduced_model", died)
     status, _, error = shroud("run", scene, "--out", tmp_path / "b", "--until", "reduce", "--quiet")
     assert status == 1
     assert error.startswith("reduce: its process was killed by signal 9 (SIGKILL), most likely for want of memory")
@@ -307,7 +307,7 @@ def test_an_exception_leaves_what_is_done_and_a_run_without_a_curve_leaves_earli
 def test_a_run_stopped_before_its_first_result_leaves_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pipeline.stages.model_chain.make_mesh", lambda *_: signal.raise_signal(signal.SIGINT))
+    monkeypatch.setattr("pipeline.stages.model.model_chain.make_mesh", lambda *_: signal.raise_signal(signal.SIGINT))
     scene, out = write_scene(tmp_path / "s.toml", small_scene()), tmp_path / "out"
     assert shroud("run", scene, "--out", out, "--quiet")[0] == 128 + signal.SIGINT
     assert not out.exists()

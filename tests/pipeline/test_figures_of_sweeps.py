@@ -31,8 +31,8 @@ from pipeline.figures.sweep_map import cell_figure, map_of_sweep, sweep_map_figu
 from pipeline.report.charts import charts
 from pipeline.report.error_budget import ErrorRow, first_few, listed, quantile_rows, shown_rows, story
 from pipeline.scene.reading import read_scene
-from pipeline.stages.curve_summary import CurveSummary
-from pipeline.stages.respond import CurveResult
+from pipeline.stages.curve.curve_summary import CurveSummary
+from pipeline.stages.curve.respond import CurveResult
 
 V0, MU = "contact.interference", "contact.friction"
 SCENE = SimpleNamespace(name="scene", response=SimpleNamespace(frequency=(300.0, 500.0)))

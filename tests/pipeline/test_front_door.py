@@ -56,7 +56,7 @@ def test_a_curve_that_could_not_be_solved_says_why(tmp_path: Path, monkeypatch: 
     def lost(folder: Path, rom: Path, scene: object, parameters: dict[str, float], progress: object) -> None:
         raise ArithmeticError(f"lost at {parameters['contact.friction']}")
 
-    monkeypatch.setattr("pipeline.stages.respond.solve_curve", lost)
+    monkeypatch.setattr("pipeline.stages.curve.respond.solve_curve", lost)
     results = run_scene(file, tmp_path / "out", rom=write_ground_model(tmp_path / "g.h5"))
     curve = results.curves[1]
     assert not results.complete

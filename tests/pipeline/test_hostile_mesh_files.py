@@ -18,7 +18,7 @@ import pipeline.process.isolated_reading
 from pipeline.errors import InputError
 from pipeline.process.isolated_reading import read_apart, read_given_model
 from pipeline.scene.input_files import file_parts
-from pipeline.stages.build_mesh import read_mesh_file
+from pipeline.stages.model.build_mesh import read_mesh_file
 from rom import MatrixFileError, read_matrix
 
 TET = "*NODE\n1, 0., 0., 0.\n2, 1., 0., 0.\n3, 0., 1., 0.\n4, 0., 0., 1.\n*ELEMENT, TYPE=C3D4\n1, 1, 2, 3, 4\n"
@@ -60,7 +60,7 @@ def test_a_reader_that_crashes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="Linux tells how much memory a process has")
 def test_a_small_file_of_much_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Compressed numbers of a VTK file: a few megabytes of zeros compress to nothing."""
-    monkeypatch.setattr("pipeline.stages.build_mesh.MEMORY", 2**27)
+    monkeypatch.setattr("pipeline.stages.model.build_mesh.MEMORY", 2**27)
     block = zlib.compress(bytes(2**23))
     blocks = 24
     header = np.array([blocks, 2**23, 0, *[len(block)] * blocks], dtype="<u4").tobytes()

@@ -15,12 +15,12 @@ import rom
 from geometry import write_mesh
 from pipeline.errors import InputError
 from pipeline.scene.input_files import content_hash, file_parts
-from pipeline.scene.nodal_table import force_table, temperature_table
+from pipeline.scene.loads_section import force_table, temperature_table
 from pipeline.scene.reading import input_files, read_scene
 from pipeline.scene.schema import Scene
-from pipeline.stages.build_from_matrices import read_matrices
-from pipeline.stages.build_mesh import read_mesh_file
 from pipeline.stages.cache_keys import model_keys
+from pipeline.stages.model.build_from_matrices import read_matrices
+from pipeline.stages.model.build_mesh import read_mesh_file
 
 NODES = "*NODE\n1, 0., 0., 0.\n2, 1., 0., 0.\n3, 0., 1., 0.\n4, 0., 0., 1.\n"
 MAIN = "*INCLUDE, INPUT=parts/nodes.inc\n*ELEMENT, TYPE=C3D4\n1, 1, 2, 3, 4\n"

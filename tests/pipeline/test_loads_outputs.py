@@ -12,8 +12,8 @@ from pipeline_support import ground_scene, shroud, small_scene, write_ground_mod
 from scipy.sparse.linalg import spsolve
 
 from pipeline import InputError, read_scene
-from pipeline.stages.build_reduced_model import at_speed
-from pipeline.stages.scene_loads import scene_loads
+from pipeline.stages.model.build_reduced_model import at_speed
+from pipeline.stages.model.scene_loads import scene_loads
 from pipeline.stages.scene_to_solver import excitation, solver_options
 from rom import (
     Material,

@@ -22,8 +22,8 @@ from pipeline.results.overview import abbreviated, key_table, overview_lines, qu
 from pipeline.results.run_folder import PointReader, provenance
 from pipeline.scene.reading import Member, SceneFile, read_scene
 from pipeline.scene.sweep import grid_values
-from pipeline.stages.curve_table import TABLE, CurveTable, table_of
-from pipeline.stages.respond import CurveJob, CurveResult, result_from_file
+from pipeline.stages.curve.curve_table import TABLE, CurveTable, table_of
+from pipeline.stages.curve.respond import CurveJob, CurveResult, result_from_file
 from pipeline.store.content_store import Store
 from pipeline.terminal import print_outcome
 

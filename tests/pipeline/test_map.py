@@ -11,8 +11,8 @@ from map_support import DAMPING, FORCE, KT, STIFFNESS, exact_point, one_mass, pe
 from pipeline_support import shroud, write_scene
 
 from pipeline import run_scene
+from pipeline.codec import restored
 from pipeline.results.results import Results, read_results
-from pipeline.stages.codec import restored
 from pipeline.studies.map.grid import FREE, SEPARATING, SLIPPING, STUCK
 from pipeline.studies.map.report import map_section
 from pipeline.studies.map.result import WorstMotionMap

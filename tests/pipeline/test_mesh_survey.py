@@ -16,7 +16,7 @@ from geometry import (
 )
 from pipeline.new_scene.mesh_survey import guess
 from pipeline.scene.mesh_section import Mesh
-from pipeline.stages.scene_materials import propose_unit
+from pipeline.stages.model.scene_materials import propose_unit
 
 CORNERS = [0, 1, 2, 3, 4, 5, 6, 7]
 

@@ -10,8 +10,8 @@ import pytest
 from pipeline_support import shroud, small_scene, to_toml, write_scene
 
 from pipeline import run_scene
+from pipeline.codec import plain, restored
 from pipeline.results.results import Results
-from pipeline.stages.codec import plain, restored
 from pipeline.studies.mistuning.figure import mistuning_figure
 from pipeline.studies.mistuning.report import mistuning_section
 from pipeline.studies.mistuning.result import MistuningResult

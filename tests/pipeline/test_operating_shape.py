@@ -9,7 +9,7 @@ from PIL import Image
 from pipeline_support import shroud, small_scene, statuses, summary_of, without_lines, write_scene
 
 import pipeline.render.render_stage
-from pipeline.stages.operating_shape import OperatingShape, operating_shape
+from pipeline.render.operating_shapes import OperatingShape, operating_shape
 from rom import load_sector
 
 

@@ -17,7 +17,7 @@ from geometry import import_sector
 from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance
 from nonlinear.contact.fourier import to_real
 from nonlinear.stability.floquet import FloquetAnalysis
-from pipeline.stages.curve_summary import kept_summary
+from pipeline.stages.curve.curve_summary import kept_summary
 from rom import modal_model, read_reduced_model
 
 POINT_COLUMNS = [

@@ -20,11 +20,10 @@ from pipeline.results.frequency_range import (
     resonances_of,
     stored_resonances,
 )
-from pipeline.scene.given_in_python import given_scene
 from pipeline.scene.plausibility import plausibility_warnings
-from pipeline.scene.reading import read_scene
+from pipeline.scene.reading import given_scene, read_scene
 from pipeline.stages.cache_keys import model_keys
-from pipeline.stages.modal_truncation import HELD, _immobility
+from pipeline.stages.model.modal_truncation import HELD, _immobility
 from pipeline.stages.request import RunOutcome
 from pipeline.stages.scene_to_solver import contact_parameters
 from pipeline.store.content_store import Store

@@ -17,15 +17,15 @@ import numpy as np
 import pytest
 from pipeline_support import changing_when_locked, shroud, small_scene, statuses, summary_of, write_scene
 
-import pipeline.stages.respond
+import pipeline.stages.curve.respond
 from geometry import ContactFace, ElementBlock, SectorMesh
 from pipeline.bootstrap import TEST_PROGRAMS
 from pipeline.report.report_source import ReportSource
 from pipeline.report.viewer import outer_surface
 from pipeline.scene.reading import read_scene
-from pipeline.stages.model_chain import BuiltModel
+from pipeline.stages.curve.respond import CurveResult
+from pipeline.stages.model.model_chain import BuiltModel
 from pipeline.stages.request import StudyOutcome
-from pipeline.stages.respond import CurveResult
 
 pytestmark = pytest.mark.xdist_group("report")  # one worker: what the module makes is made once
 
@@ -353,7 +353,7 @@ def test_a_run_that_failed_in_parts_says_so_on_its_page(copied: Path, monkeypatc
         raise ArithmeticError("nothing <came> of it")
 
     monkeypatch.setattr(sys, "executable", str(crashing))  # the drawing process
-    monkeypatch.setattr(pipeline.stages.respond, "solve_curve", fail)
+    monkeypatch.setattr(pipeline.stages.curve.respond, "solve_curve", fail)
     changes: dict[str, Any] = {"render": {"modes": [1]}, "sweep": {"contact.interference": [1e-5, 2e-3]}}
     scene = write_scene(copied.parent / "s.toml", small_scene(**changes))
     status, _, error = shroud("report", scene, "--out", copied, "--quiet")

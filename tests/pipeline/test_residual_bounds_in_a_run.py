@@ -12,7 +12,7 @@ from pipeline_support import ground_scene, shroud, summary_of, without_lines, wr
 
 from pipeline import run_scene
 from pipeline.results.tables import bounds_text, residual_notes
-from pipeline.stages.curve_summary import read_summary
+from pipeline.stages.curve.curve_summary import read_summary
 
 
 def scene(**response: Any) -> dict[str, Any]:

@@ -73,7 +73,7 @@ def test_a_run_without_memory_says_so_for_each_curve(tmp_path: Path, monkeypatch
     def none(*_: object) -> None:
         raise MemoryError("Unable to allocate 8.0 GiB")
 
-    monkeypatch.setattr("pipeline.stages.respond.solve_curve", none)
+    monkeypatch.setattr("pipeline.stages.curve.respond.solve_curve", none)
     scene, rom = write_scene(tmp_path / "s.toml", ground_scene()), write_ground_model(tmp_path / "g.h5")
     status, _, error = shroud("respond", scene, "--rom", rom, "--out", tmp_path / "out", "--quiet")
     expected = f"1 of 1 curves not completed: {MEMORY} (Unable to allocate 8.0 GiB)\n"

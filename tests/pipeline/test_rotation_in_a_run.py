@@ -13,8 +13,8 @@ from pipeline_support import shroud, small_scene, summary_of, write_scene
 from pipeline.report import error_budget
 from pipeline.results.tables import coriolis_notes
 from pipeline.scene.reading import read_scene
-from pipeline.stages.modal_truncation import stored_coriolis_error
-from pipeline.stages.model_chain import BuiltModel
+from pipeline.stages.model.modal_truncation import stored_coriolis_error
+from pipeline.stages.model.model_chain import BuiltModel
 from pipeline.stages.request import RunOutcome
 from pipeline.store.content_store import Store
 from rom import (

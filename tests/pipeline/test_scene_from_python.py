@@ -11,8 +11,7 @@ from pipeline_support import ground_scene, small_scene, write_ground_model, writ
 
 import shroud
 from pipeline import python_interface
-from pipeline.scene.given_in_python import given_scene, toml_text
-from pipeline.scene.reading import SceneFile, read_scene
+from pipeline.scene.reading import SceneFile, given_scene, read_scene, toml_text
 from pipeline.scene.schema import Scene
 
 SHIPPED = sorted(Path(__file__).parents[2].glob("scenes/*.toml"))

@@ -11,7 +11,7 @@ from pipeline_support import ground_model, small_scene, write_scene
 from nonlinear import ContactError, punch_stiffness
 from pipeline.scene.reading import read_scene
 from pipeline.scene.schema import Contact, Load, Response, Scene
-from pipeline.stages.curve_file import section_from_attributes, used_parameters
+from pipeline.stages.curve.curve_file import section_from_attributes, used_parameters
 from pipeline.stages.scene_to_solver import contact_on_model, contact_parameters, resolved_contact
 
 AREA = 2.4e-5  # m^2

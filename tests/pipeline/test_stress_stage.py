@@ -13,7 +13,7 @@ from pipeline_support import shroud, small_scene, statuses, summary_of, without_
 
 from pipeline import read_results
 from pipeline.results.stress import stress_lines, stress_warning
-from pipeline.stages.operating_stress import operating_point, write_vtu
+from pipeline.stress.operating_stress import operating_point, write_vtu
 from rom import von_mises
 
 SWEEP = {"contact.interference": [1e-5, 1e-3]}

@@ -13,8 +13,8 @@ from pipeline_support import RAW_TEXT, shroud, small_scene, write_scene
 from scipy import stats
 
 from pipeline import run_scene
+from pipeline.codec import plain, restored
 from pipeline.figures.style import styled
-from pipeline.stages.codec import plain, restored
 from pipeline.studies.uncertainty.figure import uncertainty_figure
 from pipeline.studies.uncertainty.quantiles import exceedance, mixed_values, quantile, sampled_values
 from pipeline.studies.uncertainty.remarks import headline, remarks_on

@@ -6,15 +6,15 @@ from pathlib import Path
 import pytest
 from pipeline_support import small_scene, write_scene
 
-import pipeline.stages.respond
+import pipeline.stages.curve.respond
 from pipeline.scene.reading import read_scene
 from pipeline.scene.schema import Scene
-from pipeline.stages.respond import longest_first, worker_count
+from pipeline.stages.curve.respond import longest_first, worker_count
 
 
 @pytest.fixture(autouse=True)
 def four_cores(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pipeline.stages.respond, "_cores", lambda: 4)
+    monkeypatch.setattr(pipeline.stages.curve.respond, "_cores", lambda: 4)
 
 
 def scene(folder: Path, harmonics: object) -> Scene:
@@ -46,7 +46,7 @@ def test_what_takes_longest_begins_first(tmp_path: Path) -> None:
 
 
 def test_many_cores_do_not_take_all_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pipeline.stages.respond, "_cores", lambda: 256)
+    monkeypatch.setattr(pipeline.stages.curve.respond, "_cores", lambda: 256)
     assert worker_count(None, [scene(tmp_path, 9)] * 1000) == 16
     assert worker_count(200, [scene(tmp_path, 9)] * 1000) == 200
 

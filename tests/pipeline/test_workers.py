@@ -14,10 +14,10 @@ from faults_support import entries
 from pipeline_support import ground_scene, write_ground_model, write_scene
 from worker_tasks import attempts_in, beside, fail, fail_stubbornly, work
 
-import pipeline.stages.respond
+import pipeline.stages.curve.respond
 from pipeline import run_scene
 from pipeline.process.workers import ATTEMPTS, Call, WorkerDied, call_apart, kept_workers, workers
-from pipeline.stages.solve_curve import solve_curve
+from pipeline.stages.curve.solve_curve import solve_curve
 
 
 def test_only_the_call_of_a_dead_process_is_begun_again(tmp_path: Path) -> None:
@@ -113,7 +113,7 @@ def test_a_run_loses_the_curve_of_a_killed_worker_only(
     rom, out = write_ground_model(tmp_path / "g.h5"), tmp_path / "out"
     monkeypatch.setenv("SHROUD_TEST_FOLDER", str(tmp_path))
     with monkeypatch.context() as deadly:
-        deadly.setattr(pipeline.stages.respond, "_solve", deadly_solve)
+        deadly.setattr(pipeline.stages.curve.respond, "_solve", deadly_solve)
         found = run_scene(scene, out, rom=rom, until="respond", jobs=2, quiet=False)
     assert capsys.readouterr().err.count("begun again in another process") == 3
     assert [curve.parameters["contact.friction"] for curve in found.curves] == frictions

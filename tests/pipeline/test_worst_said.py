@@ -17,9 +17,9 @@ from pipeline.results.overview import overview_lines, statistics
 from pipeline.results.tables import curve_table, opened_warning
 from pipeline.results.worst import height_mark, search_notes, worst_cells, worst_warning
 from pipeline.scene.reading import read_scene
-from pipeline.stages.curve_summary import NO_WORST, CurveSummary
-from pipeline.stages.curve_table import table_of
-from pipeline.stages.respond import CurveResult
+from pipeline.stages.curve.curve_summary import NO_WORST, CurveSummary
+from pipeline.stages.curve.curve_table import table_of
+from pipeline.stages.curve.respond import CurveResult
 
 PEAK = 5.73e-6
 SEARCHED = "searched: main branch and 1 detached branch; stability; harmonics 0 to 3; {}; not searched: mistuning"

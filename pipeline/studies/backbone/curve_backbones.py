@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.scene.labels import member_label
-from pipeline.stages.curve_file import read_curve
-from pipeline.stages.respond import CurveResult
+from pipeline.stages.curve.curve_file import read_curve
+from pipeline.stages.curve.respond import CurveResult
 from pipeline.stages.scene_to_solver import nonlinear_problem
 from pipeline.studies.backbone.result import (
     CurveBackbones,

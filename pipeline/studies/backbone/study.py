@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipeline.results.worst import motion_said
-from pipeline.stages.respond import CurveResult
+from pipeline.stages.curve.respond import CurveResult
 from pipeline.studies.backbone.curve_backbones import curve_backbones
 from pipeline.studies.backbone.result import BackboneResult, CurveBackbones, PredictedResonance, agreement
 from pipeline.studies.study import StudyError

@@ -17,7 +17,7 @@ LEAST_STEP = 1e-9  # relative
 
 def unfit_map_keys(file: SceneFile, given_model: bool = False) -> Iterator[InputError]:
     """Keys of [map] that cannot be mapped, and values that the scene does not allow."""
-    from pipeline.scene.given_in_python import derived_member
+    from pipeline.scene.reading import derived_member
 
     section = file.first.map
     for key, values in () if section is None else section.over.items():

@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pipeline.results.worst import number_error
-from pipeline.stages.curve_file import BRANCHES
-from pipeline.stages.curve_summary import CurveSummary
+from pipeline.stages.curve.curve_file import BRANCHES
+from pipeline.stages.curve.curve_summary import CurveSummary
 
 if TYPE_CHECKING:
-    from pipeline.stages.respond import CurveResult
+    from pipeline.stages.curve.respond import CurveResult
 
 
 FREE, STUCK, SLIPPING, SEPARATING, UNKNOWN = "free", "stuck", "slipping", "separating", "unknown"

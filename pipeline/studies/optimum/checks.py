@@ -31,7 +31,7 @@ LEAST_RANGE = 1e-9  # width of a range relative to its ends
 
 def unfit_optimum_keys(file: SceneFile, given_model: bool = False) -> Iterator[InputError]:
     """Keys of [optimum] that do not fit the rest of a scene, and ranges that are not allowed."""
-    from pipeline.scene.given_in_python import derived_member
+    from pipeline.scene.reading import derived_member
 
     section = file.first.optimum
     if section is None:

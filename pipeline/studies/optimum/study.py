@@ -18,7 +18,7 @@ import numpy as np
 
 from nonlinear import NEARLY_LOWEST, NO_PEAK, JointOptimum, Optimum
 from pipeline.process.progress import seconds_since
-from pipeline.scene.key_values import key_value
+from pipeline.scene.sweep import key_value
 from pipeline.stages.scene_to_solver import face_area, resolved_contact
 from pipeline.studies.optimum.checks import SOLVER_KEYS
 from pipeline.studies.optimum.result import OptimumResult, Trial, message_of, result_lines

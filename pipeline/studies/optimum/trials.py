@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 from nonlinear import ContactError, JointOptimum, Optimum, find_joint_optimum, find_optimum
 from pipeline.errors import InputError
 from pipeline.results.worst import number_error
-from pipeline.scene.key_values import WHOLE_FACE, as_in_scene
-from pipeline.stages.curve_file import read_curve
+from pipeline.scene.sweep import WHOLE_FACE, as_in_scene
+from pipeline.stages.curve.curve_file import read_curve
 from pipeline.stages.scene_to_solver import nonlinear_problem
 from pipeline.studies.optimum.checks import PLACE, SOLVER_KEYS
 from pipeline.studies.optimum.result import Trial
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from nonlinear import ResponseCurve, SolvedResponse
     from pipeline.scene.reading import Member
     from pipeline.scene.schema import Scene
-    from pipeline.stages.curve_summary import CurveSummary
-    from pipeline.stages.respond import CurveResult
+    from pipeline.stages.curve.curve_summary import CurveSummary
+    from pipeline.stages.curve.respond import CurveResult
     from pipeline.studies.study import StudyContext
 
 
@@ -173,7 +173,7 @@ def trial_of(point: Mapping[str, float], curve: CurveResult, objective: str = "d
 def _of_first_harmonic(curve: CurveResult, file: Path) -> SolvedResponse:
     """The worst motion of a curve by its first harmonic."""
     from nonlinear import solved_response
-    from pipeline.stages.curve_file import read_curve
+    from pipeline.stages.curve.curve_file import read_curve
     from pipeline.stages.scene_to_solver import solver_options
 
     options = replace(solver_options(curve.member.scene), objective="harmonic_1")

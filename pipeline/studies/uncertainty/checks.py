@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from pipeline.errors import InputError, input_error, shown
-from pipeline.scene.key_values import key_value
 from pipeline.scene.reading import SceneFile
 from pipeline.scene.schema import Scene
+from pipeline.scene.sweep import key_value
 from pipeline.scene.validation_errors import allowed_values
 from pipeline.studies.uncertainty.section import Marginal, UncertainParameter, bounds_of, marginal_of
 

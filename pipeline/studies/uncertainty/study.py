@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from pipeline.errors import reason_of
 from pipeline.results.worst import number_error
-from pipeline.scene.key_values import as_in_scene, key_value
 from pipeline.scene.schema import Scene
-from pipeline.stages.respond import CurveResult
+from pipeline.scene.sweep import as_in_scene, key_value
+from pipeline.stages.curve.respond import CurveResult
 from pipeline.studies.optimum.checks import SOLVER_KEYS
 from pipeline.studies.optimum.trials import per_unit
 from pipeline.studies.study import StudyError
@@ -206,7 +206,7 @@ class _Computation:
     def _rates(self, curve: CurveResult) -> dict[str, tuple[float, float]] | None:
         """Derivatives of amplitude and frequency of the worst motion of a curve, per unit of each key."""
         from nonlinear import peak_sensitivity
-        from pipeline.stages.curve_file import read_curve
+        from pipeline.stages.curve.curve_file import read_curve
         from pipeline.stages.scene_to_solver import nonlinear_problem
         from rom import one_blas_thread, read_reduced_model
 

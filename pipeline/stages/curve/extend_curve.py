@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pipeline.codec import plain, restored
 from pipeline.process.progress import seconds_since
 from pipeline.scene import schema
-from pipeline.stages.codec import plain, restored
-from pipeline.stages.curve_file import (
+from pipeline.stages.curve.curve_file import (
     CURVE,
     branch_mark,
     read_added,
@@ -20,12 +20,13 @@ from pipeline.stages.curve_file import (
     section_from_attributes,
     write_extended,
 )
-from pipeline.stages.curve_summary import keep_summary
+from pipeline.stages.curve.curve_summary import keep_summary
+from pipeline.stages.curve.solve_curve import Progress
 from pipeline.stages.scene_to_solver import contact_parameters, nonlinear_problem, section_excitation
-from pipeline.stages.solve_curve import Progress
 
 if TYPE_CHECKING:
     from nonlinear import BranchStart, Extension
+
 
 FACTS = "extension.json"
 

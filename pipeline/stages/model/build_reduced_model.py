@@ -10,9 +10,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipeline.stages.model_files import CUTS, FAMILIES, REDUCED_MODEL, is_joined
-from pipeline.stages.scene_loads import scene_loads, with_modal_excitation, with_static_loads
-from pipeline.stages.scene_materials import scene_materials
+from pipeline.stages.model.model_files import CUTS, FAMILIES, REDUCED_MODEL, is_joined
+from pipeline.stages.model.scene_loads import scene_loads, with_modal_excitation, with_static_loads
+from pipeline.stages.model.scene_materials import scene_materials
 from pipeline.stages.scene_to_solver import linear_operation
 
 if TYPE_CHECKING:

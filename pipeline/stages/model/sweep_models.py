@@ -24,25 +24,25 @@ from pipeline.scene.labels import member_label
 from pipeline.scene.reading import Member, parameter_error
 from pipeline.scene.schema import Scene
 from pipeline.scene.size_limits import check_balance, estimated_elements
-from pipeline.stages.build_from_matrices import (
+from pipeline.stages.cache_keys import ModelKeys, model_keys
+from pipeline.stages.code_fingerprint import code_fingerprint
+from pipeline.stages.engine_orders import excited_orders
+from pipeline.stages.model.build_from_matrices import (
     FACTS,
     make_reduced_of_matrices,
     make_superelement,
     read_matrices,
     read_superelement,
 )
-from pipeline.stages.build_full_model import FULL_MODEL, make_full_model
-from pipeline.stages.build_mesh import MESH_FILES, SECTOR, make_mesh
-from pipeline.stages.build_reduced_model import make_reduced_model
-from pipeline.stages.cache_keys import ModelKeys, model_keys
-from pipeline.stages.code_fingerprint import code_fingerprint
-from pipeline.stages.engine_orders import excited_orders
-from pipeline.stages.modal_truncation import larger, stored_coriolis_error, stored_truncation_error
-from pipeline.stages.model_chain import WITH_BASIS, BuiltModel, ModelChain
-from pipeline.stages.model_files import REDUCED_MODEL
-from pipeline.stages.natural_frequencies import campbell_entries, crossing_entries, stored_frequencies
+from pipeline.stages.model.build_full_model import FULL_MODEL, make_full_model
+from pipeline.stages.model.build_mesh import MESH_FILES, SECTOR, make_mesh
+from pipeline.stages.model.build_reduced_model import make_reduced_model
+from pipeline.stages.model.modal_truncation import larger, stored_coriolis_error, stored_truncation_error
+from pipeline.stages.model.model_chain import WITH_BASIS, BuiltModel, ModelChain
+from pipeline.stages.model.model_files import REDUCED_MODEL
+from pipeline.stages.model.natural_frequencies import campbell_entries, crossing_entries, stored_frequencies
+from pipeline.stages.model.scene_materials import FINDINGS, materials_of_file, own_findings
 from pipeline.stages.request import Run, RunOutcome
-from pipeline.stages.scene_materials import FINDINGS, materials_of_file, own_findings
 from pipeline.stages.stage import Stage
 from pipeline.store.content_store import Entry
 from pipeline.store.disk_errors import StorageError

@@ -13,12 +13,12 @@ from pipeline.errors import StageError
 from pipeline.process.progress import Reporter
 from pipeline.process.workers import call_apart
 from pipeline.scene.schema import Scene
-from pipeline.stages.build_full_model import FULL_MODEL, make_full_model
-from pipeline.stages.build_mesh import MESH_FILES, SECTOR, check_on_mesh, make_mesh
-from pipeline.stages.build_reduced_model import FACTS, make_reduced_model
 from pipeline.stages.cache_keys import ModelKeys
-from pipeline.stages.model_files import REDUCED_MODEL
-from pipeline.stages.scene_materials import own_findings
+from pipeline.stages.model.build_full_model import FULL_MODEL, make_full_model
+from pipeline.stages.model.build_mesh import MESH_FILES, SECTOR, check_on_mesh, make_mesh
+from pipeline.stages.model.build_reduced_model import FACTS, make_reduced_model
+from pipeline.stages.model.model_files import REDUCED_MODEL
+from pipeline.stages.model.scene_materials import own_findings
 from pipeline.stages.stage import StageLog
 from pipeline.store.content_store import Entry, Store
 from pipeline.store.disk_errors import StorageError
@@ -26,6 +26,7 @@ from rom import require_memory
 
 if TYPE_CHECKING:
     from rom import FullModel
+
 
 ROOM = 450  # megabytes that a small model takes with the libraries behind it
 LARGE = 60_000_000  # bytes of a full model, some 60 000 dofs

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pipeline.stages.build_reduced_model import AUGMENTED_MODEL
 from pipeline.stages.cache_keys import linear_operation_inputs
 from pipeline.stages.code_fingerprint import code_fingerprint
+from pipeline.stages.model.build_reduced_model import AUGMENTED_MODEL
 from pipeline.stages.scene_to_solver import linear_operation_on_model
 from pipeline.store.fingerprints import fingerprint
 
 if TYPE_CHECKING:
     from pipeline.scene.schema import Scene
-    from pipeline.stages.model_chain import BuiltModel
+    from pipeline.stages.model.model_chain import BuiltModel
     from pipeline.store.content_store import Store
     from rom import LinearOperation, ReducedModel
 

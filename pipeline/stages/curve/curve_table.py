@@ -14,15 +14,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.stages.codec import attributes_of, from_attributes
-from pipeline.stages.curve_summary import CurveSummary
+from pipeline.codec import attributes_of, from_attributes
+from pipeline.stages.curve.curve_summary import CurveSummary
 from pipeline.store.fingerprints import content_fingerprint
 from pipeline.store.output_folder import relative_path
 
 if TYPE_CHECKING:
     import h5py
 
-    from pipeline.stages.respond import CurveResult
+    from pipeline.stages.curve.respond import CurveResult
+
 
 TABLE = "table"  # group in response.h5
 _PARAMETERS = "parameters"

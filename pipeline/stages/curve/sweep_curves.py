@@ -15,10 +15,9 @@ from pipeline.executor.task import Task, TaskFailed, TaskResult
 from pipeline.process.progress import Counter
 from pipeline.process.workers import WorkerDied
 from pipeline.stages.cache_keys import curve_key
-from pipeline.stages.carry_branches import EXTENDED, BranchCarrier, Extension, extension_line, extension_task
-from pipeline.stages.curve_file import CURVE
-from pipeline.stages.request import Run, RunOutcome
-from pipeline.stages.respond import (
+from pipeline.stages.curve.carry_branches import EXTENDED, BranchCarrier, Extension, extension_line, extension_task
+from pipeline.stages.curve.curve_file import CURVE
+from pipeline.stages.curve.respond import (
     KIND,
     CurveJob,
     CurveResult,
@@ -27,8 +26,9 @@ from pipeline.stages.respond import (
     result_from_file,
     stored_curve,
 )
+from pipeline.stages.model.sweep_models import Models, models_from_file, models_of_blade, models_of_matrices
+from pipeline.stages.request import Run, RunOutcome
 from pipeline.stages.stage import Stage
-from pipeline.stages.sweep_models import Models, models_from_file, models_of_blade, models_of_matrices
 from pipeline.stages.worker_start import prepare_workers
 from pipeline.store.content_store import Entry
 

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.codec import restored
 from pipeline.scene.loads_section import ExcitationHarmonic
-from pipeline.stages.codec import restored
-from pipeline.stages.curve_summary import (
+from pipeline.stages.curve.curve_summary import (
     RESIDUAL_BOUNDS,
     CurveSummary,
     bound_of,
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from nonlinear import ResidualBounds, ResponseCurve
     from pipeline.scene.fields import Section
     from pipeline.scene.schema import Contact, Scene
+
 
 Array = NDArray[Any]
 S = TypeVar("S", bound="Section")

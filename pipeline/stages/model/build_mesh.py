@@ -17,7 +17,7 @@ from pipeline.scene.geometry_parameters import disk_parameters, geometry_paramet
 from pipeline.scene.input_files import Contents, copies, file_size
 from pipeline.scene.reading import parameter_error
 from pipeline.scene.size_limits import LARGEST_MODEL, LARGEST_STRAIN, MARGIN, allowed_speed, centrifugal_strain
-from pipeline.stages.scene_materials import FINDINGS, check_materials, elements_by_kind, extent, own_findings
+from pipeline.stages.model.scene_materials import FINDINGS, check_materials, elements_by_kind, extent, own_findings
 
 if TYPE_CHECKING:
     from geometry import ImportedMesh, OwnSector, SectorChoice, SectorMesh

@@ -5,11 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipeline.stages.scene_materials import scene_materials
+from pipeline.stages.model.scene_materials import scene_materials
 
 if TYPE_CHECKING:
     from pipeline.scene.schema import Scene
     from rom import FullModel
+
 
 FULL_MODEL = "full.h5"
 

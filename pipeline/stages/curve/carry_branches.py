@@ -23,10 +23,10 @@ from pipeline.scene.labels import member_label, value_label
 from pipeline.scene.reading import Member
 from pipeline.scene.schema import Scene
 from pipeline.stages.cache_keys import carried_key, extension_key
-from pipeline.stages.curve_file import CURVE, branch_groups, branch_mark
-from pipeline.stages.extend_curve import ExtensionFacts, LostBranch, Source, extend_curve
-from pipeline.stages.respond import KIND as SOLVED
-from pipeline.stages.respond import CurveJob, CurveResult, result_from_file
+from pipeline.stages.curve.curve_file import CURVE, branch_groups, branch_mark
+from pipeline.stages.curve.extend_curve import ExtensionFacts, LostBranch, Source, extend_curve
+from pipeline.stages.curve.respond import KIND as SOLVED
+from pipeline.stages.curve.respond import CurveJob, CurveResult, result_from_file
 from pipeline.store.content_store import Entry, Store
 
 # Numbers from one value of which no continuous way leads to another one.

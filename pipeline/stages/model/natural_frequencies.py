@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Any
 
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.engine_orders import COUNT, FEWEST, by_speed, excited_orders
-from pipeline.stages.model_files import read_families
+from pipeline.stages.model.model_files import read_families
 from pipeline.stages.scene_to_solver import contact_on_model
 from pipeline.store.fingerprints import fingerprint
 
 if TYPE_CHECKING:
     from pipeline.scene.reading import Member
     from pipeline.scene.schema import Scene
-    from pipeline.stages.model_chain import BuiltModel
+    from pipeline.stages.model.model_chain import BuiltModel
     from pipeline.store.content_store import Store
     from rom import ResonanceCrossing
 

@@ -13,14 +13,15 @@ from pipeline.errors import InputError, reason_of
 from pipeline.process.isolated_reading import MEMORY, MEMORY_PER_BYTE, read_apart
 from pipeline.scene.input_files import copies, file_size
 from pipeline.scene.reading import parameter_error
-from pipeline.stages.model_files import REDUCED_MODEL
-from pipeline.stages.scene_loads import scene_loads, with_modal_excitation
+from pipeline.stages.model.model_files import REDUCED_MODEL
+from pipeline.stages.model.scene_loads import scene_loads, with_modal_excitation
 from pipeline.stages.scene_to_solver import linear_operation
 
 if TYPE_CHECKING:
     from pipeline.scene.reading import SceneFile
     from pipeline.scene.schema import Scene
     from rom import BoundaryChoice, MatrixChoice, MatrixModel, ReducedModel
+
 
 T = TypeVar("T")
 AUGMENTED_MODEL = "augmented.h5"

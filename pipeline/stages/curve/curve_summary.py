@@ -8,12 +8,13 @@ from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipeline.stages.codec import attributes_of, from_attributes, of_prefix, plain, prefixed_values
+from pipeline.codec import attributes_of, from_attributes, of_prefix, plain, prefixed_values
 
 if TYPE_CHECKING:
     import h5py
 
     from nonlinear import Peak, ResidualBounds, ResponseCurve, StaticContact, WorstMotion
+
 
 # Names of the bounds over residual tractions, of each its numbers: the field residual_BOUND_NAME, and its attribute.
 _OF_DISPLACEMENT = {"m": "amplitude_m", "hz": "frequency_hz", "vibration_m": "vibration_m", "static_m": "static_m"}

@@ -19,13 +19,13 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.scene.material_section import Fatigue, Stress
 from pipeline.scene.schema import Contact, Excitation, Load, Response
-from pipeline.scene.stress_section import Fatigue, Stress
-from pipeline.stages.build_reduced_model import at_speed, boundary_choice
-from pipeline.stages.curve_file import BRANCHES, section_from_attributes
-from pipeline.stages.model_files import is_joined
-from pipeline.stages.scene_loads import temperature_rise
-from pipeline.stages.scene_materials import scene_materials
+from pipeline.stages.curve.curve_file import BRANCHES, section_from_attributes
+from pipeline.stages.model.build_reduced_model import at_speed, boundary_choice
+from pipeline.stages.model.model_files import is_joined
+from pipeline.stages.model.scene_loads import temperature_rise
+from pipeline.stages.model.scene_materials import scene_materials
 from pipeline.stages.scene_to_solver import damped_modes, section_excitation
 
 if TYPE_CHECKING:

@@ -16,9 +16,9 @@ from pipeline.executor.task import Progress, Task
 from pipeline.scene.labels import member_label
 from pipeline.scene.reading import Member
 from pipeline.scene.schema import Scene
-from pipeline.stages.curve_file import CURVE
-from pipeline.stages.curve_summary import CurveSummary, kept_summary
-from pipeline.stages.solve_curve import solve_curve
+from pipeline.stages.curve.curve_file import CURVE
+from pipeline.stages.curve.curve_summary import CurveSummary, kept_summary
+from pipeline.stages.curve.solve_curve import solve_curve
 from pipeline.store.content_store import Store
 
 _WORTH = 1.0  # seconds of work above which processes pay, which start while the reduced model is built

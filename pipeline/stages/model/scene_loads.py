@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.scene.loads_section import Output, unit_vector
-from pipeline.scene.nodal_table import NodalTable, force_table, temperature_table
+from pipeline.scene.loads_section import NodalTable, Output, force_table, temperature_table, unit_vector
 
 if TYPE_CHECKING:
     from geometry import ElementSides, SectorMesh
     from pipeline.scene.schema import Scene
     from rom import FullModel, LoadVectors, Material, ReducedModel
+
 
 FARTHEST = 0.01  # distance of a point of a file from the nearest node, of the size of the mesh
 Materials = Any

@@ -6,12 +6,13 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipeline.stages.curve_file import CURVE, used_parameters, write_curve
-from pipeline.stages.curve_summary import keep_summary
+from pipeline.stages.curve.curve_file import CURVE, used_parameters, write_curve
+from pipeline.stages.curve.curve_summary import keep_summary
 from pipeline.stages.scene_to_solver import face_area, nonlinear_problem, resolved_contact
 
 if TYPE_CHECKING:
     from pipeline.scene.schema import Scene
+
 
 Progress = Callable[[float, int], None]
 

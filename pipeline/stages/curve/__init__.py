@@ -1,0 +1,1 @@
+"""Response curves: solved, carried to neighbours, stored, and summarised."""

@@ -1,0 +1,1 @@
+"""Models: mesh, full model, reduced model, its frequencies and its truncation error."""
