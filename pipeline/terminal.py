@@ -65,10 +65,10 @@ def print_outcome(request: Request, outcome: RunOutcome, quiet: bool, as_json: b
 def print_verification(found: Verification, quiet: bool, as_json: bool) -> None:
     """Errors of the reduced models of a scene, as JSON or as a table, and advice."""
     from pipeline.results.outputs import as_json as json_text
-    from pipeline.verify.stage import plain
+    from pipeline.verify.stage import printed
 
     if as_json:
-        print(json_text(plain(found)))
+        print(json_text(printed(found)))
     if as_json or quiet:
         return
     from pipeline.verify.table import equilibrium_lines, error_table, heading, overview

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pipeline.codec import plain
 from pipeline.errors import input_error, reason_of
-from pipeline.results.outputs import number_or_null
 from pipeline.results.worst import with_unit
 from pipeline.stages.curve.curve_file import read_curve
 from pipeline.stages.curve.respond import CurveResult
@@ -173,36 +173,39 @@ def matching_solution(check: Check) -> int | None:
     return best if best is not None and away[best] <= SAME_AMPLITUDE else None
 
 
-def plain(check: Check) -> dict[str, Any]:
+def printed(check: Check) -> dict[str, Any]:
     """The answer as values for JSON."""
     motion = check.motion
-    return {
-        "curve": check.point.curve,
-        "frequency_hz": check.point.frequency_hz,
-        "solutions": [
-            {
-                "branch": each.branch,
-                "amplitude_m": each.amplitude_m,
-                "stable": each.solution.growth_rate <= 0.0,
-                "growth_rate": number_or_null(each.solution.growth_rate),
-                "nodal_diameter": each.solution.nodal_diameter,
-            }
-            for each in check.solutions
-        ],
-        "solution": check.point.solution,
-        "stays": motion.stays,
-        "amplitude_m": motion.amplitude_m,
-        "lowest_m": motion.lowest_m,
-        "periodic": motion.periodic,
-        "repeats_after": motion.repeats_after,
-        "settled": motion.settled,
-        "reaches_solution": matching_solution(check),
-        "growth_rate": number_or_null(motion.growth_rate),
-        "predicted_growth_rate": number_or_null(check.predicted_rate),
-        "nodal_diameter": motion.nodal_diameter,
-        "ring_blades": motion.n_blades,
-        "periods": motion.periods,
-    }
+    values: dict[str, Any] = plain(
+        {
+            "curve": check.point.curve,
+            "frequency_hz": check.point.frequency_hz,
+            "solutions": [
+                {
+                    "branch": each.branch,
+                    "amplitude_m": each.amplitude_m,
+                    "stable": each.solution.growth_rate <= 0.0,
+                    "growth_rate": each.solution.growth_rate,
+                    "nodal_diameter": each.solution.nodal_diameter,
+                }
+                for each in check.solutions
+            ],
+            "solution": check.point.solution,
+            "stays": motion.stays,
+            "amplitude_m": motion.amplitude_m,
+            "lowest_m": motion.lowest_m,
+            "periodic": motion.periodic,
+            "repeats_after": motion.repeats_after,
+            "settled": motion.settled,
+            "reaches_solution": matching_solution(check),
+            "growth_rate": motion.growth_rate,
+            "predicted_growth_rate": check.predicted_rate,
+            "nodal_diameter": motion.nodal_diameter,
+            "ring_blades": motion.n_blades,
+            "periods": motion.periods,
+        }
+    )
+    return values
 
 
 def _described(found: FoundSolution) -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pipeline.check.check_point import Check, CheckedPoint, answer_lines, check_point, plain, refuse, verdict
+from pipeline.check.check_point import Check, CheckedPoint, answer_lines, check_point, printed, refuse, verdict
 from pipeline.figures.style import ordered_colours, save, scale, styled, subplots, write_heading
 from pipeline.process.progress import Reporter
 from pipeline.results.outputs import as_json
@@ -70,7 +70,7 @@ def run_check(request: Request, point: CheckedPoint, reporter: Reporter) -> Chec
         with reporter.working("integrating the ring in time"):
             check = check_point(point, curve, member_label(curve.member) if curve.member.parameters else "")
         files = _written(run, check)
-    values = plain(check) | {"files": [path.relative_to(request.out).as_posix() for path in files]}
+    values = printed(check) | {"files": [path.relative_to(request.out).as_posix() for path in files]}
     return CheckOutcome([*answer_lines(check), f"{files[0]}"], values, outcome.problems)
 
 
@@ -90,5 +90,5 @@ def _written(run: Run, check: Check) -> list[Path]:
                 name,
                 ("png", "svg"),
             )
-        paths[2].write_text(as_json(plain(check)) + "\n", encoding="utf-8")
+        paths[2].write_text(as_json(printed(check)) + "\n", encoding="utf-8")
     return targets

@@ -251,8 +251,3 @@ def as_json(summary: Any) -> str:
 
 def _write_summary(path: Path, summary: dict[str, Any]) -> None:
     path.write_text(as_json(summary) + "\n", encoding="utf-8")
-
-
-def number_or_null(value: float) -> float | None:
-    """The value, or None in place of NaN and infinity, which JSON does not have."""
-    return value if math.isfinite(value) else None

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from pipeline.codec import plain
+
 SOURCE = "measured on scenes/dummy.toml by make bench"
 SIZE = "mesh.size"
 _DIGITS = 3  # of an element size: what a user would type
@@ -93,10 +95,7 @@ class Accuracy:
             "preset": self.name,
             "values": dict(self.values),
             "not_by_preset": list(self.others),
-            "expected_error": {
-                "peak_amplitude": self.expected.peak_amplitude,
-                "peak_frequency": self.expected.peak_frequency,
-            },
+            "expected_error": plain(self.expected),
             "source": SOURCE,
         }
 

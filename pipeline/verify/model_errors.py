@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
+
+from pipeline.codec import plain
 
 # Order of the error of the frequencies in the element size where three meshes tell none. Quadratic elements have
 # fourth order on smooth solutions; the singularities at re-entrant corners reduce it to little more than one.
@@ -165,36 +167,14 @@ class ModelErrors:
         """Largest estimated mesh error of a natural frequency in the range, relative; NaN: not known."""
         return _largest((joint.mesh_error(self.factors(joint)), joint.within) for joint in self.joints)
 
-    def plain(self) -> dict[str, Any]:
-        """The errors as lists and numbers, for JSON."""
-        values = asdict(self)
+    def printed(self) -> dict[str, Any]:
+        """The errors as values for JSON, with those of each joint that follow from its frequencies."""
+        values: dict[str, Any] = plain(self)
         for joint, table in zip(self.joints, values["joints"], strict=True):
-            table["modes_error"] = list(joint.modes_error)
-            table["contact_error"] = list(joint.contact_error)
-            table["mesh_error"] = list(joint.mesh_error(self.factors(joint)))
+            table["modes_error"] = plain(joint.modes_error)
+            table["contact_error"] = plain(joint.contact_error)
+            table["mesh_error"] = plain(joint.mesh_error(self.factors(joint)))
         return values
-
-    @classmethod
-    def of_plain(cls, values: dict[str, Any]) -> ModelErrors:
-        """The inverse of `plain`."""
-        joints = tuple(_joint(table) for table in values["joints"])
-        other, third = values["other"], values["third"]
-        read = {
-            "joints": joints,
-            "orders": tuple(values["orders"]),
-            "third": None if third is None else OtherMesh(**third),
-            "contact_grid": tuple(values["contact_grid"]),
-            "other": None if other is None else OtherMesh(**other),
-        }
-        return cls(**(values | read))
-
-
-def _joint(table: dict[str, Any]) -> JointErrors:
-    names = JointErrors.__dataclass_fields__
-    values: dict[str, Any] = {
-        name: tuple(value) if isinstance(value, list) else value for name, value in table.items() if name in names
-    }
-    return JointErrors(**values)
 
 
 def _largest(errors: Iterable[tuple[tuple[float, ...], tuple[bool, ...]]]) -> float:

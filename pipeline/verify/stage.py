@@ -6,10 +6,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from pipeline.codec import plain, restored
 from pipeline.errors import StageError, input_error
 from pipeline.process.progress import Reporter
 from pipeline.scene.consistency import check_scene
@@ -84,23 +85,23 @@ class Verifier:
         modes = case.model.facts["modes"]
 
         def compute() -> dict[str, Any]:
-            return model_errors(case.scene, self._reference(case), case.model.rom, modes).plain()
+            return plain(model_errors(case.scene, self._reference(case), case.model.rom, modes))
 
-        return ModelErrors.of_plain(self._cached(self._key(case), f"measuring {place}{case.label}", compute))
+        return restored(ModelErrors, self._cached(self._key(case), f"measuring {place}{case.label}", compute))
 
     def with_orders(self, case: Case, errors: ModelErrors) -> ModelErrors:
         """The errors with orders of convergence from a third mesh. Raises StageError."""
 
         def compute() -> dict[str, Any]:
-            return with_orders(case.scene, self._files(case.scene), errors).plain()
+            return plain(with_orders(case.scene, self._files(case.scene), errors))
 
         key = fingerprint({"orders": self._key(case)})
-        return ModelErrors.of_plain(self._cached(key, f"third mesh of {case.label}", compute))
+        return restored(ModelErrors, self._cached(key, f"third mesh of {case.label}", compute))
 
     def cached_errors(self, case: Case) -> ModelErrors | None:
         """Errors of a case where the store has them."""
         entry = self.run.store.find(KIND, self._key(case))
-        return None if entry is None else ModelErrors.of_plain(json.loads(entry.file(FILE).read_text()))
+        return None if entry is None else restored(ModelErrors, json.loads(entry.file(FILE).read_text()))
 
     def _key(self, case: Case) -> str:
         content = {
@@ -142,7 +143,7 @@ class Verifier:
         content = {"mesh": self._key(case), "tolerance": tolerance, "grid": grid, "orders": errors.orders}
 
         def compute() -> dict[str, Any]:
-            return asdict(advised_mesh(case.scene, errors, tolerance, grid))
+            return plain(advised_mesh(case.scene, errors, tolerance, grid))
 
         return AdvisedMesh(**self._cached(fingerprint(content), "building the mesh advised", compute))
 
@@ -324,13 +325,13 @@ def _remedies(verifier: Verifier, group: Sequence[VerifiedCase], tolerance: floa
     return Remedies(contacts, mesh, modes, no_mesh)
 
 
-def plain(verification: Verification) -> dict[str, Any]:
+def printed(verification: Verification) -> dict[str, Any]:
     """The values that `--json` prints; null: not known."""
     cases = [
         {
             "label": case.label,
             "engine_order": case.scene.excitation.engine_order,
-            **errors.plain(),
+            **errors.printed(),
             "modes_frequency_error": errors.modes_frequency,
             "receptance_error": errors.receptance,
             "contact_frequency_error": errors.contact_frequency,
@@ -338,15 +339,5 @@ def plain(verification: Verification) -> dict[str, Any]:
         }
         for case, errors in verification.measured
     ]
-    given = [vars(each) for each in verification.advice]
-    values: dict[str, Any] = _without_nan({"cases": cases, "advice": given, "problems": verification.problems})
+    values: dict[str, Any] = plain({"cases": cases, "advice": verification.advice, "problems": verification.problems})
     return values
-
-
-def _without_nan(value: Any) -> Any:
-    """JSON has neither NaN nor infinity."""
-    if isinstance(value, float):
-        return value if abs(value) < float("inf") else None
-    if isinstance(value, dict):
-        return {key: _without_nan(inner) for key, inner in value.items()}
-    return [_without_nan(inner) for inner in value] if isinstance(value, list | tuple) else value

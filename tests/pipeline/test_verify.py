@@ -17,6 +17,7 @@ import pipeline.verify.advice
 import pipeline.verify.compare
 import pipeline.verify.stage
 from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
+from pipeline.codec import plain, restored
 from pipeline.verify.advice import finer_size, mesh_dofs
 from pipeline.verify.model_errors import ORDER, JointErrors, ModelErrors, OtherMesh, fitted_order
 from rom import Material, assemble, load_full_model, load_sector
@@ -418,4 +419,4 @@ def test_errors_and_size_follow_the_order_of_each_mode() -> None:
     reached = finer_size(fitted, 0.001)
     assert coefficient * reached**order == pytest.approx(0.001 * 0.8, rel=0.1)
     assert finer_size(assumed, 0.001) < 0.4 * reached
-    assert ModelErrors.of_plain(json.loads(json.dumps(fitted.plain()))) == fitted
+    assert restored(ModelErrors, json.loads(json.dumps(plain(fitted)))) == fitted
