@@ -12,16 +12,14 @@ from typing import TYPE_CHECKING, Any
 from pipeline.errors import input_error, shown
 from pipeline.output_paths import output_path
 from pipeline.scene.reading import SceneFile
+from pipeline.scene.schema import Scene
 
 if TYPE_CHECKING:
     from pipeline.process.progress import Reporter
     from pipeline.results.results import Results
     from pipeline.stages.request import Request
 
-KEYWORDS = (
-    "name title accuracy blade shroud disk material materials mesh model rom load contact excitation response output "
-    "stress fatigue optimum backbone map uncertainty mistuning render figures sweep"
-)
+KEYWORDS = (*Scene.model_fields, "sweep")
 
 
 def run_scene(
@@ -114,8 +112,10 @@ def _check_arguments(until: str | None, tables: Mapping[str, Any]) -> None:
 
     if until is not None and until not in tuple(Stage):
         raise input_error("until", "", shown(until), ", ".join(Stage))
-    if unknown := [name for name in tables if name not in KEYWORDS.split()]:
-        raise TypeError(f"run_scene() got an unexpected keyword argument '{unknown[0]}'; tables: {KEYWORDS}")
+    if unknown := [name for name in tables if name not in KEYWORDS]:
+        raise TypeError(
+            f"run_scene() got an unexpected keyword argument '{unknown[0]}'; tables: {' '.join(KEYWORDS)}"
+        )
 
 
 def _reporter(quiet: bool | None) -> Reporter:

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Literal, Protocol
+from typing import Literal, Protocol, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -86,8 +86,8 @@ class ContactParameters:
                 raise ContactError(f"{name}: {values.tolist()}, allowed: finite numbers")
             if name != "interference" and np.any(values < 0.0):
                 raise ContactError(f"{name}: {float(values.min())!r}, allowed: 0 or more")
-        if self.law not in ("two_sliders", "cone"):
-            raise ContactError(f'law: {self.law!r}, allowed: "two_sliders" or "cone"')
+        if self.law not in (laws := get_args(Law)):
+            raise ContactError(f"law: {self.law!r}, allowed: " + " or ".join(f'"{law}"' for law in laws))
         origin = np.asarray(self.slider_origin, dtype=float)
         if origin.shape == (0, 2):
             object.__setattr__(self, "slider_origin", np.zeros((*length, 2)))

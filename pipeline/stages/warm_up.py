@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, get_args
 
 import numpy as np
 
 from pipeline.errors import reason_of
 from pipeline.process.workers import Call, WorkerDied, workers
+from pipeline.scene.schema import Contact
 
 if TYPE_CHECKING:
     from nonlinear import ContactParameters
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from rom import ReducedModel, RingModes
 
 
-LAWS = ("two_sliders", "cone")
+LAWS: tuple[str, ...] = get_args(Contact.model_fields["law"].annotation)
 INTEGRATIONS = ("exact", "sampled")
 _SAMPLES = 32  # a period
 

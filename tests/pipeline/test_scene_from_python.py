@@ -12,7 +12,6 @@ from pipeline_support import ground_scene, small_scene, write_ground_model, writ
 import shroud
 from pipeline import python_interface
 from pipeline.scene.reading import SceneFile, given_scene, read_scene, toml_text
-from pipeline.scene.schema import Scene
 
 SHIPPED = sorted(Path(__file__).parents[2].glob("scenes/*.toml"))
 SWEEP = {"contact.interference": [0.0, 1e-5], "contact.friction": [0.1, 0.2]}
@@ -109,7 +108,3 @@ def test_progress_is_shown_where_somebody_looks(monkeypatch: pytest.MonkeyPatch,
     assert python_interface._reporter(True).quiet
     assert not python_interface._reporter(False).quiet
     assert (reporter.stream is python_interface.sys.stdout) == bool(shell)
-
-
-def test_every_section_of_a_scene_is_a_keyword() -> None:
-    assert set(python_interface.KEYWORDS.split()) == {*Scene.model_fields, "sweep"}
