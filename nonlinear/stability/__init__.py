@@ -4,7 +4,6 @@ All formulas stand on one page, docs/developers/stability_algebra.md, in the not
 
     floquet               Floquet exponents in one strip, and what crosses the imaginary axis
     ring_stability        the least stable exponent over all nodal diameters of the ring
-    linear_poles          poles of the ring while no contact changes its state
 
     eigenproblem          T(sigma) z = 0 in any basis: the strip, inverse iteration, successive linear problems
 
@@ -20,8 +19,7 @@ All formulas stand on one page, docs/developers/stability_algebra.md, in the not
     modal_contact         the contact in these coordinates, for all phase shifts at once and for one
     reduced_refinement    one exponent in few modes, corrected for the others
 
-    shared_motions        few contact motions that all waves share, and their mean flexibility
-    perturbation_pencils  the eigenvalue problems in these motions, many at once
+    perturbation_pencils  few contact motions that all waves share, and the eigenvalue problems in these, many at once
     ring_structure        the structure in these motions, with a disk and without
     closed_refinement     one exponent with all modes, nothing linearised
 

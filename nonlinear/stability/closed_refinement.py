@@ -21,9 +21,8 @@ from nonlinear.stability.contact_feedback import SliderMemoryFeedback
 from nonlinear.stability.eigenproblem import Near, Refined, converged
 from nonlinear.stability.hill import HillEigenproblem, HillProblem, touching_nodes
 from nonlinear.stability.modal_condensation import Matrix
-from nonlinear.stability.perturbation_pencils import PerturbationPencils
+from nonlinear.stability.perturbation_pencils import ClosingMotions, PerturbationPencils, SharedMotions, series
 from nonlinear.stability.point_contact import PointContact, in_harmonics
-from nonlinear.stability.shared_motions import ClosingMotions, SharedMotions, series
 from rom import WaveModes
 
 

@@ -18,10 +18,15 @@ from nonlinear.contact.parameters import Array, ContactParameters
 from nonlinear.stability.hill import HillProblem
 from nonlinear.stability.modal_condensation import ContactFreeModel, Matrix, poles_and_residues
 from nonlinear.stability.point_contact import in_harmonics
-from nonlinear.stability.shared_motions import contact_weights
-from rom import ModalModel, WaveModes, relative_contact_motion
+from rom import ModalModel, WaveModes, contact_springs, relative_contact_motion
 
 LEAST = 4  # residual modes
+
+
+def contact_weights(contact: ContactParameters) -> Array:
+    """Square roots of the contact stiffnesses, (3 n_c,)."""
+    springs = contact_springs(contact.n_contacts, contact.normal_stiffness, contact.tangential_stiffness)
+    return np.asarray(np.sqrt(springs.ravel()))
 
 
 def reduced_modes(

@@ -22,9 +22,15 @@ from nonlinear.contact.parameters import Array, ContactParameters
 from nonlinear.stability.closed_refinement import ClosedContact, ClosedRefinement, PerturbationStructure
 from nonlinear.stability.hill import HillProblem
 from nonlinear.stability.modal_condensation import poles_and_residues
-from nonlinear.stability.perturbation_pencils import PerturbationPencils
+from nonlinear.stability.perturbation_pencils import (
+    TERMS,
+    PerturbationPencils,
+    SharedMotions,
+    WeightedModes,
+    unweighted,
+)
 from nonlinear.stability.point_contact import PointContact
-from nonlinear.stability.shared_motions import TERMS, SharedMotions, WeightedModes, contact_weights, unweighted
+from nonlinear.stability.reduced_problem import contact_weights
 from rom import ModalModel, SectorModes, WaveModes, relative_contact_motion
 
 NEGLIGIBLE_WAVE_MOTION = 0.1  # singular value of phi_m / omega_m times the square root of the contact stiffness

@@ -7,16 +7,15 @@ import pytest
 from lumped import lumped_blade
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance
-from nonlinear.stability import shared_motions
+from nonlinear.stability import perturbation_pencils
 from nonlinear.stability.closed_refinement import ClosedContact
 from nonlinear.stability.eigenproblem import converged
 from nonlinear.stability.floquet import FloquetAnalysis
-from nonlinear.stability.perturbation_pencils import LARGE, nearest_eigenvalues
+from nonlinear.stability.perturbation_pencils import LARGE, nearest_eigenvalues, series
 from nonlinear.stability.point_contact import PointContact, in_harmonics
 from nonlinear.stability.ring_scan import FaceScan
 from nonlinear.stability.ring_stability import LinearisedContact, RingStability
 from nonlinear.stability.ring_structure import NEGLIGIBLE_ACROSS, FaceFlexibility, RingStructure
-from nonlinear.stability.shared_motions import series
 from nonlinear.stability.slider_memory import MemorySampler
 from rom import modal_model, relative_contact_motion
 
@@ -165,7 +164,7 @@ def test_open_contacts_leave_the_poles_of_the_blade():
 @pytest.mark.parametrize("sigma", [0.0, 0.02 + 0.3j])
 def test_the_contact_closed_in_few_motions(law, sigma, monkeypatch):
     """With dense matrices and the mean flexibility of these motions; exponents refined with it are exact."""
-    monkeypatch.setattr(shared_motions, "NEGLIGIBLE_MEAN", 0.6)
+    monkeypatch.setattr(perturbation_pencils, "NEGLIGIBLE_MEAN", 0.6)
     structure, point, _ = case(law, 6.0)
     motions = structure.motions(OMEGA)
     closed = ClosedContact.of(structure.problem, motions, point)

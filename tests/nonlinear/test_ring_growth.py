@@ -10,9 +10,8 @@ from ring_map import RingMap
 from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance, forced_response
 from nonlinear.branches import growth_along_branch
 from nonlinear.contact.fourier import to_real
-from nonlinear.continuation.point_stability import PointStability
+from nonlinear.continuation.point_stability import PointStability, least_damped_of_ring, least_damped_pole
 from nonlinear.stability.floquet import FloquetAnalysis
-from nonlinear.stability.linear_poles import least_damped_of_ring, least_damped_pole
 from nonlinear.stability.ring_stability import LinearisedContact, RingStability
 from rom import modal_model
 

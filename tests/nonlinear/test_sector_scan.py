@@ -9,10 +9,10 @@ from nonlinear.contact.fourier import to_real
 from nonlinear.stability import ring_scan
 from nonlinear.stability.eigenproblem import Refined, converged
 from nonlinear.stability.floquet import NEUTRAL, FloquetAnalysis
+from nonlinear.stability.perturbation_pencils import series
 from nonlinear.stability.ring_scan import AxisInterpolation, SectorScan
 from nonlinear.stability.ring_stability import MAX_REFINED, SAME_RATE, LinearisedContact, RingStability
 from nonlinear.stability.ring_structure import NEGLIGIBLE_DEVIATION, RingStructure, WaveFlexibility
-from nonlinear.stability.shared_motions import series
 from rom import modal_model, relative_contact_motion
 
 
