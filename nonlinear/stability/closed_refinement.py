@@ -12,12 +12,12 @@ A. Neumaier, Residual inverse iteration for the nonlinear eigenvalue problem, SI
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
 from nonlinear.contact.fourier import ComplexArray
-from nonlinear.stability.contact_feedback import SliderMemoryFeedback
+from nonlinear.stability.contact_feedback import Factors, SliderMemoryFeedback
 from nonlinear.stability.eigenproblem import Near, Refined, converged
 from nonlinear.stability.hill import HillEigenproblem, HillProblem, touching_nodes
 from nonlinear.stability.modal_condensation import Matrix
@@ -256,9 +256,7 @@ class SmallProblem:
 
     def solved(self, right: ComplexArray) -> ComplexArray:
         """N^-1 times columns (S p, ...)."""
-        from scipy.linalg.lapack import zgetrs
-
-        return np.asarray(zgetrs(*self._factors, right, trans=1)[0])
+        return self._factors.solved(right)
 
     def change(self, vectors: ComplexArray) -> ComplexArray:
         """-dN / dsigma times columns (S p, m)."""
@@ -269,12 +267,8 @@ class SmallProblem:
         )
 
     @cached_property
-    def _factors(self) -> tuple[Any, Any]:
-        """LU factors of N^T: its columns are contiguous."""
-        from scipy.linalg.lapack import zgetrf
-
+    def _factors(self) -> Factors:
         size, p, _ = self.flexibility.shape
         matrix = -(self.flexibility @ self.contact.reshape(size, p, -1)).reshape(self.contact.shape)
         matrix[np.diag_indices_from(matrix)] += 1.0
-        upper, pivots, _ = zgetrf(matrix.T, overwrite_a=True)
-        return upper, pivots
+        return Factors.of(matrix)

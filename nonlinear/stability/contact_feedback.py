@@ -8,7 +8,7 @@ References
 W. W. Hager, Updating the inverse of a matrix, SIAM Review 31(2), 1989.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar, NamedTuple
 
@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nonlinear.contact.parameters import Array
-from nonlinear.stability.modal_condensation import CondensedModes, Matrix, MotionBlocks, NodeBlocks
+from nonlinear.stability.eigenproblem import Pencil
+from nonlinear.stability.modal_condensation import CondensedModes, Matrix, NodeBlocks
 from nonlinear.stability.slider_memory import ConeSliderMemory, SliderMemory
 
 
@@ -95,7 +96,7 @@ class MotionRows:
         """Coefficients (M, S) of forces at the sliders, on the motions: (n,)."""
         return np.asarray(force.T @ self._of_slider(memory)).ravel()
 
-    def contact(self, values: Matrix) -> MotionBlocks:
+    def contact(self, values: Matrix) -> Matrix:
         """Jacobians (M, 2, 3, 2H+1, 2H+1) of the friction of the nodes of a friction cone, D^T K D."""
         every = self.motions.reshape(-1, 3, self.motions.shape[1])[self.node]
         return in_motions(values, every[:, :2], every, self.first_row)
@@ -105,7 +106,7 @@ class MotionRows:
         return np.asarray(self.motions[3 * self.node + memory.direction])
 
 
-def in_motions(values: Matrix, rows: Array, columns: Array, first_row: int) -> MotionBlocks:
+def in_motions(values: Matrix, rows: Array, columns: Array, first_row: int) -> Matrix:
     """Jacobians of nodes in few motions, the sum of rows^T K columns over the nodes.
 
     Shapes: `values` (M, a, b, 2H+1, 2H+1), `rows` (M, a, r), `columns` (M, a, r).
@@ -115,7 +116,50 @@ def in_motions(values: Matrix, rows: Array, columns: Array, first_row: int) -> M
     r = rows.shape[2]
     by_column = kept.transpose(0, 1, 3, 4, 2).reshape(nodes, a * size * size, b) @ columns
     result = rows.reshape(nodes * a, r).T @ by_column.reshape(nodes * a, size * size * r)
-    return MotionBlocks(result.reshape(r, size, size, r).transpose(1, 0, 2, 3).reshape(size * r, size * r))
+    return np.asarray(result.reshape(r, size, size, r).transpose(1, 0, 2, 3).reshape(size * r, size * r))
+
+
+@dataclass(frozen=True)
+class Factors:
+    """LU factors of a matrix, or of many. LAPACK itself: its wrappers take as long as the solutions of small ones."""
+
+    parts: tuple[tuple[Any, Any], ...]  # of each matrix those of its transpose, whose columns are contiguous
+    many: bool
+
+    @classmethod
+    def of(cls, matrix: Matrix) -> "Factors":
+        """Factorise `matrix` (n, n) or (k, n, n), C-contiguous; it is overwritten."""
+        from scipy.linalg.lapack import dgetrf, zgetrf
+
+        factorise, many = zgetrf if np.iscomplexobj(matrix) else dgetrf, matrix.ndim > 2
+        return cls(tuple(factorise(one.T, overwrite_a=True)[:2] for one in (matrix if many else [matrix])), many)
+
+    def solved(self, right: Matrix) -> Matrix:
+        """The inverse times columns (n,) or (n, m); of one matrix."""
+        return _solved(*self.parts[0], right, 1)
+
+    def rows_solved(self, rows: Matrix) -> Matrix:
+        """Rows (n,) or (m, n) times the inverse; (k, m, n) of many matrices."""
+        if not self.many:
+            return _solved(*self.parts[0], rows.T, 0).T
+        return np.stack([_solved(*part, one.T, 0).T for part, one in zip(self.parts, rows, strict=True)])
+
+
+def _solved(upper: Any, pivots: Any, right: Matrix, transposed: int) -> Matrix:
+    from scipy.linalg.lapack import dgetrs, zgetrs
+
+    if upper.dtype != float:
+        return np.asarray(zgetrs(upper, pivots, right, trans=transposed)[0])
+    if np.iscomplexobj(right):
+        return _solved(upper, pivots, right.real, transposed) + 1j * _solved(upper, pivots, right.imag, transposed)
+    return np.asarray(dgetrs(upper, pivots, right, trans=transposed)[0])
+
+
+def add_identity(matrix: Matrix) -> Matrix:
+    """`matrix` (..., n, n) with 1 added to its diagonal, in place."""
+    every = np.arange(matrix.shape[-1])
+    matrix[..., every, every] += 1.0
+    return matrix
 
 
 @dataclass(frozen=True)
@@ -130,43 +174,25 @@ class ContactFeedback:
 
         sigma z = (A + B S C + sigma B S' C) z.
 
-    The products with B have n_z rows; X, Y and S are never formed.
+    The products with B have n_z rows; X, Y and S are never formed. All matrices may be those of many problems.
     """
 
     model: CondensedModes  # A, B, C, G_0 and G_1
-    contact: NodeBlocks | MotionBlocks  # K, the Jacobian of the contact forces
-    factors: tuple[Any, Any]  # LU factors of (I - G_0 K)^T, the transposed return difference
+    contact: NodeBlocks | Matrix  # K, the Jacobian of the contact forces
+    factors: Factors  # of I - G_0 K, the return difference
 
     @classmethod
-    def closed(cls, model: CondensedModes, contact: NodeBlocks | MotionBlocks) -> "ContactFeedback":
+    def closed(cls, model: CondensedModes, contact: NodeBlocks | Matrix) -> "ContactFeedback":
         """Close K around the model."""
-        from scipy.linalg.lapack import dgetrf, zgetrf
-
-        difference = contact.return_difference(model.flexibility)
-        factorise = zgetrf if np.iscomplexobj(difference) else dgetrf
-        upper, pivots, _ = factorise(difference.T, overwrite_a=True)  # its columns are contiguous: nothing is copied
-        return cls(model, contact, (upper, pivots))
+        return cls(model, contact, Factors.of(add_identity(model.flexibility @ -np.asarray(contact))))
 
     def times_x(self, rows: Matrix) -> Matrix:
         """`rows` X, (k, n): rows of d as rows of the displacement C z without contact forces."""
-        from scipy.linalg.lapack import dgetrs, zgetrs
-
-        upper, pivots = self.factors
-        solve = dgetrs if upper.dtype == float else zgetrs
-        if np.iscomplexobj(rows) and upper.dtype == float:
-            return self.times_x(rows.real) + 1j * self.times_x(rows.imag)
-        return np.asarray(solve(upper, pivots, rows.T)[0]).T
+        return self.factors.rows_solved(rows)
 
     def x_times(self, column: Matrix) -> Matrix:
         """X times a column (n,): the displacement of one without contact forces."""
-        from scipy.linalg.lapack import dgetrs, zgetrs
-
-        upper, pivots = self.factors
-        if np.iscomplexobj(column) and upper.dtype == float:
-            both = dgetrs(upper, pivots, np.stack([column.real, column.imag], axis=1), trans=1)[0]
-            return np.asarray(both[:, 0] + 1j * both[:, 1])
-        solve = dgetrs if upper.dtype == float else zgetrs
-        return np.asarray(solve(upper, pivots, column, trans=1)[0])
+        return self.factors.solved(column)
 
     def times_s(self, rows: Matrix) -> Matrix:
         """`rows` S, (k, n): rows of f as rows of C z."""
@@ -179,7 +205,12 @@ class ContactFeedback:
     @cached_property
     def b_s(self) -> Matrix:
         """B S, (n_z, n)."""
-        return self.times_s(self.model.input_matrix)
+        return self.times_x(self.model.input_matrix @ self.contact)
+
+    @cached_property
+    def b_y(self) -> Matrix:
+        """B Y, (n_z, n)."""
+        return self.model.input_matrix + self.b_s @ self.model.flexibility
 
     @cached_property
     def b_s_g1(self) -> Matrix:
@@ -190,6 +221,22 @@ class ContactFeedback:
     def b_s_derivative(self) -> Matrix:
         """B S' = B S G_1 S, (n_z, n)."""
         return self.times_s(self.b_s_g1)
+
+    def pencil(self, change: "tuple[Matrix, Matrix] | Matrix | None" = None, shift: complex = 0.0) -> Pencil:
+        """The problem with K + (sigma - shift) dK, K this one: S changes by Y dK X.
+
+        Shapes: `change` (n, n), dK; or (n, k) and (k, n), its factors.
+        """
+        model = self.model
+        state, derivative = self.b_s, self.b_s_g1 @ self.contact
+        if change is not None:
+            inputs, outputs = change if isinstance(change, tuple) else (change, None)
+            of_change = self.b_y @ inputs if outputs is None else (self.b_y @ inputs) @ outputs
+            if shift:
+                state = state - shift * self.times_x(of_change)
+            derivative = derivative + of_change
+        matrix = model.state_matrix + state @ model.output_matrix
+        return Pencil(matrix, add_identity(-(self.times_x(derivative) @ model.output_matrix)))
 
 
 class MemoryTerms(NamedTuple):
@@ -250,7 +297,7 @@ class SliderMemoryFeedback:
         return cls(
             memory,
             rows,
-            input_matrix=loop.times_y(model.input_matrix, loop.b_s),
+            input_matrix=loop.b_y,
             input_derivative=loop.times_y(loop.b_s_g1, loop.b_s_derivative),
             output_matrix=q_x @ model.output_matrix,
             output_derivative=q_x_g1_s @ model.output_matrix,
@@ -335,13 +382,11 @@ class ConeMemoryFeedback:
     def terms(self, sigma: complex) -> MemoryTerms:
         """The terms of the memory at `sigma`."""
         change, derivative = (self.rows.contact(values) for values in self.memory.jacobian(sigma))
-        model = self.loop.model
         loop = self.loop if sigma == 0.0 else self._with(change)
-        b_y = loop.times_y(model.input_matrix, loop.b_s)
-        output_matrix = model.output_matrix
+        output_matrix = self.loop.model.output_matrix
         return MemoryTerms(
             (loop.b_s - self.loop.b_s) @ output_matrix,
-            loop.times_x(b_y @ derivative) @ output_matrix,
+            loop.times_x(loop.b_y @ derivative) @ output_matrix,
             (loop.b_s_derivative - self.loop.b_s_derivative) @ output_matrix,
         )
 
@@ -349,7 +394,6 @@ class ConeMemoryFeedback:
         """X(sigma) times a column (n,): the displacement of one without contact forces."""
         return self._with(self.rows.contact(self.memory.jacobian(sigma)[0])).x_times(column)
 
-    def _with(self, change: NodeBlocks | MotionBlocks) -> ContactFeedback:
+    def _with(self, change: NodeBlocks | Matrix) -> ContactFeedback:
         """The loop of K and a change of it."""
-        contact = self.loop.contact
-        return ContactFeedback.closed(self.loop.model, replace(contact, values=contact.values + change.values))
+        return ContactFeedback.closed(self.loop.model, self.loop.contact + change)

@@ -18,6 +18,7 @@ from typing import NamedTuple, Protocol, TypeVar
 import numpy as np
 
 from nonlinear.contact.fourier import ComplexArray
+from nonlinear.stability.modal_condensation import Matrix
 
 # all distances in units of omega
 MAX_ITERATIONS = 8
@@ -53,6 +54,18 @@ class Linearisation(Protocol):
 
     def solved(self, right: ComplexArray) -> ComplexArray:
         """N^-1 times vectors (n,) or (n, columns)."""
+
+
+class Pencil(NamedTuple):
+    """sigma E_c z = A_c z: one eigenvalue problem, or many of one size."""
+
+    # `matrix`, `descriptor`: (..., n_z, n_z), A_c and E_c
+    matrix: Matrix
+    descriptor: Matrix
+
+    def eigenvalues(self) -> ComplexArray:
+        """All of them, (..., n_z)."""
+        return np.asarray(np.linalg.eigvals(np.linalg.solve(self.descriptor, self.matrix)), dtype=complex)
 
 
 class Near(NamedTuple):

@@ -11,7 +11,7 @@ Comptes Rendus Mecanique 338(9), 2010.
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,12 +22,13 @@ from nonlinear.stability.contact_feedback import (
     ConeMemoryFeedback,
     ContactFeedback,
     ContactRows,
+    Factors,
     MotionRows,
     SliderMemoryFeedback,
     in_motions,
 )
-from nonlinear.stability.eigenproblem import CONVERGED, ROUND_OFF, Near, Refined
-from nonlinear.stability.modal_condensation import CondensedModes, ContactFreeModel, Matrix, MotionBlocks, NodeBlocks
+from nonlinear.stability.eigenproblem import CONVERGED, ROUND_OFF, Near, Pencil, Refined
+from nonlinear.stability.modal_condensation import CondensedModes, ContactFreeModel, Matrix, NodeBlocks
 from nonlinear.stability.slider_memory import ConeSliderMemory, SliderMemory
 from rom import RingModes
 
@@ -167,7 +168,7 @@ class HillProblem:
     def _closed(
         self,
         model: CondensedModes,
-        contact: NodeBlocks | MotionBlocks,
+        contact: NodeBlocks | Matrix,
         memory: Memory | None,
         rows: ContactRows | MotionRows | None,
     ) -> "HillEigenproblem":
@@ -203,12 +204,11 @@ class HillEigenproblem:
 
     def eigenvalues(self, shift: complex = 0.0) -> ComplexArray:
         """All eigenvalues sigma; the slider memory is linearised around sigma = `shift`."""
-        matrix, descriptor = self.linearised(shift)
-        return np.linalg.eigvals(np.linalg.solve(descriptor, matrix)).astype(complex)
+        return self.linearised(shift).eigenvalues()
 
     def around(self, value: complex) -> "LinearHillProblem":
         """The problem linearised next to an approximate eigenvalue."""
-        return LinearHillProblem(value * (1.0 + ROUND_OFF) + ROUND_OFF, *self.linearised(value))
+        return LinearHillProblem(value * (1.0 + ROUND_OFF) + ROUND_OFF, self.linearised(value))
 
     def refined(self, linear: "LinearHillProblem", value: complex, near: Near) -> Refined | None:
         """Where the eigenvalue changes no more, nothing is linearised."""
@@ -227,17 +227,14 @@ class HillEigenproblem:
             return self.memory.x_times(sigma, column)
         return column if self.loop is None else self.loop.x_times(column)
 
-    def linearised(self, shift: complex) -> tuple[Matrix, Matrix]:
-        """A_c and E_c of sigma E_c z = A_c z, the memory linearised around sigma = `shift`.
-
-        Shapes: returns `matrix, descriptor` (n_z, n_z).
-        """
+    def linearised(self, shift: complex) -> Pencil:
+        """The problem with the memory linearised around sigma = `shift`."""
         matrix, derivative = self.state_matrix, self.flexibility_matrix
         if self.memory is not None:
             terms = self.memory.terms(shift)
             matrix = matrix + terms.state - shift * terms.derivative
             derivative = derivative + terms.derivative + terms.flexibility
-        return matrix, np.eye(len(derivative)) - derivative
+        return Pencil(matrix, np.eye(len(derivative)) - derivative)
 
 
 @dataclass(frozen=True)
@@ -245,32 +242,27 @@ class LinearHillProblem:
     """sigma E_c z = A_c z, the memory linearised around `shift`."""
 
     shift: complex
-    matrix: Matrix  # (n_z, n_z), A_c
-    descriptor: Matrix  # (n_z, n_z), E_c
+    pencil: Pencil  # A_c and E_c
     columns: ClassVar[int] = 1
 
     @property
     def size(self) -> int:
         """Number of states."""
-        return len(self.matrix)
+        return len(self.pencil.matrix)
 
     def change(self, vectors: ComplexArray) -> ComplexArray:
         """E_c times a vector (n_z,)."""
-        return np.asarray(self.descriptor @ vectors)
+        return np.asarray(self.pencil.descriptor @ vectors)
 
     def solved(self, right: ComplexArray) -> ComplexArray:
         """(A_c - shift E_c)^-1 times a vector (n_z,)."""
-        from scipy.linalg import lu_solve
-
-        return np.asarray(lu_solve(self._factors, right, check_finite=False))
+        return self._factors.solved(right)
 
     def nearest_of_all(self) -> complex:
         """The eigenvalue next to the shift, less the shift."""
-        values = np.linalg.eigvals(np.linalg.solve(self.descriptor, self.matrix)) - self.shift
+        values = self.pencil.eigenvalues() - self.shift
         return complex(values[np.argmin(np.abs(values))])
 
     @cached_property
-    def _factors(self) -> Any:
-        from scipy.linalg import lu_factor
-
-        return lu_factor(self.matrix - self.shift * self.descriptor, check_finite=False)
+    def _factors(self) -> Factors:
+        return Factors.of(self.pencil.matrix - self.shift * self.pencil.descriptor)

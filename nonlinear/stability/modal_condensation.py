@@ -26,23 +26,25 @@ Matrix = NDArray[Any]  # real or complex
 
 @dataclass(frozen=True)
 class HarmonicBlocks:
-    """Block diagonal matrix with one block a harmonic."""
+    """Block diagonal matrix with one block a harmonic; or many of them, as NumPy multiplies many matrices."""
 
     static: Matrix  # (k_0, k_0), block of harmonic 0; of size 0 without that harmonic
-    dynamic: Matrix  # (b, k, k), blocks of the other harmonics, all of one size
+    dynamic: Matrix  # (..., b, k, k), blocks of the other harmonics, all of one size
     __array_ufunc__: ClassVar[None] = None  # `array @ blocks` calls `__rmatmul__`
 
     def __matmul__(self, matrix: Matrix) -> Matrix:
-        size = self.static.shape[0]
-        result = np.empty(matrix.shape, dtype=np.result_type(matrix, self.static))
-        result[:size] = self.static @ matrix[:size]
-        below = matrix[size:].reshape(*self.dynamic.shape[:2], matrix.shape[1])
-        result[size:] = (self.dynamic @ below).reshape(matrix.shape[0] - size, matrix.shape[1])
-        return result
+        size, (blocks, rows, _), columns = len(self.static), self.dynamic.shape[-3:], matrix.shape[-1]
+        below = matrix[..., size:, :]
+        dynamic: Matrix = self.dynamic @ below.reshape(*below.shape[:-2], blocks, rows, columns)
+        dynamic = dynamic.reshape(*dynamic.shape[:-3], blocks * rows, columns)
+        return np.concatenate([self.static @ matrix[:size], dynamic]) if size else dynamic
 
     def __rmatmul__(self, matrix: Matrix) -> Matrix:
-        transposed: Matrix = HarmonicBlocks(self.static.T, self.dynamic.transpose(0, 2, 1)) @ matrix.T
-        return transposed.T
+        size, (blocks, columns, _), rows = len(self.static), self.dynamic.shape[-3:], matrix.shape[-2]
+        beside = matrix[..., size:].reshape(*matrix.shape[:-1], blocks, columns).swapaxes(-2, -3)
+        dynamic: Matrix = (beside @ self.dynamic).swapaxes(-2, -3)
+        dynamic = dynamic.reshape(*dynamic.shape[:-3], rows, blocks * columns)
+        return np.concatenate([matrix[:, :size] @ self.static, dynamic], axis=1) if size else dynamic
 
 
 @dataclass(frozen=True)
@@ -63,36 +65,60 @@ class NodeBlocks:
         transposed: Matrix = NodeBlocks(self.values.transpose(0, 3, 4, 1, 2)) @ matrix.T
         return transposed.T
 
-    def return_difference(self, flexibility: HarmonicBlocks) -> Matrix:
-        """I - G_0 K as a full matrix, K these blocks and G_0 the `flexibility`."""
+    def __add__(self, other: "NodeBlocks") -> "NodeBlocks":
+        return NodeBlocks(self.values + other.values)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Matrix:
         nodes, size = self.values.shape[:2]
-        full = np.zeros((size, nodes, 3, size, nodes, 3), dtype=self.values.dtype)  # -K
+        full = np.zeros((size, nodes, 3, size, nodes, 3), dtype=self.values.dtype)
         for node, values in enumerate(self.values):
-            np.negative(values, out=full[:, node, :, :, node])
-        result: Matrix = flexibility @ full.reshape(3 * nodes * size, -1)
-        result[np.diag_indices_from(result)] += 1.0
+            full[:, node, :, :, node] = values
+        return full.reshape(3 * nodes * size, -1)
+
+
+@dataclass(frozen=True)
+class Diagonal:
+    """Diagonal matrix."""
+
+    values: Matrix  # (n,)
+    __array_ufunc__: ClassVar[None] = None
+
+    def __matmul__(self, matrix: Matrix) -> Matrix:
+        result: Matrix = self.values[:, None] * matrix
+        return result
+
+    def __rmatmul__(self, matrix: Matrix) -> Matrix:
+        result: Matrix = matrix * self.values
         return result
 
 
 @dataclass(frozen=True)
-class MotionBlocks:
-    """Full matrix that couples all coefficients of a few contact motions; rows and columns (S, r)."""
+class Placed:
+    """Matrix (n_z, n) with one entry in each row."""
 
-    values: Matrix  # (S r, S r), the matrix
+    place: NDArray[np.int64]  # (n_z,), column of each entry
+    values: Matrix  # (n_z,), the entries
     __array_ufunc__: ClassVar[None] = None
 
-    def __matmul__(self, matrix: Matrix) -> Matrix:
-        result: Matrix = self.values @ matrix
+    def __matmul__(self, matrix: "Matrix | NodeBlocks") -> Matrix:
+        result: Matrix = self.values[:, None] * np.asarray(matrix)[self.place]
         return result
+
+    def __add__(self, matrix: Matrix) -> Matrix:
+        result: Matrix = matrix.copy()
+        result[np.arange(self.place.size), self.place] += self.values
+        return result
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """Matrix (n, n_z) that takes some of the columns of the one before it."""
+
+    place: NDArray[np.int64]  # (n_z,), the columns
+    __array_ufunc__: ClassVar[None] = None
 
     def __rmatmul__(self, matrix: Matrix) -> Matrix:
-        result: Matrix = matrix @ self.values
-        return result
-
-    def return_difference(self, flexibility: HarmonicBlocks) -> Matrix:
-        """I - G_0 K as a full matrix, K this one and G_0 the `flexibility`."""
-        result: Matrix = flexibility @ -self.values
-        result[np.diag_indices_from(result)] += 1.0
+        result: Matrix = matrix[:, self.place]
         return result
 
 
@@ -104,12 +130,11 @@ class CondensedModes:
     """Contact motion d under contact forces f: sigma z = A z + B f, d = C z + (G_0 + sigma G_1) f."""
 
     state_matrix: Matrix  # (n_z, n_z), A, with the retained poles as eigenvalues, in units of omega
-    input_matrix: Matrix  # (n_z, n), B
-    output_matrix: Matrix  # (n, n_z), C
+    input_matrix: Matrix | Placed  # (n_z, n), B
+    output_matrix: Matrix | Chosen  # (n, n_z), C
     # (n, n), G_0 and G_1, the residual flexibility of the condensed poles and its derivative in sigma
-    flexibility: HarmonicBlocks
-    # (n, n), G_0 and G_1, the residual flexibility of the condensed poles and its derivative in sigma
-    flexibility_derivative: HarmonicBlocks
+    flexibility: HarmonicBlocks | Diagonal
+    flexibility_derivative: HarmonicBlocks | Diagonal
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,6 @@ References
 Y. Saad, Numerical Methods for Large Eigenvalue Problems, SIAM, 2011, chapters 6 and 8.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -23,7 +22,8 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
-from nonlinear.stability.eigenproblem import WIDTH
+from nonlinear.stability.contact_feedback import ContactFeedback
+from nonlinear.stability.eigenproblem import WIDTH, Pencil
 from nonlinear.stability.modal_condensation import CondensedModes, HarmonicBlocks, Matrix, real_form
 from nonlinear.stability.reduced_problem import ABOVE, MARGIN, NEAREST, condensed_flexibility, near_poles
 
@@ -135,19 +135,20 @@ OFF_SHIFT = 0.01 + 0.01j  # of the shift from zero: an eigenvalue at the shift i
 LARGE = 45  # rows from which the subspaces take less time than all eigenvalues
 
 
-def nearest_eigenvalues(matrix: ComplexArray, descriptor: ComplexArray) -> ComplexArray:
-    """Eigenvalues of sigma E z = A z, those next to zero if there are many.
+def nearest_eigenvalues(pencil: Pencil) -> ComplexArray:
+    """Eigenvalues of many problems (K, n, n), those next to zero if there are many.
 
     Of matrices with `LARGE` or more rows as many as the subspace has dimensions. Those nearest to zero are accurate,
     the last few are not eigenvalues yet.
-    Shapes: `matrix` (K, n, n), `descriptor` (K, n, n), returns (n, m).
+    Shapes: returns (n, m).
     """
+    matrix, descriptor = pencil
     if matrix.shape[-1] >= LARGE:
         try:
             return OFF_SHIFT + _of_subspaces(np.asarray(np.linalg.solve(matrix - OFF_SHIFT * descriptor, descriptor)))
         except np.linalg.LinAlgError:  # the shift is an eigenvalue, or a subspace is invariant
             pass
-    return np.asarray(np.linalg.eigvals(np.linalg.solve(descriptor, matrix)), dtype=complex)
+    return pencil.eigenvalues()
 
 
 def _of_subspaces(inverse: ComplexArray) -> ComplexArray:
@@ -175,6 +176,7 @@ FARTHEST = 4.0  # of a pole that contacts may move near, in units of omega: stif
 BESIDE = 1.3  # distance of poles that are states too where their error as a flexibility is not negligible
 NEGLIGIBLE_ERROR = 3e-3  # times the contact stiffness
 OUTSIDE = 10.0j  # pole of a state that is none
+NO_BLOCK = np.zeros((0, 0), dtype=complex)  # of harmonic 0, where it is as large as the others
 
 
 @dataclass(frozen=True)
@@ -196,32 +198,23 @@ class PerturbationPencils:
     ) -> ComplexArray:
         """Eigenvalues sigma - i `centre` of each perturbation, (K, n_z) or fewer; few of them are true far from 0.
 
-        The parameters are those of `matrices`.
+        The parameters are those of `closed`.
         """
-        problem = self.matrices(contact, centre, omega, highest_pole)
-        return nearest_eigenvalues(problem.matrix, problem.descriptor)
+        return nearest_eigenvalues(self.closed(contact, centre, omega, highest_pole)[1])
 
-    def matrices(
+    def closed(
         self, contact: tuple[Matrix, Matrix], centre: Array, omega: float, highest_pole: float, above: float = ABOVE
-    ) -> "PencilMatrices":
-        """A_c and E_c of (sigma - i `centre`) E_c z = A_c z.
+    ) -> tuple[NDArray[np.bool_], Pencil]:
+        """The poles retained, (K, S, 2, q), and the problems in sigma - i `centre`, (K, n_z, n_z).
 
-        The formulas are those of `ContactFeedback`.
-        Shapes: `contact` (S p, S p), `centre` (K,).
+        Shapes: `contact` (S p, S p), K_U and its derivative, or one for each perturbation; `centre` (K,).
         """
-        stiffness, change = contact
         state = self._states(centre, omega, highest_pole, above)
-        g_0, g_1 = self._flexibilities(state, centre, omega)
-        solved = self._factorised(self._return_difference(g_0, stiffness))
-        motion = solved(state.output)
-        force, inner = stiffness @ motion, change @ motion
-        rest = inner + stiffness @ solved(self._product(g_1, force) + self._product(g_0, inner))
-        adjoint = state.residue[:, :, None] * state.output.conj().transpose(0, 2, 1)
-        every = np.arange(state.pole.shape[1])
-        matrix, descriptor = adjoint @ force, -(adjoint @ rest)
-        matrix[:, every, every] += state.pole
-        descriptor[:, every, every] += 1.0
-        return PencilMatrices(state.retained, matrix, descriptor)
+        blocks = (HarmonicBlocks(NO_BLOCK, part) for part in self._flexibilities(state, centre, omega))
+        inputs = state.residue[:, :, None] * state.output.conj().transpose(0, 2, 1)
+        poles = state.pole[:, :, None] * np.eye(state.pole.shape[1])
+        loop = ContactFeedback.closed(CondensedModes(poles, inputs, state.output, *blocks), contact[0])
+        return state.retained, loop.pencil(contact[1])
 
     def flexibility(self, sigma: complex, omega: float) -> tuple[ComplexArray, ComplexArray]:
         """Flexibility of each wave less the mean and its derivative in sigma, all modes, (K, S, p, p) each."""
@@ -271,43 +264,6 @@ class PerturbationPencils:
             (self.motion * one[:, :, None]) @ adjoint + other for one, other in zip(modes, others, strict=True)
         )
         return g_0, g_1
-
-    @staticmethod
-    def _return_difference(flexibility: ComplexArray, stiffness: Matrix) -> ComplexArray:
-        """I - G K, (K, S p, S p)."""
-        count, harmonics, p, _ = flexibility.shape
-        size = harmonics * p
-        rows = stiffness.reshape(*stiffness.shape[:-2], harmonics, p, size)
-        result = (flexibility @ -rows).reshape(count, size, size)
-        every = np.arange(size)
-        result[:, every, every] += 1.0
-        return result
-
-    @staticmethod
-    def _factorised(matrices: ComplexArray) -> Callable[[ComplexArray], ComplexArray]:
-        """Solutions (K, n, k) of these (K, n, n), by right sides; LAPACK's factors are of the transposes."""
-        from scipy.linalg.lapack import zgetrf, zgetrs
-
-        factors = [zgetrf(matrix.T, overwrite_a=True)[:2] for matrix in matrices]
-
-        def solved(right: ComplexArray) -> ComplexArray:
-            return np.stack([zgetrs(*pair, part, trans=1)[0] for pair, part in zip(factors, right, strict=True)])
-
-        return solved
-
-    @staticmethod
-    def _product(flexibility: ComplexArray, force: ComplexArray) -> ComplexArray:
-        """G f, (K, S p, n)."""
-        count, harmonics, p, _ = flexibility.shape
-        return (flexibility @ force.reshape(count, harmonics, p, force.shape[2])).reshape(force.shape)
-
-
-class PencilMatrices(NamedTuple):
-    """The poles retained, (K, S, 2, q) bool, and A_c and E_c, (K, n_z, n_z)."""
-
-    retained: NDArray[np.bool_]
-    matrix: ComplexArray
-    descriptor: ComplexArray
 
 
 class _States(NamedTuple):

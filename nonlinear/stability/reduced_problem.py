@@ -16,7 +16,15 @@ from numpy.typing import NDArray
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactParameters
 from nonlinear.stability.hill import HillProblem
-from nonlinear.stability.modal_condensation import ContactFreeModel, Matrix, poles_and_residues
+from nonlinear.stability.modal_condensation import (
+    Chosen,
+    CondensedModes,
+    ContactFreeModel,
+    Diagonal,
+    Matrix,
+    Placed,
+    poles_and_residues,
+)
 from nonlinear.stability.point_contact import in_harmonics
 from rom import ModalModel, WaveModes, contact_springs, relative_contact_motion
 
@@ -88,6 +96,17 @@ class CondensedPoles:
         state = row * poles.shape[2] + mode
         return cls(state, poles[retained], residues[retained], g_0.ravel(), g_1.ravel())
 
+    @property
+    def model(self) -> CondensedModes:
+        """The same as a model of the structure in modal coordinates, which the contact is closed around."""
+        return CondensedModes(
+            np.diag(self.pole),
+            Placed(self.state, self.residue),
+            Chosen(self.state),
+            Diagonal(self.flexibility),
+            Diagonal(self.derivative),
+        )
+
 
 def condensed_flexibility(
     poles: ComplexArray, residues: ComplexArray, retained: NDArray[np.bool_], nearest: float
@@ -100,63 +119,6 @@ def condensed_flexibility(
     g_0 = np.where(retained, 0.0, residues / distance)
     g_1 = np.where(np.abs(distance) < nearest, 0.0, -g_0 / distance)
     return g_0.sum(axis=-2), g_1.sum(axis=-2)
-
-
-@dataclass(frozen=True)
-class CondensedLoop:
-    """sigma E_c z = A_c z, the contact Jacobian K closed around condensed poles.
-
-    The formulas are those of `ContactFeedback`, with G_0 and G_1 diagonal and K full.
-    """
-
-    # `matrix`, `descriptor`: (n_z, n_z), a_c and E_c
-    matrix: ComplexArray
-    descriptor: ComplexArray
-
-    @classmethod
-    def closed(
-        cls,
-        poles: CondensedPoles,
-        contact: ComplexArray,
-        memory: tuple[ComplexArray, ComplexArray] | ComplexArray | None,
-        shift: complex = 0.0,
-    ) -> "CondensedLoop":
-        """Close the loop.
-
-        Shapes: `contact` (D, D), `memory` (D, D).
-        """
-        from scipy.linalg.lapack import zgetrf, zgetrs
-
-        state, every = poles.state, np.arange(poles.state.size)
-        difference = contact * -poles.flexibility
-        difference[np.diag_indices_from(difference)] += 1.0
-        # LAPACK itself: its wrappers take as long as the solutions; transposed, as its matrices stand in columns
-        upper, pivots, _ = zgetrf(difference.T, overwrite_a=True)
-        force = zgetrs(upper, pivots, contact[:, state], trans=1)[0]  # S C
-        change = contact @ (poles.derivative[:, None] * force)
-        matrix = force[state]
-        if memory is not None:  # dS = Y dK X
-            inputs, outputs = memory if isinstance(memory, tuple) else (None, memory)
-            change_of_memory = outputs @ (poles.flexibility[:, None] * force) + outputs[:, state]
-            if inputs is not None:
-                change_of_memory = inputs @ change_of_memory
-            if shift:
-                change_of_memory = zgetrs(upper, pivots, change_of_memory, trans=1)[0][state]
-                matrix = matrix - shift * change_of_memory
-            else:
-                change = change + change_of_memory
-        change = zgetrs(upper, pivots, change, trans=1)[0][state]
-        if memory is not None and shift:
-            change = change + change_of_memory
-        matrix = poles.residue[:, None] * matrix
-        descriptor = -poles.residue[:, None] * change
-        matrix[every, every] += poles.pole
-        descriptor[every, every] += 1.0
-        return cls(matrix, descriptor)
-
-    def eigenvalues(self) -> ComplexArray:
-        """All of them."""
-        return np.asarray(np.linalg.eigvals(np.linalg.solve(self.descriptor, self.matrix)), dtype=complex)
 
 
 # of the approximate exponents

@@ -9,17 +9,18 @@ A. Ruhe, Algorithms for the nonlinear eigenvalue problem, SIAM Journal on Numeri
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import ContactParameters
+from nonlinear.stability.contact_feedback import ContactFeedback, Factors
 from nonlinear.stability.eigenproblem import CONVERGED, ROUND_OFF, Near, Refined, converged, same_direction
 from nonlinear.stability.hill import HillProblem
 from nonlinear.stability.modal_contact import ModalContact, modal_contact
 from nonlinear.stability.point_contact import PointContact
-from nonlinear.stability.reduced_problem import CondensedLoop, CondensedPoles, ReducedProblem, ReducedProblems
+from nonlinear.stability.reduced_problem import CondensedPoles, ReducedProblem, ReducedProblems
 from rom import ModalModel
 
 MAX_OMITTED = 2e-3  # flexibility times contact stiffness: the error of an eigenvalue is some square of it
@@ -67,8 +68,8 @@ class ModalPencil:
 
     def nearest_of_all(self) -> complex:
         """The eigenvalue next to the shift of those that the states of the retained poles have, less the shift."""
-        contact = self.contact.matrix(self.shift)
-        values = CondensedLoop.closed(self.poles, contact, self._memory, self.shift).eigenvalues()
+        loop = ContactFeedback.closed(self.poles.model, self.contact.matrix(self.shift))
+        values = loop.pencil(self._memory, self.shift).eigenvalues()
         return complex(values[np.argmin(np.abs(values - self.shift))]) - self.shift
 
     def left_vector(self, x: ComplexArray) -> tuple[ComplexArray, bool]:
@@ -77,7 +78,7 @@ class ModalPencil:
         left, sharp = x.conj(), False
         for _ in range(LEFT_ITERATIONS):
             before = left
-            left = self.solved(self.stiffness[1] * left - (left @ inputs) @ outputs, 0)
+            left = self._factors.rows_solved(self.stiffness[1] * left - (left @ inputs) @ outputs)
             left = left / np.linalg.norm(left)
             sharp = same_direction(before, left)
             if sharp:
@@ -102,21 +103,15 @@ class ModalPencil:
     def _memory(self) -> tuple[ComplexArray, ComplexArray]:
         return self.contact.derivative(self.shift)
 
-    def solved(self, right: ComplexArray, transposed: int = 1) -> ComplexArray:
-        """T^-1 times a vector (D,), or T^-T with `transposed` 0, as the factors are those of T^T."""
-        from scipy.linalg.lapack import zgetrs
-
-        return np.asarray(zgetrs(*self._factors, right, trans=transposed)[0])
+    def solved(self, right: ComplexArray) -> ComplexArray:
+        """T^-1 times a vector (D,)."""
+        return self._factors.solved(right)
 
     @cached_property
-    def _factors(self) -> tuple[Any, Any]:
-        """LU factors of T^T: its columns are contiguous."""
-        from scipy.linalg.lapack import zgetrf
-
+    def _factors(self) -> Factors:
         matrix = -self.contact.matrix(self.shift)
         matrix[np.diag_indices_from(matrix)] += self.stiffness[0]
-        upper, pivots, _ = zgetrf(matrix.T, overwrite_a=True)
-        return upper, pivots
+        return Factors.of(matrix)
 
 
 @dataclass(frozen=True)
@@ -230,8 +225,8 @@ class ReducedWave:
         centre = complex(shift).imag
         retained = reduced.near(self.refinement.contact, omega, centre)
         poles = reduced.condensed_around(centre, retained, omega)
-        loop = CondensedLoop.closed(poles, self._modal.matrix(shift), self._modal.derivative(shift))
-        return loop.eigenvalues() + 1j * centre
+        loop = ContactFeedback.closed(poles.model, self._modal.matrix(shift))
+        return loop.pencil(self._modal.derivative(shift)).eigenvalues() + 1j * centre
 
     def converged(self, value: complex) -> Refined | None:
         """The eigenvalue that an approximate one leads to, and whether it is exact: `ReducedRefinement.converged`."""

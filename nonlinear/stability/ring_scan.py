@@ -19,12 +19,13 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactParameters
-from nonlinear.stability.eigenproblem import OVERLAP, WIDTH
+from nonlinear.stability.contact_feedback import ContactFeedback
+from nonlinear.stability.eigenproblem import OVERLAP, WIDTH, Pencil
 from nonlinear.stability.modal_condensation import Matrix
 from nonlinear.stability.modal_contact import face_contact
 from nonlinear.stability.perturbation_pencils import PerturbationPencils, nearest_eigenvalues
 from nonlinear.stability.point_contact import PointContact
-from nonlinear.stability.reduced_problem import ABOVE, CondensedLoop, ReducedProblem, ReducedProblems
+from nonlinear.stability.reduced_problem import ABOVE, ReducedProblem, ReducedProblems
 from nonlinear.stability.ring_structure import FaceFlexibility, RingStructure
 
 
@@ -90,9 +91,7 @@ class SliceMatrices:
     """A_c and E_c around the middle of a slice of the strip, at some kappas."""
 
     retained: NDArray[np.bool_]  # (S, 2, q), the poles that are states
-    # `matrix`, `descriptor`: (n_kappa, n_z, n_z), a_c and E_c
-    matrix: ComplexArray
-    descriptor: ComplexArray
+    pencil: Pencil  # (n_kappa, n_z, n_z), A_c and E_c
 
     def mirrored(self, static: bool) -> "SliceMatrices":
         """Those at -kappa around the complex conjugate middle: the conjugate ones with h and -h exchanged."""
@@ -103,28 +102,23 @@ class SliceMatrices:
         # the conjugate of a pole of harmonic 0 is the other pole of the mode
         place = np.concatenate([place[:1, ::-1], place[1:][rows]]) if static else place[rows]
         order = place[place >= 0]
-        matrix, descriptor = (part.conj()[:, order][:, :, order] for part in (self.matrix, self.descriptor))
-        return SliceMatrices(place >= 0, matrix, descriptor)
+        return SliceMatrices(place >= 0, Pencil(*(part.conj()[:, order][:, :, order] for part in self.pencil)))
 
     def with_mirrored(self, static: bool) -> "SliceMatrices":
         """Those around 0 at some kappas, followed by those at the kappas with the other sign."""
-        other = self.mirrored(static)
-        parts = ((self.matrix, other.matrix), (self.descriptor, other.descriptor))
-        return SliceMatrices(self.retained, *(np.concatenate(part) for part in parts))
+        pairs = zip(self.pencil, self.mirrored(static).pencil, strict=True)
+        return SliceMatrices(self.retained, Pencil(*(np.concatenate(pair) for pair in pairs)))
 
     def opposite(self, static: bool, nodes: int) -> "SliceMatrices":
         """Those around the complex conjugate middle, at the same kappas."""
         mirrored = self.mirrored(static)  # at -kappa: the nodes of the two signs change places
-        matrix, descriptor = (np.roll(part, nodes, axis=0) for part in (mirrored.matrix, mirrored.descriptor))
-        return SliceMatrices(mirrored.retained, matrix, descriptor)
+        return SliceMatrices(mirrored.retained, Pencil(*(np.roll(part, nodes, axis=0) for part in mirrored.pencil)))
 
-    def interpolated(self, weights: Array) -> tuple[ComplexArray, ComplexArray]:
-        """A_c and E_c at other kappas, by their weights (n, n_kappa): (n, n_z, n_z) each."""
-        count, size, _ = self.matrix.shape
+    def interpolated(self, weights: Array) -> Pencil:
+        """The problems at other kappas, by their weights (n, n_kappa): (n, n_z, n_z)."""
+        count, size, _ = self.pencil.matrix.shape
         shape = len(weights), size, size  # no pole may be retained: -1 would not tell the size
-        parts = (self.matrix.reshape(count, size**2), self.descriptor.reshape(count, size**2))
-        matrix, descriptor = ((weights @ part).reshape(shape) for part in parts)
-        return matrix, descriptor
+        return Pencil(*((weights @ part.reshape(count, size**2)).reshape(shape) for part in self.pencil))
 
 
 @dataclass(frozen=True)
@@ -144,7 +138,7 @@ class ScannedSlices:
         if not k.size:
             return found
         for centre, matrices in self.slices:
-            values = nearest_eigenvalues(*matrices.interpolated(self.weights[k - 1]))
+            values = nearest_eigenvalues(matrices.interpolated(self.weights[k - 1]))
             margin = OVERLAP + MISPLACED * np.clip(values.real, 0.0, WIDTH)
             row, column = np.nonzero(np.abs(values.imag) <= WIDTH / 2.0 + margin)
             found += zip((values[row, column] + 1j * centre).tolist(), k[row].tolist(), strict=True)
@@ -195,13 +189,11 @@ def _slice(
     retained = reduced.near(parameters, omega, centre)
     condensed = reduced.condensed_around(centre, retained, omega)
     faces = face_contact(reduced, contact)
-    loops = [
-        CondensedLoop.closed(condensed, *faces.linearised(1j * centre if centre else 0.0, kappa))
-        for kappa in kappas.tolist()
-    ]
-    return SliceMatrices(
-        retained, np.stack([loop.matrix for loop in loops]), np.stack([loop.descriptor for loop in loops])
-    )
+    pencils, model = [], condensed.model
+    for kappa in kappas.tolist():
+        matrix, memory = faces.linearised(1j * centre if centre else 0.0, kappa)
+        pencils.append(ContactFeedback.closed(model, matrix).pencil(memory))
+    return SliceMatrices(retained, Pencil(*(np.stack(part) for part in zip(*pencils, strict=True))))
 
 
 STIFF_NODES = 8  # kappas between 0 and pi at which the matrices are formed
@@ -223,8 +215,9 @@ class FaceScan:
         def formed(centre: float, kappas: Array) -> SliceMatrices:
             pencils = motions.pencils(structure.phases(kappas), structure.harmonics)
             centres = np.full(kappas.size, centre)
-            parts = pencils.matrices(closed.at(1j * centre), centres, omega, structure.problem.highest_pole, above)
-            return SliceMatrices(parts.retained[0], parts.matrix, parts.descriptor)
+            highest = structure.problem.highest_pole
+            retained, pencil = pencils.closed(closed.at(1j * centre), centres, omega, highest, above)
+            return SliceMatrices(retained[0], pencil)
 
         half, upper = formed(0.0, kappas[:STIFF_NODES]), formed(WIDTH, kappas)
         slices = (0.0, half.with_mirrored(static)), (WIDTH, upper), (-WIDTH, upper.opposite(static, STIFF_NODES))

@@ -9,7 +9,7 @@ from lumped import lumped_blade
 from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance
 from nonlinear.stability import perturbation_pencils
 from nonlinear.stability.closed_refinement import ClosedContact
-from nonlinear.stability.eigenproblem import converged
+from nonlinear.stability.eigenproblem import Pencil, converged
 from nonlinear.stability.floquet import FloquetAnalysis
 from nonlinear.stability.perturbation_pencils import LARGE, nearest_eigenvalues, series
 from nonlinear.stability.point_contact import PointContact, in_harmonics
@@ -197,7 +197,7 @@ def test_eigenvalues_next_to_zero(size):
     vectors = np.eye(size) + 0.3 * random.normal(size=(3, size, size)) / np.sqrt(size)
     descriptor = np.eye(size) + 0.2j * random.normal(size=(3, size, size)) / np.sqrt(size)
     matrix = descriptor @ (vectors * values[:, None]) @ np.linalg.inv(vectors)
-    found = nearest_eigenvalues(matrix, descriptor)
+    found = nearest_eigenvalues(Pencil(matrix, descriptor))
     for known, all_found in zip(values, found, strict=True):
         nearest = known[np.argsort(np.abs(known))[:6]]
         assert np.abs(nearest[:, None] - all_found).min(axis=1).max() < 1e-4
@@ -206,5 +206,5 @@ def test_eigenvalues_next_to_zero(size):
 def test_eigenvalues_of_an_invariant_subspace():
     """The subspace has no more dimensions: what follows is round-off."""
     matrix = np.diag(np.repeat([0.0, 1.0, 2.0], 20)).astype(complex)[None]
-    found = nearest_eigenvalues(matrix, np.eye(60, dtype=complex)[None])
+    found = nearest_eigenvalues(Pencil(matrix, np.eye(60, dtype=complex)[None]))
     assert [np.abs(found[0] - value).min() for value in (0.0, 1.0, 2.0)] == pytest.approx([0.0] * 3, abs=1e-9)

@@ -131,8 +131,8 @@ def test_opposite_kappa_is_mirrored():
     mirrored = _slice(reduced, point, WIDTH, kappas, contact).mirrored(analysis.problem.static)
     direct = _slice(reduced, point, -WIDTH, -kappas, contact)
     assert (mirrored.retained == direct.retained).all()
-    assert mirrored.matrix == pytest.approx(direct.matrix, abs=1e-10)
-    assert mirrored.descriptor == pytest.approx(direct.descriptor, abs=1e-10)
+    assert mirrored.pencil.matrix == pytest.approx(direct.pencil.matrix, abs=1e-10)
+    assert mirrored.pencil.descriptor == pytest.approx(direct.pencil.descriptor, abs=1e-10)
 
 
 @pytest.mark.parametrize("law", ["two_sliders", "cone"])
