@@ -5,7 +5,8 @@ References
 A. H. Nayfeh, B. Balachandran, Applied Nonlinear Dynamics, Wiley, 1995.
 """
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cached_property, partial
 
@@ -27,7 +28,7 @@ from nonlinear.stability.eigenproblem import (
 )
 from nonlinear.stability.hill import HillProblem, Memory
 from nonlinear.stability.point_contact import PointContact
-from nonlinear.stability.reduced_problem import ReducedProblem, ReducedProblems
+from nonlinear.stability.reduced_problem import ReducedProblems
 from nonlinear.stability.reduced_refinement import ReducedRefinement, ReducedWave
 from nonlinear.stability.ring_structure import RingStructure
 from nonlinear.stability.slider_memory import MemorySampler
@@ -37,7 +38,17 @@ from rom import RelativeReceptance
 IN_DOUBT = 2e-3  # decay up to which an eigenvalue of few modes is refined: three times the largest error seen
 NEXT_TO_ZERO = 1e-3  # eigenvalue up to which condensed poles do not matter
 NEUTRAL = 1e-6  # real part up to which an exponent is not called growing: the error of a neutral one
+OFF_AXIS = 1e-3j  # from a real eigenvalue of the scan to a complex pair near it
+KEPT_PROBLEMS = 16  # with a disk, each with modes of its own
 HALF_ORDER = 0.01  # distance of abs(Im sigma) from 1/2 that still counts as period doubling
+
+
+class Basis(Enum):
+    """The coordinates in which eigenvalues are solved for; which one takes the least work was measured."""
+
+    ALL_MODES = "the states of the retained poles"
+    FEW_MODES = "the lowest modes and residual ones"
+    SHARED_MOTIONS = "few contact motions that all waves share"
 
 
 class Instability(Enum):
@@ -69,6 +80,7 @@ class FloquetAnalysis:
 
     problem: HillProblem  # perturbations of the wave
     sampler: MemorySampler  # slider memory of a point
+    _problems: dict[int, HillProblem] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @classmethod
     def of(
@@ -79,39 +91,72 @@ class FloquetAnalysis:
         problem = HillProblem(receptance.modal, receptance.phase, harmonics, kappa, static)
         return cls(problem, MemorySampler(contact, harmonics))
 
-    def exponents(self, displacement: Array, jacobian: Array, omega: float) -> ComplexArray:
-        """Floquet exponents of one point (see `floquet_exponents`).
+    def point(self, displacement: Array, jacobian: Array, omega: float) -> PointContact:
+        """The contact of a point.
 
         Shapes: `displacement` (2H+1, n_c, 3), `jacobian` (n_c, 3, 3, 2H+1, 2H+1).
         """
-        contact = PointContact(jacobian, omega, self.sampler.memory(displacement))
-        if self._has_closed_contact:
-            few = self.few_modes.at(omega) if self.refinement.applies(omega) else None
-            if few is not None and few.omitted <= self.few_modes.negligible:
-                return self._in_few_modes(few, contact)
-            return self._refined_where_growing(contact)
-        return floquet_exponents(self.problem, jacobian, omega, contact.memory)
+        return PointContact(jacobian, omega, self.sampler.memory(displacement))
+
+    def exponents(self, displacement: Array, jacobian: Array, omega: float) -> ComplexArray:
+        """Floquet exponents of one point (see `floquet_exponents`); the parameters are those of `point`."""
+        contact, basis = self.point(displacement, jacobian, omega), self.basis(omega)
+        if self.problem.kappa or basis is Basis.ALL_MODES:
+            return floquet_exponents(self.problem, jacobian, omega, contact.memory)
+        if basis is Basis.FEW_MODES and self.few_modes.suffice(omega):
+            return self._in_few_modes(contact)
+        return self._refined_where_growing(contact)
 
     def followed(self, displacement: Array, jacobian: Array, omega: float, start: complex) -> complex | None:
         """The exponent (1/s) that an exponent of a neighbouring point leads to; None if it leads to none.
 
         One that has left the strip belongs to another nodal diameter.
         """
-        contact = PointContact(jacobian, omega, self.sampler.memory(displacement))
-        found: Refined | None = Refined(start / omega, False)
-        if self.refinement.applies(omega):
-            found = self.refinement.converged(contact, self.problem.kappa, start / omega)
-        elif self._has_closed_contact:
-            found = self.structure.refinement(contact, 0).converged(start / omega)
-        if found is not None and (not found.exact or abs(found.value) < SAME):
-            found = converged(self.problem.eigenproblem(jacobian, omega, contact.memory), found.value)
-        return omega * found.value if found is not None and abs(found.value.imag) <= 0.5 + OVERLAP else None
+        found = self.refined(self.point(displacement, jacobian, omega), start / omega)
+        return None if found is None else omega * found
 
-    @property
-    def _has_closed_contact(self) -> bool:
-        """Whether the contact is closed around what all waves share; not worth it for few contact dofs."""
+    def basis(self, omega: float, k: int = 0) -> Basis:
+        """The basis of the eigenvalues of nodal diameter k that takes the least work."""
+        if self.refinement.applies(omega):
+            return Basis.FEW_MODES
         modal = self.problem.modal
-        return self.problem.kappa == 0.0 and modal.neighbours_coupled and not self.refinement.small
+        if not modal.neighbours_coupled or (k == 0 and self.problem.kappa):
+            return Basis.ALL_MODES
+        if self.refinement.small and (k == 0 or (not modal.has_disk and self.few_modes.suffice(omega))):
+            return Basis.ALL_MODES
+        return Basis.SHARED_MOTIONS
+
+    def refined(self, contact: PointContact, sigma: complex, k: int = 0) -> complex | None:
+        """The eigenvalue of nodal diameter k that an approximate one leads to; None if it leads to none."""
+        found = self._refined(contact, sigma, k)
+        return None if found is None or abs(found.value.imag) > 0.5 + OVERLAP else found.value
+
+    def _refined(self, contact: PointContact, sigma: complex, k: int = 0) -> Refined | None:
+        """As `refined`: in the basis with the least work, and with all modes where that is not exact."""
+        basis = self.basis(contact.omega, k)
+        found: Refined | None = Refined(sigma, False)
+        if basis is Basis.FEW_MODES:
+            kappa = self.problem_of(k).kappa
+            found = _first(lambda value: self.refinement.converged(contact, kappa, value), sigma, k)
+        elif basis is Basis.SHARED_MOTIONS:
+            found = self.structure.refinement(contact, k).converged(sigma)
+        # the sign of a real exponent of the wave next to zero is that of all modes
+        if found is None or (found.exact and (k != 0 or abs(found.value) > SAME)):
+            return found
+        every = self.problem_of(k).eigenproblem(contact.jacobian, contact.omega, contact.memory)
+        return _first(partial(converged, every), found.value, k)
+
+    def problem_of(self, k: int) -> HillProblem:
+        """The problem of nodal diameter k with all modes."""
+        if k == 0:
+            return self.problem
+        modal = self.problem.modal
+        assert modal.n_blades is not None
+        if k not in self._problems:
+            if modal.has_disk and len(self._problems) >= KEPT_PROBLEMS:
+                self._problems.clear()
+            self._problems[k] = replace(self.problem, kappa=2.0 * np.pi * k / modal.n_blades)
+        return self._problems[k]
 
     @cached_property
     def refinement(self) -> ReducedRefinement:
@@ -148,22 +193,18 @@ class FloquetAnalysis:
         sigma = found / contact.omega
         return contact.omega * in_strip(np.append(sigma[~growing], all_refined(refined, sigma[growing], True)))
 
-    def _in_few_modes(self, reduced: ReducedProblem, contact: PointContact) -> ComplexArray:
+    def _in_few_modes(self, contact: PointContact) -> ComplexArray:
         """The exponents in few modes; those that may grow are refined to those of all modes."""
-        wave = ReducedWave(reduced, self.refinement, contact)
-
-        def refined(value: complex) -> Refined | None:
-            found = wave.converged(value)
-            if found is None or (found.exact and abs(found.value) > SAME):
-                return found
-            # the sign of a real exponent next to zero is that of all modes
-            every = self.problem.eigenproblem(contact.jacobian, contact.omega, contact.memory)
-            return converged(every, found.value)
-
-        sigma = eigenvalues_by_slices(wave.eigenvalues, WIDTH, wave.conjugate_pairs)
+        wave = ReducedWave(self.few_modes.at(contact.omega), self.sampler.parameters, contact)
+        sigma = eigenvalues_by_slices(wave.eigenvalues, WIDTH, True)
         doubtful = sigma.real > -IN_DOUBT
-        sigma = np.append(sigma[~doubtful], all_refined(refined, sigma[doubtful], wave.conjugate_pairs))
-        return contact.omega * in_strip(sigma)
+        refined = all_refined(partial(self._refined, contact), sigma[doubtful], True)
+        return contact.omega * in_strip(np.append(sigma[~doubtful], refined))
+
+
+def _first(refine: Callable[[complex], Refined | None], value: complex, k: int) -> Refined | None:
+    """The eigenvalue that `value` leads to; of another nodal diameter than the wave's also from beside it."""
+    return refine(value) or (refine(value + OFF_AXIS) if k else None)
 
 
 def floquet_exponents(

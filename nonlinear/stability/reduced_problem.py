@@ -250,14 +250,19 @@ class ReducedProblems:
         """Those for approximate exponents."""
         return cls(problem, contact, FEW_NEGLIGIBLE, FEW_UNKNOWNS, FEW_LEAST)
 
+    def suffice(self, omega: float) -> bool:
+        """Whether these modes have nearly all the flexibility of the contact faces."""
+        return self.at(omega).omitted <= self.negligible
+
     def at(self, omega: float) -> ReducedProblem:
         """The reduced problem at a frequency."""
         p = self.problem
-        assert isinstance(p.modal, ModalModel)  # with a disk there are no modes that serve every wave
+        assert not p.modal.has_disk  # with one there are no modes that serve every wave
+        modal = p.modal.at(0)
         highest = (p.n_harmonics + p.retention_radius) * omega
-        kept = int(np.count_nonzero(p.modal.angular_frequency <= highest))
+        kept = int(np.count_nonzero(modal.angular_frequency <= highest))
         if kept not in self._known:
             most = self.unknowns // (2 * p.n_harmonics + 1) - kept
-            reduced = reduced_modes(p.modal, self.contact, kept, self.negligible, most, self.least)
+            reduced = reduced_modes(modal, self.contact, kept, self.negligible, most, self.least)
             self._known[kept] = ReducedProblem(p, *reduced)
         return self._known[kept]

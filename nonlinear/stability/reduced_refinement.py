@@ -128,9 +128,8 @@ class ReducedRefinement:
     def applies(self, omega: float) -> bool:
         """Whether the problem is so large that it pays, and the flexibility left out so small that it is exact."""
         modal = self.problem.modal
-        if not isinstance(modal, ModalModel) or modal.left is None:
-            return False
-        return not self.small and self._at(omega).omitted <= MAX_OMITTED
+        possible = modal.neighbours_coupled and not modal.has_disk and not self.small
+        return possible and self._at(omega).omitted <= MAX_OMITTED
 
     @property
     def small(self) -> bool:
@@ -189,8 +188,7 @@ class ModalEigenproblem:
         x, left = (vector.reshape(size, -1, 1) for vector in vectors)
         forces = modal.forces(sigma, (relative @ x)[:, :, 0])
         adjoint = modal.forces(sigma, (relative.conj() @ left)[:, :, 0], adjoint=True)
-        total, every = 0.0 + 0.0j, reduced.problem.modal
-        assert isinstance(every, ModalModel)
+        total, every = 0.0 + 0.0j, reduced.problem.modal.at(0)
         for modes, sign in ((every, 1.0), (reduced.modal, -1.0)):
             poles = reduced.condensed(modes, omega)
             both = _modal_forces(forces, modes, reduced, kappa) * _modal_forces(adjoint, modes, reduced, kappa, True)
@@ -214,23 +212,18 @@ class ReducedWave:
     As in the scan of all nodal diameters only the poles that may come near are states.
     """
 
-    reduced: ReducedProblem  # the modes of the approximate eigenvalues
-    refinement: ReducedRefinement  # refines them
+    reduced: ReducedProblem  # the modes
+    parameters: ContactParameters  # parameters of the contact nodes
     contact: PointContact  # the point
-    conjugate_pairs: bool = True
 
     def eigenvalues(self, shift: complex) -> ComplexArray:
         """All eigenvalues sigma of the problem linearised around `shift`; those near it are approximate exponents."""
         reduced, omega = self.reduced, self.contact.omega
         centre = complex(shift).imag
-        retained = reduced.near(self.refinement.contact, omega, centre)
+        retained = reduced.near(self.parameters, omega, centre)
         poles = reduced.condensed_around(centre, retained, omega)
         loop = ContactFeedback.closed(poles.model, self._modal.matrix(shift))
         return loop.pencil(self._modal.derivative(shift)).eigenvalues() + 1j * centre
-
-    def converged(self, value: complex) -> Refined | None:
-        """The eigenvalue that an approximate one leads to, and whether it is exact: `ReducedRefinement.converged`."""
-        return self.refinement.converged(self.contact, 0.0, value)
 
     @cached_property
     def _modal(self) -> ModalContact:

@@ -26,7 +26,7 @@ from nonlinear.stability.modal_contact import face_contact
 from nonlinear.stability.perturbation_pencils import PerturbationPencils, nearest_eigenvalues
 from nonlinear.stability.point_contact import PointContact
 from nonlinear.stability.reduced_problem import ABOVE, ReducedProblem, ReducedProblems
-from nonlinear.stability.ring_structure import FaceFlexibility, RingStructure
+from nonlinear.stability.ring_structure import RingStructure
 
 
 @dataclass(frozen=True)
@@ -166,10 +166,6 @@ class PatternScan:
     def _interpolation(self) -> KappaInterpolation:
         return KappaInterpolation(self.nodes, self.n_blades)
 
-    def applies(self, omega: float) -> bool:
-        """Whether few modes have nearly all the flexibility of the contact faces."""
-        return self.reduced.at(omega).omitted <= self.reduced.negligible
-
     def scanned(self, contact: PointContact) -> ScannedSlices:
         """The slices of the strip."""
         reduced, static = self.reduced.at(contact.omega), self.reduced.problem.static
@@ -209,7 +205,6 @@ class FaceScan:
         """The slices of the strip."""
         structure, omega = self.structure, contact.omega
         motions, closed = structure.motions(omega), structure.closed(contact)
-        assert isinstance(motions, FaceFlexibility)
         static, kappas = structure.problem.static, self._interpolation.kappas
 
         def formed(centre: float, kappas: Array) -> SliceMatrices:

@@ -5,7 +5,7 @@ What leads there is refined with the matrices of its own kappa.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
@@ -14,19 +14,15 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
-from nonlinear.stability.eigenproblem import OVERLAP, Refined, converged
 from nonlinear.stability.floquet import NEUTRAL, FloquetAnalysis
-from nonlinear.stability.hill import HillProblem
 from nonlinear.stability.perturbation_pencils import FARTHEST
 from nonlinear.stability.point_contact import PointContact
 from nonlinear.stability.ring_scan import FaceScan, PatternScan, ScannedSlices, SectorScan
-from rom import RingModes, SectorModes
+from rom import RingModes
 
 SCAN_ERROR = 0.005  # of an eigenvalue that leads a scan, in units of omega, before it is refined
 SAME_RATE = 0.1  # relative difference of two rates that is left where it does not matter to the stability
 FAMILY = 0.05  # distance of two eigenvalues of one family of neighbouring nodal diameters
-OFF_AXIS = 1e-3j  # from a real eigenvalue of the scan to a complex pair near it
-KEPT_PROBLEMS = 16  # with a disk, each with modes of its own
 FAST = 1.0  # growth, in units of omega, beyond which the scan, linear in sigma, tells little
 MOST_FAST = 4  # of these eigenvalues that are tried all the same
 COARSE = 3  # nodal diameters from one looked at to the next, where perturbations of one of these grow
@@ -82,7 +78,6 @@ class RingStability:
 
     wave: FloquetAnalysis  # perturbations with the symmetry of the wave (kappa = 0)
     n_blades: int  # n_b, at least 2
-    _problems: dict[int, HillProblem] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def leading(self, contact: LinearisedContact) -> PatternExponent | None:
         """The exponent with the largest real part over all k; None if none lies in the strip.
@@ -90,7 +85,7 @@ class RingStability:
         The eigenvalues of the interpolated problems are refined, the least stable first, until no other one can lead
         or can turn a stable motion into an unstable one.
         """
-        point = self._point(contact)
+        point = self.wave.point(*contact)
         if self._has_disk:
             best = self._least_stable(point, self._sector_scan.eigenvalues(point))
         else:
@@ -141,7 +136,7 @@ class RingStability:
         self, contact: LinearisedContact, start: PatternExponent, climb: bool = True
     ) -> PatternExponent | None:
         """The exponent that the one of a neighbouring point leads to; None if it leads to none."""
-        point = self._point(contact)
+        point = self.wave.point(*contact)
         best = self._refined(point, start.exponent / contact.omega, start.nodal_diameter)
         return best if best is None or not climb else self._climbed(point, best)
 
@@ -160,11 +155,7 @@ class RingStability:
 
     def approximate(self, contact: LinearisedContact) -> list[tuple[complex, int]]:
         """Eigenvalues sigma = lambda / omega in the strip and their k, those of all k, the least stable first."""
-        return self._approximate(self._point(contact))
-
-    def _point(self, contact: LinearisedContact) -> PointContact:
-        memory = self.wave.sampler.memory(contact.displacement)
-        return PointContact(contact.jacobian, contact.omega, memory)
+        return self._approximate(self.wave.point(*contact))
 
     def _approximate(self, point: PointContact) -> list[tuple[complex, int]]:
         if self._has_disk:
@@ -174,14 +165,14 @@ class RingStability:
 
     def _scanned(self, point: PointContact) -> Iterator[ScannedSlices]:
         """The slices of the strip without a disk; those with more poles are for points that have nothing else."""
-        if self._scan.applies(point.omega):
+        if self.wave.few_modes.suffice(point.omega):
             yield self._scan.scanned(point)
         yield self._face_scan.scanned(point)
         yield self._face_scan.scanned(point, above=FARTHEST)
 
     @property
     def _has_disk(self) -> bool:
-        return isinstance(self.wave.problem.modal, SectorModes)
+        return self.wave.problem.modal.has_disk
 
     @cached_property
     def _scan(self) -> PatternScan:
@@ -197,31 +188,8 @@ class RingStability:
 
     def _refined(self, contact: PointContact, sigma: complex, k: int) -> PatternExponent | None:
         """The exponent of k that successive linear problems lead to from `sigma`; None if they lead to none."""
-        found = self._by_reduced_problem(contact, sigma, k)
-        if found is not None and not found.exact:
-            eigenproblem = self._problem(k).eigenproblem(contact.jacobian, contact.omega, contact.memory)
-            found = converged(eigenproblem, found.value) or converged(eigenproblem, found.value + OFF_AXIS)
-        if found is None or abs(found.value.imag) > 0.5 + OVERLAP:
-            return None
-        return PatternExponent(contact.omega * found.value, k)
-
-    def _problem(self, k: int) -> HillProblem:
-        """The problem of nodal diameter k with all modes."""
-        if k not in self._problems:
-            if self._has_disk and len(self._problems) >= KEPT_PROBLEMS:
-                self._problems.clear()
-            self._problems[k] = replace(self.wave.problem, kappa=2.0 * np.pi * k / self.n_blades)
-        return self._problems[k]
-
-    def _by_reduced_problem(self, contact: PointContact, sigma: complex, k: int) -> Refined | None:
-        """The eigenvalue from few modes or few contact motions; None: it leads to none."""
-        if not self.wave.refinement.applies(contact.omega):
-            if self.wave.refinement.small and not self._has_disk and self._scan.applies(contact.omega):
-                return Refined(sigma, False)
-            return self.wave.structure.refinement(contact, k).converged(sigma)
-        kappa = 2.0 * np.pi * k / self.n_blades
-        found = self.wave.refinement.converged(contact, kappa, sigma)
-        return found or self.wave.refinement.converged(contact, kappa, sigma + OFF_AXIS)
+        found = self.wave.refined(contact, sigma, k)
+        return None if found is None else PatternExponent(contact.omega * found, k)
 
 
 def _plausible(scanned: list[tuple[complex, int]]) -> list[tuple[complex, int]]:

@@ -31,7 +31,7 @@ from nonlinear.stability.perturbation_pencils import (
 )
 from nonlinear.stability.point_contact import PointContact
 from nonlinear.stability.reduced_problem import contact_weights
-from rom import ModalModel, SectorModes, WaveModes, relative_contact_motion
+from rom import ModalModel, RingModes, WaveModes, relative_contact_motion
 
 NEGLIGIBLE_WAVE_MOTION = 0.1  # singular value of phi_m / omega_m times the square root of the contact stiffness
 NEGLIGIBLE_DEVIATION = 0.03  # of a wave's flexibility from the mean of all waves, times the contact stiffness
@@ -50,21 +50,22 @@ class WaveFlexibility(SharedMotions):
     deviation: ComplexArray
 
     @classmethod
-    def of(cls, modal: SectorModes, contact: ContactParameters, highest: float) -> "WaveFlexibility":
+    def of(cls, modal: RingModes, contact: ContactParameters, highest: float) -> "WaveFlexibility":
         """All waves of a ring."""
-        weight = contact_weights(contact)
-        last = modal.n_blades // 2
-        waves = [_Wave.of(modal, n, weight, highest) for n in range(last + 1)]
-        shares = np.array([1.0 if 2 * n % modal.n_blades == 0 else 2.0 for n in range(last + 1)]) / modal.n_blades
+        weight, n_blades = contact_weights(contact), modal.n_blades
+        assert n_blades is not None
+        last = n_blades // 2
+        waves = [_Wave.of(modal.at(n), 2.0 * np.pi * n / n_blades, weight, highest) for n in range(last + 1)]
+        shares = np.array([1.0 if 2 * n % n_blades == 0 else 2.0 for n in range(last + 1)]) / n_blades
         mean, vectors = _shared_motions(waves, shares)
         lowest = max(wave.low.frequency.size for wave in waves)
-        frequency, damping = np.full((2, modal.n_blades, lowest), ABOVE * highest)
-        motion = np.zeros((modal.n_blades, vectors.shape[1], lowest), dtype=complex)
-        deviation = np.empty((modal.n_blades, TERMS, vectors.shape[1], vectors.shape[1]), dtype=complex)
+        frequency, damping = np.full((2, n_blades, lowest), ABOVE * highest)
+        motion = np.zeros((n_blades, vectors.shape[1], lowest), dtype=complex)
+        deviation = np.empty((n_blades, TERMS, vectors.shape[1], vectors.shape[1]), dtype=complex)
         common = vectors.T @ mean @ vectors
         for n, wave in enumerate(waves):
             low, count = wave.low, wave.low.frequency.size
-            for place, conjugate in {n: False, -n % modal.n_blades: True}.items():
+            for place, conjugate in {n: False, -n % n_blades: True}.items():
                 frequency[place, :count], damping[place, :count] = low.frequency, low.damping
                 own, rest = vectors.T @ low.motion, wave.high.in_motions(vectors).terms() - common
                 motion[place, :, :count] = own.conj() if conjugate and n != place else own
@@ -86,11 +87,13 @@ class WaveFlexibility(SharedMotions):
         """The highest that contact springs can raise the natural frequencies to, (N_b, q) rad/s."""
         return np.asarray(np.sqrt(self.angular_frequency**2 + self.stiffening))
 
-    def pencils(self, number: NDArray[np.int64], harmonics: Array) -> PerturbationPencils:
-        """The eigenvalue problems of several perturbations.
+    def pencils(self, phases: Array, harmonics: Array) -> PerturbationPencils:
+        """The eigenvalue problems of several perturbations, each of a nodal diameter.
 
-        Shapes: `number` (K, S), `harmonics` (S,).
+        Shapes: `phases` (K, S), `harmonics` (S,).
         """
+        n_blades = len(self.damping)
+        number = np.rint(phases * n_blades / (2.0 * np.pi)).astype(np.int64) % n_blades
         backward = (harmonics < 0.0)[:, None, None]
         poles, residues = (part[number] for part in self.poles)
         rise = self.stiffened - self.angular_frequency
@@ -112,9 +115,8 @@ class _Wave(NamedTuple):
     high: WeightedModes
 
     @classmethod
-    def of(cls, modal: SectorModes, n: int, weight: Array, highest: float) -> "_Wave":
-        own = modal.at(n)
-        motion = weight[:, None] * relative_contact_motion(own.right, own.left, 2.0 * np.pi * n / modal.n_blades)
+    def of(cls, own: ModalModel, phase: float, weight: Array, highest: float) -> "_Wave":
+        motion = weight[:, None] * relative_contact_motion(own.right, own.left, phase)
         frequency = own.angular_frequency
         low = (frequency > 0.0) & (frequency <= highest)  # rigid motions of a disk do not move the contacts
         parts = (
@@ -243,8 +245,8 @@ class RingStructure:
             modal, frequency = self.problem.modal, RATIO**number
             self._motions[number] = (
                 WaveFlexibility.of(modal, self.contact, frequency)
-                if isinstance(modal, SectorModes)
-                else FaceFlexibility.of(modal, self.contact, frequency)
+                if modal.has_disk
+                else FaceFlexibility.of(modal.at(0), self.contact, frequency)
             )
         return self._motions[number]
 
@@ -262,10 +264,7 @@ class RingStructure:
 
         Shapes: `diameters` (K,).
         """
-        motions = self.motions(omega)
-        if isinstance(motions, WaveFlexibility):
-            return motions.pencils((self._orders + diameters[:, None]) % self.n_blades, self.harmonics)
-        return motions.pencils(self.phases(2.0 * np.pi * diameters / self.n_blades), self.harmonics)
+        return self.motions(omega).pencils(self.phases(2.0 * np.pi * diameters / self.n_blades), self.harmonics)
 
     def phases(self, kappas: Array) -> Array:
         """Phase from blade to blade in each harmonic of some perturbations, (K, S) rad.
@@ -284,9 +283,3 @@ class RingStructure:
         structure = PerturbationStructure(self.motions(omega), self.pencils(np.array([k]), omega), self._modes[k])
         real = 2 * k % self.n_blades == 0
         return ClosedRefinement(structure, contact, self.closed(contact), real)
-
-    @cached_property
-    def _orders(self) -> NDArray[np.int64]:
-        """Nodal diameters of the harmonics of the wave, h EO, (S,)."""
-        engine_order = self.problem.phase * self.n_blades / (2.0 * np.pi)
-        return np.rint(self.harmonics * engine_order).astype(np.int64)

@@ -172,7 +172,7 @@ def test_growing_exponents_of_the_wave_in_few_modes(law, omega, monkeypatch):
     """As many as with all modes, and each an eigenvalue of the dense problem."""
     monkeypatch.setattr(reduced_refinement, "LEAST_SIZE", 0)
     analysis, point, contact = case(law, 7, omega)
-    wave = ReducedWave(analysis.few_modes.at(omega), ReducedRefinement(analysis.problem, contact), point)
+    wave = ReducedWave(analysis.few_modes.at(omega), contact, point)
     full = floquet_exponents(analysis.problem, point.jacobian, omega, point.memory)
     full = full[grows(full, omega)] / omega
     assert full.size
@@ -180,7 +180,7 @@ def test_growing_exponents_of_the_wave_in_few_modes(law, omega, monkeypatch):
     for sigma in full[full.imag >= 0.0]:
         nearest = approximate[np.argmin(np.abs(approximate - sigma))]
         assert abs(nearest - sigma) < 0.02
-        value, exact = wave.converged(complex(nearest))
+        value, exact = analysis.refinement.converged(point, 0.0, complex(nearest))
         assert exact
         assert abs(value - sigma) < 1e-3
         # a kappa that is not quite 0, so that the dense problem is written in the amplitudes of h and -h

@@ -115,7 +115,7 @@ def test_nodal_diameters_in_small_groups_have_the_same_eigenvalues(monkeypatch):
     case = problem(24, 2, -0.5)
     balance, points = nonlinear_points(case)
     analysis = FloquetAnalysis.of(balance.receptance, case[1])
-    contact = RingStability(analysis, 24)._point(points[len(points) // 2])
+    contact = analysis.point(*points[len(points) // 2])
     found = []
     for size in (ring_scan.AT_ONCE, 1.0):
         monkeypatch.setattr(ring_scan, "AT_ONCE", size)
