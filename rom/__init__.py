@@ -37,7 +37,7 @@ if TYPE_CHECKING:
         natural_modes,
     )
     from rom.cyclic.receptance import RelativeReceptance
-    from rom.cyclic.reduced_model import ReducedModel, expand_to_mesh
+    from rom.cyclic.reduced_model import ContactInterface, ReducedModel, expand_to_mesh, with_interfaces
     from rom.cyclic.resonance_crossings import (
         ResonanceCrossing,
         excited_nodal_diameter,
@@ -103,6 +103,7 @@ if TYPE_CHECKING:
 __all__ = [
     "UNREADABLE",
     "BoundaryChoice",
+    "ContactInterface",
     "CyclicFaces",
     "CyclicModes",
     "DofLabels",
@@ -225,6 +226,7 @@ __all__ = [
     "wave_errors",
     "wave_reference",
     "why_unreadable",
+    "with_interfaces",
     "with_modal_forces",
     "write_matrices",
     "write_reduced_model",
@@ -274,7 +276,9 @@ _PLACES = {
     "NodalStress": "rom.stress.stress_recovery",
     "NodeTable": "rom.matrix_files.node_table",
     "OperatingStress": "rom.stress.operating_stress",
+    "ContactInterface": "rom.cyclic.reduced_model",
     "ReducedModel": "rom.cyclic.reduced_model",
+    "with_interfaces": "rom.cyclic.reduced_model",
     "ReducedModelError": "rom.errors",
     "Reduction": "rom.reduction.craig_bampton",
     "ReductionOptions": "rom.reduction.craig_bampton",

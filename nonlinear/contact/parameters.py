@@ -1,6 +1,6 @@
 """Contact parameters with the normal law, and the interface of a contact element."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Literal, Protocol, get_args
 
@@ -95,6 +95,32 @@ class ContactParameters:
             raise ContactError(f"slider_origin: shape {origin.shape}, allowed: two numbers a node, {(*length, 2)}")
         elif not np.all(np.isfinite(origin)):
             raise ContactError(f"slider_origin: {origin.tolist()}, allowed: finite numbers")
+
+    @classmethod
+    def joined(cls, *parts: "ContactParameters") -> "ContactParameters":
+        """The parameters of several interfaces, one after the other (see `rom.with_interfaces`).
+
+        Parameters
+        ----------
+        *parts : ContactParameters
+            Those of each interface, all with the same friction law.
+
+        Returns
+        -------
+        ContactParameters
+            Parameters of all nodes.
+
+        Raises
+        ------
+        ContactError
+            For interfaces with different laws.
+        """
+        laws = sorted({part.law for part in parts})
+        if len(laws) != 1:
+            raise ContactError(f"law: {laws}, allowed: one friction law for all interfaces")
+        names = [item.name for item in fields(cls) if item.name != "law"]
+        arrays = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
+        return cls(law=parts[0].law, **arrays)
 
     @classmethod
     def shared(

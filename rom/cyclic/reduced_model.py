@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -225,6 +225,98 @@ class ReducedModel:
         found = np.zeros((self.size, block.size), dtype=block.coordinates.dtype)
         found[block.first : block.first + block.length] = block.coordinates
         return found if mirrored == n else found.conj()
+
+
+@dataclass(frozen=True)
+class ContactInterface:
+    """Pairs of nodes that may touch each other.
+
+    The relative displacement in harmonic h of a wave of phase psi is d = q_R - q_L exp(i h psi) *between neighbours*,
+    as the left nodes are those of the next blade; d = q_R - q_L *inside a sector*; d = q_R *against the ground*.
+
+    Attributes
+    ----------
+    right : (3 n, n_q) array
+        Displacement of the right nodes = right @ q, rows t1, t2, n of node 1, then of node 2, ...
+    position : (n, 3) array
+        Positions of the right nodes, m.
+    left : (3 n, n_q) array or None
+        The same as `right` for the left nodes; None: against the ground.
+    inside : bool
+        Whether the left nodes belong to the same sector as the right ones.
+    area : (n,) array or None
+        Tributary areas of the nodes, m^2.
+
+    Examples
+    --------
+    See `with_interfaces`.
+    """
+
+    right: Array
+    position: Array
+    left: Array | None = None
+    inside: bool = False
+    area: Array | None = None
+
+    @property
+    def rows(self) -> tuple[Array, Array]:
+        """The parts of d that do not depend on the wave and that go with -exp(i h psi), (3 n, n_q) each."""
+        if self.left is None:
+            return self.right, np.zeros_like(self.right)
+        return (self.right - self.left, np.zeros_like(self.left)) if self.inside else (self.right, self.left)
+
+
+def with_interfaces(model: ReducedModel, *interfaces: ContactInterface) -> ReducedModel:
+    """The model with several contact interfaces in place of its own: B_h stacks them.
+
+    What does not depend on the wave in the relative displacement of a pair stands in `contact_right`, what goes with
+    -exp(i h psi) in `contact_left`: of nodes that touch inside a sector the former is the difference of both.
+
+    Parameters
+    ----------
+    model : ReducedModel
+        The model.
+    *interfaces : ContactInterface
+        One or more; their nodes are numbered one interface after the other (see `ContactParameters.joined`).
+
+    Returns
+    -------
+    ReducedModel
+        The model. Areas are known if those of all interfaces are.
+
+    Raises
+    ------
+    ReducedModelError
+        An interface has motions of another number of nodes or coordinates.
+
+    Examples
+    --------
+    A blade of two coordinates: its tip touches the next blade, its foot its own tip.
+
+    >>> from rom import ContactInterface, ReducedModel, modal_model, with_interfaces
+    >>> tip, foot = (np.outer([0.0, 0.0, 1.0], one) for one in np.eye(2))
+    >>> place, one = np.zeros((1, 3)), np.eye(2)[0]
+    >>> blade = ReducedModel(np.eye(2), np.diag([1.0, 4.0]), tip, place, one, {"tip": one}, n_blades=4)
+    >>> shroud = ContactInterface(tip, place, tip)
+    >>> model = with_interfaces(blade, shroud, ContactInterface(foot, place, tip, inside=True))
+    >>> modal_model(model, damping_ratio=0.01).waves(np.array([np.pi])).relative[0, [2, 5]].real.round(6).tolist()
+    [[2.0, 0.0], [-1.0, 1.0]]
+    """
+    parts = [interface.rows for interface in interfaces]
+    for interface, (right, left) in zip(interfaces, parts, strict=True):
+        shape = 3 * len(interface.position), model.size
+        for name, rows in (("right", right), ("left", left)):
+            if rows.shape != shape:
+                raise ReducedModelError(f"contact interface: {name}: shape {rows.shape}, allowed: {shape}")
+    left = np.concatenate([part for _, part in parts])
+    areas = [interface.area for interface in interfaces if interface.area is not None]
+    return replace(
+        model,
+        contact_right=np.concatenate([part for part, _ in parts]),
+        contact_left=left if left.any() else None,
+        contact_position=np.concatenate([interface.position for interface in interfaces]),
+        contact_area=np.concatenate(areas) if len(areas) == len(interfaces) else None,
+    )
 
 
 def _check_array(name: str, array: NDArray[np.generic], shape: tuple[int, ...]) -> None:
