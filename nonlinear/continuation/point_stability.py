@@ -209,7 +209,7 @@ class PointStability:
         """
         springs = self._linear_segments(point.balance).system(state).springs
         modal, psi = point.balance.receptance.modal, point.balance.receptance.phase
-        alone = isinstance(modal, ModalModel) and not springs.any()
+        alone = not modal.has_disk and not springs.any()
         if alone or modal.n_blades is None:
             return None
         key = -1, state.pressed.tobytes()

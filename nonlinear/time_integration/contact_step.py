@@ -56,28 +56,36 @@ class NodeLaw(NamedTuple):
 class RingSystem(NamedTuple):
     """What a step needs, for m retained modes and r = 3 n_c contact displacements of a pair of faces.
 
-    With a disk the fields that speak of modes are empty (see `DiskSystem`) but for `position` and `rate`.
+    What is said of modes otherwise is in `BladeSystem` or, with a disk, in `DiskSystem`.
 
     `own`, `previous` and `following` hold the motion of a pair of faces under a unit force at the end of the step, on
     the pair itself, on the one before it and on the one after it. The row belongs to the force. One blade is its
-    own neighbour: `own` and `right` hold the whole, the left faces are left out.
+    own neighbour: `own` holds the whole.
     """
 
     position: Array  # (4, m): modal coordinates over a step, see `propagation`
     rate: Array  # (4, m): their rates
-    right: Array  # (r, m)
-    left: Array  # (r, m)
-    right_modes: Array  # (m, r): the transposes
-    left_modes: Array  # (m, r)
     own: Array  # (r, r), m/N
     previous: Array  # (r, r)
     following: Array  # (r, r)
     free_motion: Array  # (2H+1, r): relative displacement without contact: static, cosine and sine of harmonic 1, ...
     free_output: Array  # (2H+1,): the same of the output
-    output_modes: Array  # (m,)
-    output_forces: Array  # (2, r): residual flexibility of the output to forces on its right and on its left pair
     waves: Array  # (q, 2): cosine and sine of j psi
     contact: NodeLaw
+
+
+class BladeSystem(NamedTuple):
+    """What a step of blades that only their contacts join needs besides `RingSystem`.
+
+    One blade is its own neighbour: `right` holds the whole, the left faces are left out.
+    """
+
+    right: Array  # (r, m)
+    left: Array  # (r, m)
+    right_modes: Array  # (m, r): the transposes
+    left_modes: Array  # (m, r)
+    output_modes: Array  # (m,)
+    output_forces: Array  # (2, r): residual flexibility of the output to forces on its right and on its left pair
 
 
 class RingWork(NamedTuple):

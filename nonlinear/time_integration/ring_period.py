@@ -16,6 +16,7 @@ import math
 from nonlinear.contact.numba_cache import inlined, inner, lean
 from nonlinear.contact.parameters import Array
 from nonlinear.time_integration.contact_step import (
+    BladeSystem,
     DiskSystem,
     DiskWork,
     RingSystem,
@@ -78,13 +79,13 @@ def write_free_motion(theta: float, system: RingSystem, work: RingWork) -> None:
 
 
 @inlined
-def add_modes(system: RingSystem, work: RingWork) -> None:
+def add_modes(blades: BladeSystem, work: RingWork) -> None:
     """Add the relative displacement of the retained modes."""
     n_blades = len(work.guess)
     for j in range(n_blades):
-        add_rows(1.0, work.coordinates[j], system.right_modes, work.guess[j])
+        add_rows(1.0, work.coordinates[j], blades.right_modes, work.guess[j])
         if n_blades > 1:
-            add_rows(-1.0, work.coordinates[(j + 1) % n_blades], system.left_modes, work.guess[j])
+            add_rows(-1.0, work.coordinates[(j + 1) % n_blades], blades.left_modes, work.guess[j])
 
 
 @inlined
@@ -141,7 +142,7 @@ def solve_contacts(scale: float, system: RingSystem, work: RingWork) -> float:
 
 
 @inlined
-def apply_forces(system: RingSystem, work: RingWork) -> None:
+def apply_forces(system: RingSystem, blades: BladeSystem, work: RingWork) -> None:
     """Add the forces at the end of the step to coordinates and rates."""
     n_blades, rows = work.force.shape
     for j in range(n_blades):
@@ -151,9 +152,9 @@ def apply_forces(system: RingSystem, work: RingWork) -> None:
         force, behind = work.force[j], work.force[(j - 1) % n_blades]
         for row in range(0, rows, 3):
             if force[row] != 0.0 or force[row + 1] != 0.0 or force[row + 2] != 0.0:
-                add_node(1.0, row, force, system.right, modal)
+                add_node(1.0, row, force, blades.right, modal)
             if n_blades > 1 and (behind[row] != 0.0 or behind[row + 1] != 0.0 or behind[row + 2] != 0.0):
-                add_node(-1.0, row, behind, system.left, modal)
+                add_node(-1.0, row, behind, blades.left, modal)
         for m in range(modal.size):
             work.coordinates[j, m] += system.position[3, m] * modal[m]
             work.rates[j, m] += system.rate[3, m] * modal[m]
@@ -177,16 +178,16 @@ def free_output(j: int, theta: float, system: RingSystem) -> float:
 
 
 @inlined
-def write_output(theta: float, system: RingSystem, work: RingWork, output: Array) -> None:
+def write_output(theta: float, system: RingSystem, blades: BladeSystem, work: RingWork, output: Array) -> None:
     """Write the output of all blades (q,)."""
     n_blades, rows = work.force.shape
     for j in range(n_blades):
         total = free_output(j, theta, system)
         for m in range(work.coordinates.shape[1]):
-            total += system.output_modes[m] * work.coordinates[j, m]
+            total += blades.output_modes[m] * work.coordinates[j, m]
         for row in range(rows):
-            total += system.output_forces[0, row] * work.force[j, row]
-            total += system.output_forces[1, row] * work.force[(j - 1) % n_blades, row]
+            total += blades.output_forces[0, row] * work.force[j, row]
+            total += blades.output_forces[1, row] * work.force[(j - 1) % n_blades, row]
         output[j] = total
 
 
@@ -202,7 +203,9 @@ def end_all(work: RingWork) -> None:
 
 
 @lean
-def march_steps(system: RingSystem, work: RingWork, first: int, last: int, scale: float, output: Array) -> float:
+def march_steps(
+    system: RingSystem, blades: BladeSystem, work: RingWork, first: int, last: int, scale: float, output: Array
+) -> float:
     """March the steps from `first` to `last` of a period and write the output at their ends, (steps, q).
 
     `scale` is the largest contact force so far; returned with what comes, or -1 where the contact forces of a step do
@@ -214,14 +217,14 @@ def march_steps(system: RingSystem, work: RingWork, first: int, last: int, scale
         advance_modes(system, work)
         begin_all(system, work)
         write_free_motion(theta, system, work)
-        add_modes(system, work)
+        add_modes(blades, work)
         add_forces(system, work)
         largest = solve_contacts(scale, system, work)
         if largest < 0.0:
             return -1.0
         scale = largest
-        apply_forces(system, work)
-        write_output(theta, system, work, output[step])
+        apply_forces(system, blades, work)
+        write_output(theta, system, blades, work, output[step])
         end_all(work)
     return scale
 

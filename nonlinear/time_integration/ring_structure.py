@@ -15,6 +15,8 @@ all waves, x_j would be the modal coordinates of blade j. The kernels have the c
 discrete Fourier transform of x_j: real coordinates of unit mass, each of which moves as a mode of a blade alone does.
 """
 
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -25,6 +27,7 @@ from numpy.typing import NDArray
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
 from nonlinear.time_integration.contact_step import (
+    BladeSystem,
     DiskSystem,
     DiskWork,
     RingSystem,
@@ -56,12 +59,81 @@ def propagation(angular_frequency: Array, damping: Array, step: float) -> tuple[
 
 
 @dataclass(frozen=True)
-class ClampedBlades:
+class RingStructure(ABC):
+    """The structure of q blades in time: coordinates (q, m), and what the kernels hold of them. Nobody asks which."""
+
+    modes: RetainedModes  # the ring, and its modes that are integrated
+    n_blades: int  # number q of blades
+
+    @property
+    @abstractmethod
+    def angular_frequency(self) -> Array:
+        """Natural frequencies, (m,) or, wave by wave, (J, m), rad/s."""
+
+    @property
+    @abstractmethod
+    def damping(self) -> Array:
+        """Modal damping coefficients 2 zeta w, of the same shape, 1/s."""
+
+    @abstractmethod
+    def scaled(self, coordinates: Array, factor: NDArray[Any]) -> Array:
+        """Coordinates (..., q, m) times a factor of each mode, of the shape of `angular_frequency`."""
+
+    @abstractmethod
+    def packed(self, coordinates: Array) -> Array:
+        """The retained ones of coordinates (q, m), as the kernels hold them."""
+
+    @abstractmethod
+    def unpacked(self, kept: Array) -> Array:
+        """Coordinates (q, m) from those of the kernels; 0 where a mode is not retained."""
+
+    @abstractmethod
+    def motion(self, coordinates: Array) -> Array:
+        """Relative displacement (..., q, r) of the pairs of faces, m."""
+
+    @abstractmethod
+    def modal_force(self, force: Array) -> Array:
+        """Modal forces (q, m) of contact forces (q, r) on the right nodes."""
+
+    @abstractmethod
+    def kernel(self, omega: float, steps: int) -> "Kernel":
+        """The kernel that marches the ring at `omega` (rad/s) with `steps` a period."""
+
+    @cached_property
+    def retained(self) -> NDArray[np.bool_]:
+        """Modes that are integrated, of the shape of `angular_frequency`."""
+        return self.modes.are_retained(self.angular_frequency)
+
+    def system(self, omega: float, propagated: tuple[Array, Array], near: Sequence[Array]) -> RingSystem:
+        """What a step needs of any structure.
+
+        Shapes: `propagated` coefficients of `propagation`; `near` (r, r) each, `own`, `previous` and `following`.
+        """
+        ring, linear = self.modes.ring, self.modes.ring.excited
+        coordinates, angles = ring.free_response(omega), ring.phase * np.arange(self.n_blades)
+        position, rate = propagated
+        own, previous, following = (np.ascontiguousarray(part) for part in near)
+        return RingSystem(
+            position=position,
+            rate=rate,
+            own=own,
+            previous=previous,
+            following=following,
+            free_motion=cosine_rows(np.einsum("hrm,hm->hr", linear.relative, coordinates)),
+            free_output=cosine_rows(linear.output(ring.output, coordinates)),
+            waves=np.stack([np.cos(angles), np.sin(angles)], axis=1),
+            contact=node_law(ring.contact),
+        )
+
+
+@dataclass(frozen=True)
+class ClampedBlades(RingStructure):
     """Coordinates (q, m) of q blades: the modal coordinates of each."""
 
-    modal: ModalModel  # modes of a blade
-    modes: RetainedModes  # modes that are integrated
-    n_blades: int  # number q of blades
+    @cached_property
+    def modal(self) -> ModalModel:
+        """Modes of a blade."""
+        return self.modes.ring.modal.at(0)
 
     @property
     def angular_frequency(self) -> Array:
@@ -72,11 +144,6 @@ class ClampedBlades:
     def damping(self) -> Array:
         """Modal damping coefficients 2 zeta w, (m,), 1/s."""
         return self.modal.damping
-
-    @property
-    def retained(self) -> NDArray[np.bool_]:
-        """Modes that are integrated, (m,)."""
-        return self.modes.are_retained(self.angular_frequency)
 
     def scaled(self, coordinates: Array, factor: NDArray[Any]) -> Array:
         """Coordinates (..., q, m) times a factor (m,) of each mode."""
@@ -119,50 +186,36 @@ class ClampedBlades:
         own = (right * at_end) @ right.T + (left * at_end) @ left.T
         previous = -(left * at_end) @ right.T  # [force, motion]
         following = -(right * at_end) @ left.T
-        linear = ring.excited
-        coordinates = ring.free_response(omega)
         output = modal.outputs[ring.output]
-        angles = ring.phase * np.arange(self.n_blades)
-        system = RingSystem(
-            position=position,
-            rate=rate,
+        blades = BladeSystem(
             right=np.ascontiguousarray(right[:, kept]),
             left=np.ascontiguousarray(left[:, kept]),
             right_modes=np.ascontiguousarray(right[:, kept].T),
             left_modes=np.ascontiguousarray(left[:, kept].T),
-            own=np.ascontiguousarray(own),
-            previous=np.ascontiguousarray(previous),
-            following=np.ascontiguousarray(following),
-            free_motion=cosine_rows(np.einsum("hrm,hm->hr", linear.relative, coordinates)),
-            free_output=cosine_rows(linear.output(ring.output, coordinates)),
             output_modes=np.ascontiguousarray(output[kept]),
             output_forces=np.stack([right, -left]) @ (flexibility * output),
-            waves=np.stack([np.cos(angles), np.sin(angles)], axis=1),
-            contact=node_law(ring.contact),
         )
-        return BladeKernel(system)
+        return BladeKernel(self.system(omega, (position, rate), (own, previous, following)), blades)
 
 
 @dataclass(frozen=True)
 class BladeKernel:
-    """Marches a ring of blades; `system` holds the arrays."""
+    """Marches a ring of blades; `system` and `blades` hold the arrays."""
 
     system: RingSystem
+    blades: BladeSystem
 
     def __call__(self, work: RingWork, first: int, last: int, scale: float, output: Array) -> float:
         """March steps of a period, see `march_steps`."""
-        return float(march_steps(self.system, work, first, last, scale, output))
+        return float(march_steps(self.system, self.blades, work, first, last, scale, output))
 
 
 @dataclass(frozen=True)
-class JoinedSectors:
+class JoinedSectors(RingStructure):
     """Coordinates (q, m) of q sectors: the sums of the waves.
 
     Factors of modes have one row for each of the J = q // 2 + 1 waves l = 0 .. q // 2.
     """
-
-    modes: RetainedModes  # the ring, and its modes that are integrated
-    n_blades: int  # number q of sectors
 
     @cached_property
     def phases(self) -> Array:
@@ -183,11 +236,6 @@ class JoinedSectors:
     def damping(self) -> Array:
         """Modal damping coefficients 2 zeta w, (J, m), 1/s."""
         return self.waves.damping
-
-    @cached_property
-    def retained(self) -> NDArray[np.bool_]:
-        """Modes that are integrated, (J, m)."""
-        return self.modes.are_retained(self.angular_frequency)
 
     @cached_property
     def output(self) -> ComplexArray:
@@ -221,7 +269,7 @@ class JoinedSectors:
 
     def kernel(self, omega: float, steps: int) -> "SectorKernel":
         """The kernel that marches the ring at `omega` (rad/s) with `steps` a period."""
-        ring, count = self.modes.ring, self._kept.shape[1]
+        count = self._kept.shape[1]
         frequency = np.where(self._kept, self.angular_frequency[:, :count], 0.0)[self._wave]
         damping = np.where(self._kept, self.damping[:, :count], 0.0)[self._wave]
         position, rate = propagation(frequency.ravel(), damping.ravel(), 2.0 * np.pi / omega / steps)
@@ -231,26 +279,6 @@ class JoinedSectors:
         at_end[:, :count][self._kept] = position[3].reshape(-1, count)[cosine][self._kept]
         relative, adjoint = self.waves.relative, self.waves.relative.conj().transpose(0, 2, 1)
         near, far = self._near_and_far((relative * at_end[:, None]) @ adjoint)
-        coordinates, linear = ring.free_response(omega), ring.excited
-        angles = ring.phase * np.arange(self.n_blades)
-        nothing = np.zeros((1, 1))
-        system = RingSystem(
-            position=position,
-            rate=rate,
-            right=nothing,
-            left=nothing,
-            right_modes=nothing,
-            left_modes=nothing,
-            own=near[0],
-            previous=near[1],
-            following=near[2],
-            free_motion=cosine_rows(np.einsum("hrm,hm->hr", linear.relative, coordinates)),
-            free_output=cosine_rows(linear.output(ring.output, coordinates)),
-            output_modes=nothing[0],
-            output_forces=nothing,
-            waves=np.stack([np.cos(angles), np.sin(angles)], axis=1),
-            contact=node_law(ring.contact),
-        )
         kept = relative[:, :, :count] * self._kept[:, None]
         disk = DiskSystem(
             turn=self._turn,
@@ -262,7 +290,7 @@ class JoinedSectors:
             residual_output=wave_matrices((self.output * residual)[:, None] @ adjoint),
             is_far=self.n_blades > 3,
         )
-        return SectorKernel(system, disk)
+        return SectorKernel(self.system(omega, (position, rate), near), disk)
 
     def _near_and_far(self, flexibility: ComplexArray) -> tuple[list[Array], ComplexArray]:
         """Flexibility (J, r, r) of the waves as that of a pair of faces and what is left.
@@ -329,11 +357,9 @@ class SectorKernel:
         return float(march_sectors(self.system, self.disk, work, scratch, first, last, scale, output))
 
 
-RingStructure = ClampedBlades | JoinedSectors
 Kernel = BladeKernel | SectorKernel
 
 
 def ring_structure(modes: RetainedModes, n_blades: int) -> RingStructure:
     """The structure of q blades."""
-    modal = modes.ring.modal
-    return JoinedSectors(modes, n_blades) if modal.has_disk else ClampedBlades(modal.at(0), modes, n_blades)
+    return (JoinedSectors if modes.ring.modal.has_disk else ClampedBlades)(modes, n_blades)
