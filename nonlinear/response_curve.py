@@ -296,13 +296,8 @@ class ResidualExtreme:
 
     Examples
     --------
-    With the names of the example of `forced_response`:
+    With the names of the example of `ResidualBounds`:
 
-    >>> from dataclasses import replace
-    >>> from nonlinear import forced_response
-    >>> bounds = replace(options, residual_tractions="bounds")
-    >>> stuck = replace(contact, preload=np.array([600.0]))
-    >>> found = forced_response(modal, stuck, excitation, bounds).residual_bounds
     >>> bool(abs(found.highest.traction[0, 0]) <= 0.5 * 600.0)  # Coulomb's limit
     True
     """

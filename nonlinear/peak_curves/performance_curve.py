@@ -56,11 +56,9 @@ class PerformanceCurve:
 
     Examples
     --------
-    With the names of the example of `forced_response`:
+    With the names of the example of `performance_curve`:
 
-    >>> from nonlinear import performance_curve
-    >>> curve = performance_curve((modal, contact, excitation, options), "preload", 0.5, 4.0)
-    >>> print(f"{curve.best_value(force=2.0):.3f} N, {curve.amplitude_m(force=2.0, value=6.12):.3f} m")
+    >>> print(f"{found.best_value(force=2.0):.3f} N, {found.amplitude_m(force=2.0, value=6.12):.3f} m")
     6.120 N, 2.027 m
     """
 

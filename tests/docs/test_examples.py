@@ -1,20 +1,23 @@
 """Every public function and class has an example in its docstring that runs and gives what it shows; `np` is NumPy.
 
-Examples that say so go on from the example of another name of their package, in which a small model stands.
+Examples that say so go on from the example of another name.
 """
 
 import doctest
 import importlib
 import inspect
+import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+pytestmark = pytest.mark.xdist_group("examples")  # one worker: an example from which others go on runs once
+
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("geometry", "rom", "nonlinear", "pipeline", "shroud")
-MODELS = {"nonlinear": "forced_response", "pipeline": "Results"}  # examples from which others go on
+GOES_ON = re.compile(r"With the names of the example of `(\w+)`")
 PRINTED: Any = {"legacy": False, "precision": 8, "suppress": False, "linewidth": 75}  # whatever other tests have set
 
 
@@ -59,24 +62,26 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def models() -> dict[str, dict[str, Any]]:
-    """Names known after the examples from which others go on; each is run when it is first asked for."""
+def known() -> dict[str, dict[str, Any]]:
+    """Names known after the examples that have run."""
     return {}
+
+
+def names_after(name: str, known: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    """Names known after the example of an item: run once, after the example that it goes on from."""
+    if name not in known:
+        item = WITH_EXAMPLES[name][1]
+        before = GOES_ON.search(item.__doc__)
+        known[name] = run(item, names_after(before[1], known) if before else {})
+    return known[name]
 
 
 @pytest.mark.parametrize("name", sorted(WITH_EXAMPLES))
 def test_an_example_runs(
-    name: str, folder: Path, models: dict[str, dict[str, Any]], monkeypatch: pytest.MonkeyPatch
+    name: str, folder: Path, known: dict[str, dict[str, Any]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(folder)
-    package, item = WITH_EXAMPLES[name]
-    model = MODELS.get(package, "")
-    if f"With the names of the example of `{model}`" not in item.__doc__:
-        run(item, {})
-        return
-    if model not in models:
-        models[model] = run(WITH_EXAMPLES[model][1], {})
-    run(item, models[model])
+    names_after(name, known)
 
 
 @pytest.mark.parametrize("package", PACKAGES)

@@ -42,7 +42,7 @@ def test_it_is_the_default_of_the_cone():
     assert isinstance(cone([0.0], 1), EventDrivenCoulombCone)
 
 
-@pytest.mark.parametrize(("harmonics", "nodes"), [(1, 10), (3, 6), (5, 5)])
+@pytest.mark.parametrize(("harmonics", "nodes"), [(1, 5), (3, 3), (5, 3)])
 def test_forces_and_work_of_a_general_integrator(harmonics, nodes):
     """Open part of the time, or slipping all the time, at random; to the error that the element states."""
     interference = np.random.default_rng(harmonics).choice([-0.3, 0.3, 1.2, 2.5], size=nodes)

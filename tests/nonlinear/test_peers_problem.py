@@ -47,7 +47,13 @@ def problem(kind):
 
 def options(harmonics, integration):
     return SolverOptions(
-        (0.5 / (2 * np.pi), 1.6 / (2 * np.pi)), harmonics=harmonics, samples=128, integration=integration
+        (0.5 / (2 * np.pi), 1.6 / (2 * np.pi)),
+        harmonics=harmonics,
+        samples=128,
+        integration=integration,
+        detached=False,
+        truncation=False,
+        time_integration=False,
     )
 
 

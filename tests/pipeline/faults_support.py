@@ -7,12 +7,13 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from pipeline.store.content_store import MANIFEST, Store
 
-PATIENCE = 60.0  # seconds after which something that is waited for is taken not to come
+PATIENCE = 60.0  # seconds after which it is looked whether what is waited for is still being worked on
+MOST_PATIENCE = 600.0  # seconds for what works without end
 
 
 @contextmanager
@@ -41,11 +42,47 @@ def broken_entries(out: Path) -> list[Path]:
 
 
 def wait_until(condition: Callable[[], object], what: str) -> None:
-    """Look until the condition holds; fails when it never does."""
-    deadline = time.monotonic() + PATIENCE
+    """Look until the condition holds; fails when nothing that this process has started works for it any more."""
+    done, looked = work_done(), time.monotonic()
+    latest = looked + MOST_PATIENCE
     while not condition():
-        assert time.monotonic() < deadline, f"waited in vain for {what}"
+        if time.monotonic() > looked + PATIENCE:
+            before, done, looked = done, work_done(), time.monotonic()
+            assert before + 1.0 < done, f"waited in vain for {what}"
+            assert looked < latest, f"waited too long for {what}"
         time.sleep(0.005)
+
+
+def end_of(process: subprocess.Popen[str]) -> tuple[str, str]:
+    """What a process has said by its end, which is waited for as `wait_until` does."""
+    done, latest = work_done(), time.monotonic() + MOST_PATIENCE
+    while True:
+        try:
+            return process.communicate(timeout=PATIENCE)
+        except subprocess.TimeoutExpired:
+            before, done = done, work_done()
+            assert before + 1.0 < done, "waited in vain for the end of a process"
+            assert time.monotonic() < latest, "waited too long for the end of a process"
+
+
+def work_done() -> float:
+    """Processor time of all processes below this one, s, as Linux tells."""
+    parents, times = {}, {}
+    for status in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):
+            values = status.read_text().rpartition(")")[2].split()
+            parents[int(status.parent.name)] = int(values[1])
+            times[int(status.parent.name)] = sum(int(value) for value in values[11:15])  # with its ended children
+    return sum(times[pid] for pid in below(os.getpid(), parents)) / os.sysconf("SC_CLK_TCK")
+
+
+def below(root: int, parents: dict[int, int]) -> set[int]:
+    """Processes that a process has started, and those have."""
+    tree, more = set(), {pid for pid, parent in parents.items() if parent == root}
+    while more:
+        tree |= more
+        more = {pid for pid, parent in parents.items() if parent in more} - tree
+    return tree
 
 
 def start(*arguments: object, mark: str = "", **options: object) -> subprocess.Popen[str]:

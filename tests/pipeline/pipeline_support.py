@@ -53,6 +53,14 @@ SMALL: dict[str, Any] = {
 }
 
 
+QUICK: dict[str, Any] = {  # changes of a scene whose curve is not what a test is about
+    "response__stability": "folds",
+    "response__detached": False,
+    "response__truncation": False,
+    "response__time_integration": False,
+}
+
+
 def small_scene(**changes: Any) -> dict[str, Any]:
     """A copy of the small scene; keys like `contact__friction=0.2` change a value, None removes it."""
     scene = copy.deepcopy(SMALL)

@@ -11,6 +11,8 @@ from pathlib import Path
 import pytest
 from pipeline_support import ground_scene, small_scene, write_ground_model, write_scene
 
+pytestmark = pytest.mark.xdist_group("architecture")  # one worker: each file is parsed once
+
 PROJECT = Path(__file__).parents[2]
 PACKAGES = ("geometry", "rom", "nonlinear", "pipeline")
 HEAVY = (
@@ -104,22 +106,21 @@ def parsed(path: Path) -> ast.Module:
 @cache
 def imports(path: Path) -> tuple[tuple[str, str, bool], ...]:
     """(module, imported name or "", whether the import happens when the file is imported)."""
-    tree = parsed(path)
-    guarded = {
-        id(inner)
-        for node in ast.walk(tree)
-        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
-        or (isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test))
-        for inner in ast.walk(node)
-    }
-    found = []
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            found += [(alias.name, "", id(node) not in guarded) for alias in node.names]
-        elif isinstance(node, ast.ImportFrom):
-            module = "." * node.level + (node.module or "")
-            found += [(module, alias.name, id(node) not in guarded) for alias in node.names]
-    return tuple(found)
+    return tuple(imports_below(parsed(path), True))
+
+
+def imports_below(node: ast.AST, at_once: bool) -> Iterator[tuple[str, str, bool]]:
+    """Imports in a statement; `at_once`: whether it is executed when the file is imported."""
+    if isinstance(node, ast.Import):
+        yield from ((alias.name, "", at_once) for alias in node.names)
+    elif isinstance(node, ast.ImportFrom):
+        module = "." * node.level + (node.module or "")
+        yield from ((module, alias.name, at_once) for alias in node.names)
+    later = isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
+    later = later or (isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test))
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.stmt | ast.excepthandler | ast.match_case):
+            yield from imports_below(child, at_once and not later)
 
 
 def no_faults(rule: Callable[[Path], Iterator[str]], files: Sequence[Path] = FILES) -> None:
@@ -285,8 +286,7 @@ def test_a_run_without_a_render_imports_no_renderer(tmp_path: Path) -> None:
     assert not again.intersection(("gmsh", "skfem", "scipy", "numba", "meshio"))
 
 
-@pytest.mark.xdist_group("group")
 def test_groups_of_tests_stay_on_one_worker(request: pytest.FixtureRequest) -> None:
     """What a module makes for its tests is made once: pytest-xdist tells its groups by the names of the tests."""
     if request.config.getoption("dist", "no") == "loadgroup":
-        assert request.node.nodeid.endswith("@group")
+        assert request.node.nodeid.endswith("@architecture")

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pipeline_support import small_scene, write_scene
+from pipeline_support import QUICK, small_scene, write_scene
 
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 NAMES = ("mesh", "assembly", "ordering", "factorisation", "constraint modes", "fixed-interface modes", "projection")
@@ -96,7 +96,9 @@ def test_the_smallest_case(benchmark: Any, tmp_path: Path, name: str, monkeypatc
         monkeypatch.setattr(benchmark(script), "in_a_process", partial(measured_here, benchmark))
     table, arguments, count, columns = SMOKE[name]
     element = "hex20" if name in ("mesh_error grading", "peers_linear") else "hex8"
-    scene = write_scene(tmp_path / "small.toml", small_scene(mesh__element=element))
+    scene = write_scene(
+        tmp_path / "small.toml", small_scene(mesh__element=element, **({} if name == "truncation" else QUICK))
+    )
     out = tmp_path / "bench" / table
     assert not benchmark(script).main([*first, *arguments.split(), "--scene", str(scene), "--out", str(out)])
     with (out / f"{table}.csv").open() as file:
@@ -130,7 +132,9 @@ def studies(benchmark: Any, tmp_path_factory: pytest.TempPathFactory) -> dict[st
     )
     coarse = (14.0, 12.0, 10.0)  # mm
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(bench, "SCENE", write_scene(out / "s.toml", small_scene(response__frequency=[150.0, 700.0])))
+        patch.setattr(
+            bench, "SCENE", write_scene(out / "s.toml", small_scene(response__frequency=[150.0, 700.0], **QUICK))
+        )
         patch.setattr(bench, "LIFT_OFF", [curves.CurveCase(bench.SCENE, 1e-5, "slip")])
         plans = {
             "harmonics": curves.harmonics_plan((1, 3), (0.05,), 5, 7),

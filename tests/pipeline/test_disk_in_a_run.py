@@ -35,6 +35,8 @@ from rom import (
     write_reduced_model,
 )
 
+pytestmark = pytest.mark.xdist_group("disk")  # one worker: what the module makes is made once
+
 DISK: dict[str, Any] = {"bore_radius": 0.2, "rim_width": 0.05, "bore_width": 0.03, "profile": [[0.26, 0.012]]}
 STEEL = {"young_modulus": 210e9, "poisson_ratio": 0.3, "density": 7850.0}
 SOFT = STEEL | {"young_modulus": 70e9, "density": 2800.0}

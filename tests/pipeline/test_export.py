@@ -10,7 +10,7 @@ import meshio
 import numpy as np
 import pytest
 import pyuff
-from pipeline_support import ground_scene, shroud, small_scene, write_ground_model, write_scene
+from pipeline_support import QUICK, ground_scene, shroud, small_scene, write_ground_model, write_scene
 from scipy.io import loadmat
 
 from rom import natural_frequencies, read_reduced_model
@@ -22,8 +22,11 @@ pytestmark = pytest.mark.xdist_group("export")  # one worker: what the module ma
 def ran(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Output folder of two curves of the small blade, three harmonics."""
     folder = tmp_path_factory.mktemp("export")
-    scene = small_scene(response__harmonics=3, sweep={"contact.interference": [-1e-5, 1e-5]}, render={"modes": [1]})
-    status, _, error = shroud("run", write_scene(folder / "s.toml", scene), "--out", folder / "out", "--quiet")
+    sweep = {"contact.interference": [-1e-5, 1e-5]}  # a scene with renders: a model with its basis
+    file = write_scene(
+        folder / "s.toml", small_scene(response__harmonics=3, sweep=sweep, render={"modes": [1]}, **QUICK)
+    )
+    status, _, error = shroud("run", file, "--out", folder / "out", "--until", "respond", "--quiet")
     assert status == 0, error
     return folder / "out"
 

@@ -41,14 +41,15 @@ def remount(place: Path, options: str) -> None:
     [
         (["mesh"], 1),
         (["assemble", "reduce"], 1),
-        (["reduce"], 1),
         (["curve"], 1),
         (["curve"], 2),
         (["frequencies"], 1),
         (["figures"], 1),
     ],
 )
-def test_no_room_at_a_stage(copied: Path, lost: list[str], jobs: int) -> None:
+def test_no_room_at_a_stage(copied: Path, lost: list[str], jobs: int, blank_figures: pytest.MonkeyPatch) -> None:
+    if "figures" in lost:
+        blank_figures.undo()  # of one pixel they find room
     scene = write_scene(copied.parent / "small.toml", small_scene(sweep=SWEEP))
     results = {name: (copied / name).read_bytes() for name in ("response.csv", "response.h5")}
     largest = max(path.stat().st_size for path in (copied / "store" / lost[0]).rglob("*") if path.is_file())

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from faults_support import alive, broken_entries, entries, start, wait_until
-from pipeline_support import ground_scene, shroud, small_scene, summary_of, write_ground_model, write_scene
+from faults_support import alive, broken_entries, end_of, entries, heeding_hang_up, start, wait_until
+from pipeline_support import ground_scene, shroud, small_scene, statuses, summary_of, write_ground_model, write_scene
 
 import pipeline.stages.model.model_chain
 from pipeline import Results, read_results, run_scene
@@ -34,7 +34,7 @@ def test_killed_again_and_again(finished: Path, tmp_path: Path) -> None:
     scene, out = write_scene(tmp_path / "s.toml", small_scene(**changes)), tmp_path / "out"
     chance, kills = random.Random(20261121), 0
     for number in range(2):
-        mark = f"{tmp_path.name}-{number}"
+        mark = f"{tmp_path}-{number}"
         process = start("report", scene, "--out", out, "--jobs", "2", "--quiet", mark=mark)
         try:
             process.communicate(timeout=chance.uniform(0.6, 2.0))
@@ -54,18 +54,38 @@ def test_killed_again_and_again(finished: Path, tmp_path: Path) -> None:
     assert (out / "renders" / "mode_1.png").is_file()
 
 
+def test_killed_and_resumed(copied: Path) -> None:
+    """What was solved before is taken, of the killed run and of one before it."""
+    frictions = [0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4]  # the last one is that of the run that was copied
+    scene = write_scene(copied.parent / "s.toml", small_scene(sweep={"contact.friction": frictions}))
+    before = {path.name for path in entries(copied, "curve")}
+    process = start("run", scene, "--out", copied, "--until", "respond", "--jobs", 1, "--quiet")
+    wait_until(lambda: len(entries(copied, "curve")) >= len(before) + 2, "the first curves")
+    process.kill()
+    process.communicate()
+    done = [path.name for path in entries(copied, "curve") if path.name not in before]
+    assert 2 <= len(done) < len(frictions) - 1
+    assert broken_entries(copied) == []
+    status, _, error = shroud("run", scene, "--out", copied, "--until", "respond", "--quiet")
+    assert (status, error) == (0, "")
+    respond = summary_of(copied)["stages"]["respond"]
+    assert (respond["reused"], respond["ran"]) == (len(done) + 1, len(frictions) - len(done) - 1)
+    assert statuses(copied)["reduce"] == "reused"
+    assert entries(copied, "tmp") == []
+    assert all(curve["complete"] for curve in summary_of(copied)["curves"])
+
+
 @pytest.mark.parametrize(
-    ("number", "jobs", "word"),
-    [(signal.SIGINT, 2, "interrupted"), (signal.SIGTERM, 1, "terminated"), (signal.SIGHUP, 2, "hung up")],
+    ("number", "jobs", "word"), [(signal.SIGINT, 2, "interrupted"), (signal.SIGTERM, 1, "terminated")]
 )
 def test_stopped_from_outside(copied: Path, number: signal.Signals, jobs: int, word: str) -> None:
     scene = write_scene(copied.parent / "s.toml", small_scene(sweep={"contact.friction": FRICTIONS}))
-    before, mark = len(entries(copied, "curve")), f"{copied.parent.name}"
+    before, mark = len(entries(copied, "curve")), str(copied)
     arguments = ["run", scene, "--out", copied, "--until", "respond", "--quiet", "--jobs", jobs]
     process = start(*arguments, mark=mark)
     wait_until(lambda: len(entries(copied, "curve")) > before + 1, "the first curves")
     os.killpg(process.pid, number)  # as a terminal does it: the workers get it too
-    said, error = process.communicate(timeout=60)
+    said, error = end_of(process)
     assert process.returncode == 128 + number
     assert (said, error) == ("", f"shroud: {word}; what is done is kept, the same command goes on from there\n")
     wait_until(lambda: not alive(mark), "the end of the workers")
@@ -87,8 +107,14 @@ LONG = {  # what is prepared, and what takes long
 }
 
 
-@pytest.mark.parametrize("work", LONG)
-def test_a_signal_is_heeded_within_a_long_point(tmp_path: Path, work: str) -> None:
+@pytest.mark.parametrize(
+    ("work", "number", "word"),
+    [
+        ("a long point of many steps", signal.SIGTERM, "terminated"),
+        ("a long call in C", signal.SIGHUP, "hung up"),
+    ],
+)
+def test_a_signal_is_heeded_within_a_long_point(tmp_path: Path, work: str, number: signal.Signals, word: str) -> None:
     """Where nothing looks for signals: an exception between two steps, the end of the process within a long call."""
     program = tmp_path / "program.py"
     program.write_text(
@@ -106,16 +132,17 @@ def test_a_signal_is_heeded_within_a_long_point(tmp_path: Path, work: str) -> No
         "sys.exit(cli.command(['work']))\n"
     )
     environment = {**os.environ, "PYTHONPATH": str(Path.cwd())}
-    process = subprocess.Popen([sys.executable, program], env=environment, text=True, stdout=-1, stderr=-1)
+    pipes: dict[str, Any] = {"text": True, "stdout": -1, "stderr": -1, "preexec_fn": heeding_hang_up}
+    process = subprocess.Popen([sys.executable, program], env=environment, **pipes)
     try:
         assert process.stdout is not None
         assert process.stdout.readline() == "begun\n"
-        process.send_signal(signal.SIGTERM)
-        _, error = process.communicate(timeout=60)
+        process.send_signal(number)
+        _, error = end_of(process)
     finally:
         process.kill()
-    assert error == "shroud: terminated; what is done is kept, the same command goes on from there\n"
-    assert process.returncode == 128 + signal.SIGTERM
+    assert error == f"shroud: {word}; what is done is kept, the same command goes on from there\n"
+    assert process.returncode == 128 + number
 
 
 def test_sighup_stays_ignored_under_nohup(finished: Path, tmp_path: Path) -> None:
@@ -140,13 +167,13 @@ def test_a_drawing_process_ends_with_its_parent(tmp_path: Path) -> None:
     )
     started = tmp_path / "started"
     program = f"from pipeline.render.drawing_process import draw_apart; draw_apart('endless', {str(started)!r}, [])"
-    environment = {**os.environ, "PYTHONPATH": f"{tmp_path}:{Path.cwd()}", "SHROUD_TEST_MARK": tmp_path.name}
-    process = subprocess.Popen([sys.executable, "-c", program], env=environment)
-    wait_until(started.exists, "the drawing process")
-    assert len(alive(tmp_path.name)) == 2
-    process.kill()
-    process.wait()
-    wait_until(lambda: not alive(tmp_path.name), "the end of the drawing process")
+    environment = {**os.environ, "PYTHONPATH": f"{tmp_path}:{Path.cwd()}", "SHROUD_TEST_MARK": str(tmp_path)}
+    with subprocess.Popen([sys.executable, "-c", program], env=environment) as process:
+        wait_until(started.exists, "the drawing process")
+        processes = len(alive(str(tmp_path)))
+        process.kill()
+    assert processes == 2
+    wait_until(lambda: not alive(str(tmp_path)), "the end of the drawing process")
 
 
 def test_a_drawing_process_that_waits_loads_its_libraries_then_draws_or_ends_with_its_parent(tmp_path: Path) -> None:
@@ -170,7 +197,7 @@ def test_a_drawing_process_that_waits_loads_its_libraries_then_draws_or_ends_wit
         "    drawing.begin(json.dumps({'place': str(picture)}))\n"
         "    drawing.finish([picture])\n"
     )
-    environment = {**os.environ, "PYTHONPATH": f"{tmp_path}:{Path.cwd()}", "SHROUD_TEST_MARK": tmp_path.name}
+    environment = {**os.environ, "PYTHONPATH": f"{tmp_path}:{Path.cwd()}", "SHROUD_TEST_MARK": str(tmp_path)}
     command = [sys.executable, tmp_path / "program.py", tmp_path / "picture"]
     with subprocess.Popen(command, env=environment, stdin=subprocess.PIPE, text=True) as process:
         wait_until((tmp_path / "loaded").exists, "the library")
@@ -179,9 +206,9 @@ def test_a_drawing_process_that_waits_loads_its_libraries_then_draws_or_ends_wit
         assert process.returncode == 0
     assert (tmp_path / "picture").exists()
     with subprocess.Popen(command, env=environment, stdin=subprocess.PIPE, text=True) as process:
-        wait_until(lambda: len(alive(tmp_path.name)) == 2, "the process that waits")
+        wait_until(lambda: len(alive(str(tmp_path))) == 2, "the process that waits")
         process.kill()
-    wait_until(lambda: not alive(tmp_path.name), "the end of the process that waits")
+    wait_until(lambda: not alive(str(tmp_path)), "the end of the process that waits")
 
 
 def test_a_large_reduction_is_the_same_in_a_process_of_its_own(

@@ -26,6 +26,8 @@ from rom import (
     thermal_force,
 )
 
+pytestmark = pytest.mark.xdist_group("loads")  # one worker: what the module makes is made once
+
 LOADS = {
     "load__force": [{"set": "tip_surface", "direction": "x", "force": 3.0}, {"at": "tip", "direction": [0, 0, 1]}],
     "load__pressure": [{"surface": "pressure_side", "pressure": 2e4}],

@@ -158,7 +158,8 @@ def test_hdf5_names_every_parameter_with_its_table(finished: Path) -> None:
 
 def test_punch_becomes_numbers(finished: Path, tmp_path: Path) -> None:
     rom = finished / summary_of(finished)["curves"][0]["rom"]
-    scene = small_scene(contact__normal_stiffness="punch", contact__tangential_stiffness="punch")
+    quick = {f"response__{key}": False for key in ("detached", "truncation", "time_integration")}
+    scene = small_scene(contact__normal_stiffness="punch", contact__tangential_stiffness="punch", **quick)
     path = write_scene(tmp_path / "s.toml", scene)
     assert shroud("respond", path, "--rom", rom, "--out", tmp_path / "out", "--quiet")[0] == 0
     area = float(read_reduced_model(rom).contact_area.sum())
@@ -233,7 +234,9 @@ def test_summary_leads_to_the_models(finished: Path) -> None:
 def test_lists_and_several_keys_in_the_csv(tmp_path: Path) -> None:
     rom = write_ground_model(tmp_path / "g.h5")
     v0 = [[0.0, 0.1, 0.2], [0.3, 0.3, 0.3]]
+    quick = {"stability": "wave", "detached": False, "truncation": False, "time_integration": False}
     scene = ground_scene(preload=0.0) | {"sweep": {"contact.interference": v0, "response.harmonics": [1, 3]}}
+    scene["response"] |= quick
     path = write_scene(tmp_path / "s.toml", scene)
     assert shroud("respond", path, "--rom", rom, "--out", tmp_path / "out", "--quiet", "--jobs", 1)[0] == 0
     rows = rows_of(tmp_path / "out")
@@ -258,7 +261,10 @@ def test_info_tells_what_files_hold(finished: Path) -> None:
 def test_harmonics_chosen_curve_by_curve(finished: Path, tmp_path: Path) -> None:
     rom = finished / summary_of(finished)["curves"][0]["rom"]
     sweep = {"contact.interference": [-1e-2, 1e-5]}
-    exact = {"contact__integration": "exact"}  # 64 samples a period are too few for the harmonics of this tolerance
+    exact: dict[str, Any] = {
+        "contact__integration": "exact"
+    }  # 64 samples a period are too few for the harmonics of this tolerance
+    exact |= {"response__detached": False, "response__stability": "folds", "response__time_integration": False}
     scene = small_scene(response__harmonics="auto", response__tolerance=1e-3, sweep=sweep, **exact)
     path = write_scene(tmp_path / "s.toml", scene)
     status, _, error = shroud("respond", path, "--rom", rom, "--out", tmp_path / "out", "--quiet", "--jobs", 1)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from mesh_file_scenes import gmsh_tetrahedra, hexahedra_as, scene_with_mesh, small_sector, with_mid_sides
-from pipeline_support import shroud, small_scene, write_scene
+from pipeline_support import QUICK, shroud, small_scene, write_scene
 
 from geometry import (
     ElementBlock,
@@ -29,12 +29,6 @@ from pipeline.stages.cache_keys import model_keys
 
 pytestmark = pytest.mark.xdist_group("own_mesh")  # one worker: what the module makes is made once
 FORMATS = ("inp", "bdf", "cdb", "msh")
-QUICK: dict[str, Any] = {
-    "response__detached": False,
-    "response__stability": "folds",
-    "response__truncation": False,
-    "response__time_integration": False,
-}
 STEEL = {"steel": {"young_modulus": 210e3, "poisson_ratio": 0.3, "density": 7.85e-9}}  # N, mm, t
 
 

@@ -18,6 +18,8 @@ from pipeline.render.mode_shapes import at_largest
 from pipeline.render.ring import turned
 from pipeline.scene.labels import prefixed, value_label
 
+pytestmark = pytest.mark.usefixtures("drawn_figures")
+
 
 def size_of(path: Path) -> tuple[int, int]:
     """Width and height of a PNG file."""

@@ -80,7 +80,7 @@ class Page(HTMLParser):
 
 
 @pytest.fixture(scope="module")
-def reported(finished: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def reported(finished: Path, drawn_figures: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The finished run with its report; while it runs the scene file becomes another one."""
     out = Path(shutil.copytree(finished, tmp_path_factory.mktemp("reported") / "out"))
     scene = write_scene(out.parent / "small.toml", small_scene(sweep=SWEEP, title=TITLE))

@@ -34,14 +34,11 @@ def contents(path: Path) -> dict[str, object]:
     return found
 
 
-@pytest.mark.parametrize(("threads", "jobs", "seed"), [("2", "1", "1"), ("1", "2", "2")])
-def test_from_nothing_in_other_surroundings(
-    finished: Path, tmp_path: Path, threads: str, jobs: str, seed: str
-) -> None:
+def test_from_nothing_in_other_surroundings(finished: Path, tmp_path: Path) -> None:
     scene = write_scene(tmp_path / "other.toml", small_scene(sweep=SWEEP))
     out = tmp_path / "a folder with another name"
-    command = [sys.executable, "-m", "pipeline", "run", scene, "--out", out, "--until", "respond", "--jobs", jobs]
-    environment = {**os.environ, "OPENBLAS_NUM_THREADS": threads, "OMP_NUM_THREADS": threads, "PYTHONHASHSEED": seed}
+    command = [sys.executable, "-m", "pipeline", "run", scene, "--out", out, "--until", "respond", "--jobs", "2"]
+    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "2", "OMP_NUM_THREADS": "2", "PYTHONHASHSEED": "2"}
     subprocess.run([*command, "--quiet"], env=environment, check=True)
     assert (out / "response.csv").read_bytes() == (finished / "response.csv").read_bytes()
     assert contents(out / "response.h5") == contents(finished / "response.h5")
@@ -58,8 +55,7 @@ def times(summary: dict) -> list[float]:
     return [item["seconds"] for item in items]
 
 
-@pytest.mark.parametrize("step", [-1e6])
-def test_a_clock_that_jumps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, step: float) -> None:
+def test_a_clock_that_jumps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Both clocks, at every look; results are found by content all the same."""
     scene, rom = write_scene(tmp_path / "s.toml", ground_scene()), write_ground_model(tmp_path / "g.h5")
     arguments = ("respond", scene, "--rom", rom, "--out", tmp_path / "out", "--quiet")
@@ -68,7 +64,7 @@ def test_a_clock_that_jumps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ste
     looks = [time.time()]
 
     def jumping() -> float:
-        looks.append(looks[-1] + step)
+        looks.append(looks[-1] - 1e6)
         return looks[-1]
 
     monkeypatch.setattr(pipeline.process.progress.time, "perf_counter", jumping)

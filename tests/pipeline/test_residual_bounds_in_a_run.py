@@ -14,6 +14,8 @@ from pipeline import run_scene
 from pipeline.results.tables import bounds_text, residual_notes
 from pipeline.stages.curve.curve_summary import read_summary
 
+pytestmark = pytest.mark.xdist_group("bounds")  # one worker: what the module makes is made once
+
 
 def scene(**response: Any) -> dict[str, Any]:
     values = ground_scene(integration="exact")
@@ -22,7 +24,7 @@ def scene(**response: Any) -> dict[str, Any]:
 
 
 @pytest.fixture(scope="module")
-def bounded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+def bounded(drawn_figures: None, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     """Output folder of a run with bounds, and what it printed."""
     folder = tmp_path_factory.mktemp("bounds")
     path, rom = (

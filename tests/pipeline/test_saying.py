@@ -155,7 +155,6 @@ def test_quiet_commands_say_nothing(copied: Path) -> None:
     scene = write_scene(copied.parent / "s.toml", small_scene(sweep={"contact.interference": [1e-5, 1e-3]}))
     for arguments in (
         ("run", scene, "--out", copied, "--force", "--until", "respond"),
-        ("verify", scene, "--out", copied),
         ("report", scene, "--out", copied),
         ("export", copied / "response.h5", "--to", copied / "x.mat"),
     ):

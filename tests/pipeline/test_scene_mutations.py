@@ -160,7 +160,7 @@ def test_wrong_values_in_a_sweep(tmp_path: Path, section: str, key: str) -> None
 
 
 @pytest.mark.parametrize("section", SECTIONS)
-@pytest.mark.parametrize("value", [1, "x", True, [], [{}], date(2011, 7, 24), math.nan])
+@pytest.mark.parametrize("value", ["x", [{}], math.nan])
 def test_a_section_that_is_no_table(tmp_path: Path, section: str, value: Any) -> None:
     assert f": {section}: " in judged(tmp_path / "scene.toml", small_scene(**{section: value}))
 

@@ -281,7 +281,7 @@ junk = st.recursive(
 )
 
 
-@settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=80, deadline=None, suppress_health_check=list(HealthCheck))
 @given(key=keys, value=junk)
 def test_any_value_anywhere_is_taken_or_refused_in_one_line(
     tmp_path_factory: pytest.TempPathFactory, key: tuple[str, str], value: Any
@@ -301,7 +301,7 @@ def test_any_value_anywhere_is_taken_or_refused_in_one_line(
             assert len(line) < len(str(path)) + 400
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=40, deadline=None, suppress_health_check=list(HealthCheck))
 @given(content=st.binary(max_size=60) | st.text(max_size=60).map(lambda text: text.encode("utf-8", "ignore")))
 def test_any_bytes_are_refused_in_one_line(tmp_path_factory: pytest.TempPathFactory, content: bytes) -> None:
     path = tmp_path_factory.mktemp("bytes") / "scene.toml"

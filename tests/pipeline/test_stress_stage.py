@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 import pyvista
 from PIL import Image
-from pipeline_support import shroud, small_scene, statuses, summary_of, without_lines, write_scene
+from pipeline_support import QUICK, shroud, small_scene, statuses, summary_of, without_lines, write_scene
 
 from pipeline import read_results
 from pipeline.results.stress import stress_lines, stress_warning
 from pipeline.stress.operating_stress import operating_point, write_vtu
 from rom import von_mises
+
+pytestmark = pytest.mark.xdist_group("stress")  # one worker: what the module makes is made once
 
 SWEEP = {"contact.interference": [1e-5, 1e-3]}
 LIMITS = {"endurance_limit": 300e6, "tensile_strength": 900e6, "yield_strength": 700e6, "factor": 1.5}
@@ -30,8 +32,7 @@ def stressed(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def run(folder: Path, until: str = "stresses", **changes: Any) -> tuple[int, str, str]:
     asked: dict[str, Any] = {"stress": {"hot_spots": 3, "curves": [1]}, "fatigue": LIMITS, "load__speed_rpm": 3000.0}
-    quick = {f"response__{key}": False for key in ("detached", "truncation", "time_integration")}
-    values = asked | quick | {"response__stability": "folds", "excitation__force": 5.0, "sweep": SWEEP}
+    values = asked | QUICK | {"excitation__force": 5.0, "sweep": SWEEP}
     scene = write_scene(folder / "s.toml", small_scene(**(values | changes)))
     return shroud("run", scene, "--out", folder / "out", "--quiet", "--until", until)
 

@@ -141,12 +141,13 @@ def oscillator_scene(**uncertainty: Any) -> dict[str, Any]:
         "excitation": {"engine_order": 0, "force": 0.5},
         "response": {
             "frequency": [0.25, 0.4],
+            "harmonics": 1,
             "damping_ratio": 0.035,
             "detached": False,
             "truncation": False,
             "stability": "folds",
         },
-        "uncertainty": {"samples": 32, "limit": 4.0, "parameter": parameters, **uncertainty},
+        "uncertainty": {"samples": 16, "limit": 4.0, "parameter": parameters, **uncertainty},
     }
 
 
@@ -169,7 +170,15 @@ def closed_form(force: np.ndarray, stiffness: np.ndarray, ratio: np.ndarray) -> 
 
 
 def test_a_stuck_oscillator_in_closed_form(tmp_path: Path) -> None:
-    found = run_study(tmp_path, oscillator_scene(), "out")
+    """And two workers find the same bits."""
+    in_workers = run_study(tmp_path, oscillator_scene(), "two", jobs=2)
+    scene = oscillator_scene()
+    scene["response"]["residual_tractions"] = "bounds"  # solved for once, not for every sample
+    found = run_study(tmp_path, scene, "out")
+    curves = [json.loads(file.read_text()) for file in (tmp_path / "out" / "store" / "curve").glob("*/curve.json")]
+    assert [np.isfinite(each["residual_lowest_m"]) for each in curves].count(True) == 1
+    for name in ("amplitude_m", "frequency_hz"):
+        assert in_workers[name] == found[name]
     force, stiffness, ratio = (
         np.array(found["values"][p["key"]]) for p in oscillator_scene()["uncertainty"]["parameter"]
     )
@@ -177,7 +186,7 @@ def test_a_stuck_oscillator_in_closed_form(tmp_path: Path) -> None:
     np.testing.assert_allclose(found["amplitude_m"], amplitude, rtol=1e-6)
     np.testing.assert_allclose(found["frequency_hz"], frequency, rtol=1e-4)
     assert not any(found["lower_bound"])
-    assert found["residual"] is None or found["residual"]["lowest_m"] <= found["centre"]["amplitude_m"] * (1 + 1e-6)
+    assert found["residual"]["lowest_m"] <= found["centre"]["amplitude_m"] * (1 + 1e-6)
     rates = {term["key"]: term for term in found["first_order"]["terms"]}
     at, step = np.array([0.5, 3.0, 0.035]), 1e-5
     for k, key in enumerate(found["values"]):
@@ -186,7 +195,7 @@ def test_a_stuck_oscillator_in_closed_form(tmp_path: Path) -> None:
         assert rates[key]["amplitude_rate"] == pytest.approx(exact[0], rel=1e-5)
         assert rates[key]["frequency_rate"] == pytest.approx(exact[1], rel=1e-3, abs=1e-6)
     assert found["exceedance"]["value"] == np.mean(amplitude > 4.0)
-    assert "32 samples" in found["message"]
+    assert "16 samples" in found["message"]
 
 
 def test_amplitude_under_a_lognormal_force_is_lognormal(tmp_path: Path) -> None:
@@ -217,21 +226,15 @@ def test_amplitude_under_a_lognormal_force_is_lognormal(tmp_path: Path) -> None:
     assert [fitted[4], fitted[94]] == pytest.approx([median * 1.4**-Z95, median * 1.4**Z95], rel=5e-3)
 
 
-def test_two_workers_give_the_same_bytes_figure_and_section(tmp_path: Path) -> None:
+def test_figure_and_section_tell_what_the_samples_say(tmp_path: Path) -> None:
     scene = oscillator_scene(samples=16, sensitivities=True)
     scene["uncertainty"]["parameter"] = scene["uncertainty"]["parameter"][::2]
-    scene["response"]["residual_tractions"] = "bounds"  # solved for once, not for every sample
     found = run_study(tmp_path, scene, "one", until="figures")
-    run_study(tmp_path, scene, "two", jobs=2, until="figures")
-    for name in ("uncertainty.json", "figures/uncertainty.png"):
-        assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
+    assert (tmp_path / "one" / "figures" / "uncertainty.png").is_file()
     values = {key: value for key, value in found.items() if key in UncertaintyResult.__dataclass_fields__}
     result = restored(UncertaintyResult, values)
     assert plain(result) == values
     assert found["curves"] == 1 + 4 * 16
-    curves = [json.loads(file.read_text()) for file in (tmp_path / "one" / "store" / "curve").glob("*/curve.json")]
-    assert [np.isfinite(each["residual_lowest_m"]) for each in curves].count(True) == 1
-    assert found["residual"] is not None
     for index, fitted in zip(result.sobol, result.polynomial.indices, strict=True):
         assert index.total_interval[0] <= fitted.total <= index.total_interval[1]
     section = uncertainty_section(result)

@@ -26,6 +26,7 @@ TWISTED = {
     "blade__section": "lens",
     "blade__twist": 25.0,
     "mesh__element": "hex20",
+    "mesh__size": 0.014,
     "response__frequency": [150.0, 600.0],
 }
 
@@ -241,7 +242,7 @@ def test_a_sweep_is_one_table_with_the_advice_of_the_worst(tmp_path: Path) -> No
 
 @pytest.mark.usefixtures("no_other_mesh")
 def test_a_choice_of_modes_in_a_sweep_gets_advice_for_each(tmp_path: Path) -> None:
-    found = verified(tmp_path, sweep={"rom.modes": [2, 40]}, mesh__element="hex20", rom__tolerance=5e-3)
+    found = verified(tmp_path, sweep={"rom.modes": [2, 40]}, **COARSE, rom__tolerance=5e-3)
     few, many = found["advice"]
     assert few["text"].startswith("modes kept 2: ")
     assert f"raise rom.modes from 2 to {few['needed_modes']}" in few["text"]
@@ -308,23 +309,23 @@ def test_a_mesh_without_another_still_has_its_modes_measured(tmp_path: Path) -> 
 def test_automatic_modes_stay_within_the_tolerance(tmp_path: Path) -> None:
     kept = {}
     for tolerance in (1e-2, 3e-3):
-        found = verified(tmp_path, rom__modes="auto", rom__tolerance=tolerance, mesh__element="hex20")
+        found = verified(tmp_path, rom__modes="auto", rom__tolerance=tolerance, **COARSE)
         case = found["cases"][0]
         kept[tolerance] = case["modes"]
         assert max(case["receptance_error"], case["modes_frequency_error"]) <= tolerance
     assert kept[1e-2] < kept[3e-3]
-    fewer = verified(tmp_path, rom__modes=kept[1e-2] - 1, rom__tolerance=1e-2, mesh__element="hex20")
+    fewer = verified(tmp_path, rom__modes=kept[1e-2] - 1, rom__tolerance=1e-2, **COARSE)
     assert fewer["cases"][0]["receptance_error"] > 1e-2
     assert fewer["advice"][0]["needed_modes"] == kept[1e-2]
-    strict = verified(tmp_path, "--tolerance", 1e-4, rom__modes="auto", rom__tolerance=1e-2, mesh__element="hex20")
+    strict = verified(tmp_path, "--tolerance", 1e-4, rom__modes="auto", rom__tolerance=1e-2, **COARSE)
     assert "lower rom.tolerance from 0.01 to 0.0001" in strict["advice"][0]["text"]
 
 
 @pytest.mark.usefixtures("no_other_mesh")
 def test_a_frequency_limit_gets_advice_in_modes(tmp_path: Path) -> None:
-    (advice,) = verified(
-        tmp_path, rom__modes=None, rom__frequency_limit=3000.0, mesh__element="hex20", rom__tolerance=5e-3
-    )["advice"]
+    (advice,) = verified(tmp_path, rom__modes=None, rom__frequency_limit=3000.0, **COARSE, rom__tolerance=5e-3)[
+        "advice"
+    ]
     assert f"set rom.modes = {advice['needed_modes']} in place of rom.frequency_limit" in advice["text"]
 
 

@@ -24,7 +24,7 @@ BLADE = BladeParameters(
 
 def shrouded(angle):
     shroud = ShroudParameters(angle=angle, thickness=0.006, axial_width=0.036, contact_length=0.01)
-    return build_sector(BLADE, shroud, MeshParameters(size=0.006))
+    return build_sector(BLADE, shroud, MeshParameters(size=0.009))
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +65,7 @@ def test_mirrored_shroud_angle_has_the_same_free_and_stuck_frequencies(full, sec
     mirrored = build_sector(
         BladeParameters(**{**BLADE.__dict__, "twist": -BLADE.twist}),
         ShroudParameters(angle=110.0, thickness=0.006, axial_width=0.036, contact_length=0.01),
-        MeshParameters(size=0.006),
+        MeshParameters(size=0.009),
     )
     models = [
         reduce_sector(part, blade, ReductionOptions(store_basis=False)).model
