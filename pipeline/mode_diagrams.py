@@ -9,13 +9,13 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pipeline.codec import plain
 from pipeline.results.modes import ModelModes, modes_of_scene
 from pipeline.results.publishing import Attempts, PicturesMissing, published, remove_outdated
 from pipeline.run import built_models
 from pipeline.stages.code_fingerprint import code_fingerprint
-from pipeline.stages.codec import plain
+from pipeline.stages.model.sweep_models import campbell_summary
 from pipeline.stages.stage import Stage
-from pipeline.stages.sweep_models import campbell_summary
 from pipeline.store.fingerprints import fingerprint
 
 if TYPE_CHECKING:
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
     from pipeline.process.progress import Reporter
     from pipeline.scene.schema import Scene
+    from pipeline.stages.model.sweep_models import Models
     from pipeline.stages.request import Request, Run
-    from pipeline.stages.sweep_models import Models
 
 FOLDER, FILE = "modes", "modes.json"
 FIGURES = ("nodal_diameters", "campbell")

@@ -13,13 +13,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pipeline.codec import plain
 from pipeline.errors import reason_of
 from pipeline.results.frequency_range import proposed_range, stored_resonances
 from pipeline.scene.labels import member_label
 from pipeline.stages.code_fingerprint import code_fingerprint
-from pipeline.stages.codec import plain
 from pipeline.stages.engine_orders import excited_orders
-from pipeline.stages.natural_frequencies import stored_frequencies
+from pipeline.stages.model.natural_frequencies import stored_frequencies
 from pipeline.store.disk_errors import StorageError
 from pipeline.store.fingerprints import fingerprint
 
@@ -28,9 +28,9 @@ if TYPE_CHECKING:
 
     from pipeline.scene.reading import Member
     from pipeline.scene.schema import Scene
-    from pipeline.stages.model_chain import BuiltModel
+    from pipeline.stages.model.model_chain import BuiltModel
+    from pipeline.stages.model.sweep_models import Models
     from pipeline.stages.request import Run
-    from pipeline.stages.sweep_models import Models
     from pipeline.store.content_store import Store
 
 STATES = ("free", "sliding", "stuck")

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
-from pipeline_support import QUICK, small_scene, write_scene
+from pipeline_support import small_scene, write_scene
 
 from pipeline.cli import command
 from pipeline.figures.campbell import campbell_figure, nodal_diameter_figure
@@ -33,7 +33,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def outcome(folder: Path) -> RunOutcome:
     """The small blade at three speeds, run to its figures."""
-    scene = write_scene(folder / "s.toml", small_scene(sweep={"load.speed_rpm": SPEEDS}, **QUICK))
+    scene = write_scene(folder / "s.toml", small_scene(sweep={"load.speed_rpm": SPEEDS}))
     return execute(Request(read_scene(scene), folder / "out"), Reporter(quiet=True))
 
 
