@@ -17,10 +17,9 @@ from pipeline.figures.linear_limits import Limit
 from pipeline.figures.style import (
     DISTINCT,
     LIMIT_COLOUR,
-    LOG_FROM,
     ordered_colours,
-    plain_log_labels,
     scale,
+    set_height_axis,
     subplots,
     write_heading,
 )
@@ -134,13 +133,7 @@ def _draw_limits(upper: Axes, lower: Axes, limits: Sequence[Limit], factor: floa
 
 def _set_axes(upper: Axes, lower: Axes, points: Sequence[SweepPoint], key: SweepKey) -> None:
     set_abscissa(lower, key)
-    heights = np.array([height for point in points for height in (point.peak[1], point.worst[1])])
-    heights = heights[np.isfinite(heights) & (heights > 0.0)]
-    if heights.size and heights.max() > LOG_FROM * heights.min():
-        upper.set_yscale("log")
-        plain_log_labels(upper.yaxis)
-    else:
-        upper.set_ylim(bottom=0.0)
+    set_height_axis(upper, np.array([height for point in points for height in (point.peak[1], point.worst[1])]))
 
 
 def set_abscissa(axes: Axes, key: SweepKey) -> None:
@@ -295,11 +288,6 @@ def _fill(axes: Axes, x: Array, levels: Array) -> None:
 def _set_heights(axes: Axes, heights: Array) -> None:
     with np.errstate(all="ignore"):
         tops = np.nanmax(np.atleast_2d(heights), axis=-1) if heights.ndim > 1 else heights
-    tops = tops[np.isfinite(tops) & (tops > 0.0)]
-    if tops.size and tops.max() > LOG_FROM * tops.min():
-        axes.set_yscale("log")
-        plain_log_labels(axes.yaxis)
-        if heights.ndim > 1:
-            axes.set_ylim(bottom=max(0.15 * float(tops.min()), 0.7 * float(np.nanmin(heights[heights > 0.0]))))
-    else:
-        axes.set_ylim(bottom=0.0)
+    if set_height_axis(axes, tops) and heights.ndim > 1:
+        lowest = float(tops[tops > 0.0].min())
+        axes.set_ylim(bottom=max(0.15 * lowest, 0.7 * float(np.nanmin(heights[heights > 0.0]))))

@@ -20,10 +20,9 @@ from pipeline.figures.data import Array, PlottedCurve, SweepKey, groups, residua
 from pipeline.figures.linear_limits import Limit
 from pipeline.figures.style import (
     LIMIT_COLOUR,
-    LOG_FROM,
     ordered_colours,
-    plain_log_labels,
     scale,
+    set_height_axis,
     subplots,
     write_heading,
 )
@@ -244,9 +243,7 @@ def _set_range(axes: Axes, curves: Sequence[PlottedCurve], limits: Sequence[Limi
     peaks = peaks[np.isfinite(peaks) & (peaks > 0.0)] * factor
     if peaks.size == 0:
         return
-    if peaks.max() > LOG_FROM * peaks.min():
-        axes.set_yscale("log")
-        plain_log_labels(axes.yaxis)
+    if set_height_axis(axes, peaks):
         axes.set_ylim(_floor(curves, factor, peaks), 1.6 * peaks.max())
     else:
         axes.set_ylim(0.0, 1.06 * peaks.max())

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure
+    from numpy.typing import NDArray
 
 # Palette of Okabe and Ito without its yellow, for curves without an order.
 DISTINCT = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
@@ -120,6 +121,18 @@ def plain_log_labels(axis: Axis) -> None:
     axis.set_minor_locator(LogLocator(10.0, "all", numticks=20))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_formatter(FuncFormatter(lambda value, _: ""))
+
+
+def set_height_axis(axes: Axes, heights: NDArray[np.float64]) -> bool:
+    """The axis of some heights begins at zero, or is logarithmic where they span decades; returns which."""
+    above = heights[np.isfinite(heights) & (heights > 0.0)]
+    logarithmic = above.size > 0 and bool(above.max() > LOG_FROM * above.min())
+    if logarithmic:
+        axes.set_yscale("log")
+        plain_log_labels(axes.yaxis)
+    else:
+        axes.set_ylim(bottom=0.0)
+    return logarithmic
 
 
 def write_heading(place: Axes | Figure, text: str) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -118,20 +119,28 @@ def error_rows(source: ReportSource, shown: Sequence[PlottedCurve]) -> list[Erro
     return [*peaks, *_residual(source), *_model(source), *_coriolis(source), _stability(source, shown)]
 
 
+def _largest(source: ReportSource, error_of: Callable[[CurveSummary], float]) -> tuple[float, str] | None:
+    """The largest error of a kind over the curves, and of which of several it is; None where none is known."""
+    errors = [(error_of(c.facts), number) for number, c in enumerate(source.curves) if c.facts is not None]
+    known = [each for each in errors if not math.isnan(each[0])]
+    if not known:
+        return None
+    error, number = max(known, key=itemgetter(0))
+    return error, f", curve {number}" if len(source.curves) > 1 else ""
+
+
 def _truncation(source: ReportSource) -> ErrorRow:
     meaning = (
         "Estimated error of the peak from the neglected harmonics: the peak is solved again with more of them, and "
         "so is the way to it: with more harmonics a peak may lie on a detached branch. "
         'Where it is large, raise response.harmonics or set it to "auto".'
     )
-    errors = {i: c.facts.truncation_error for i, c in enumerate(source.curves) if c.facts is not None}
-    known = {number: error for number, error in errors.items() if not math.isnan(error)}
-    if not known:
+    worst = _largest(source, lambda facts: facts.truncation_error)
+    if worst is None:
         return ErrorRow("truncation error", "not estimated", UNKNOWN, meaning)
-    worst = max(known, key=known.__getitem__)
-    verdict = _verdict(known[worst], 0.01, TOLERATED)
-    where = f", curve {worst}" if len(source.curves) > 1 and known[worst] > 1e-4 else ""
-    return ErrorRow("truncation error", f"{share(known[worst])} of the peak{where}", verdict, meaning)
+    error, where = worst
+    found = f"{share(error)} of the peak{where if error > 1e-4 else ''}"
+    return ErrorRow("truncation error", found, _verdict(error, 0.01, TOLERATED), meaning)
 
 
 def _sampling(source: ReportSource) -> ErrorRow:
@@ -157,13 +166,11 @@ def _energy(source: ReportSource) -> ErrorRow:
         "exactly the balance is solved with the harmonics, the contact integration and the model chosen. It does not "
         "contain the errors of these choices: it can be small although the truncation or sampling error is large."
     )
-    errors = {i: c.facts.energy_error for i, c in enumerate(source.curves) if c.facts is not None}
-    known = {number: error for number, error in errors.items() if math.isfinite(error)}
-    if not known:
+    worst = _largest(source, lambda facts: facts.energy_error)
+    if worst is None:
         return ErrorRow("energy error", "not known", UNKNOWN, meaning)
-    worst = max(known, key=known.__getitem__)
-    where = f", curve {worst}" if len(source.curves) > 1 else ""
-    return ErrorRow("energy error", f"{known[worst]:.0e}{where}", _verdict(known[worst], 1e-6, 1e-2), meaning)
+    error, where = worst
+    return ErrorRow("energy error", f"{error:.0e}{where}", _verdict(error, 1e-6, 1e-2), meaning)
 
 
 def _residual(source: ReportSource) -> list[ErrorRow]:

@@ -11,7 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.figures.data import SweepKey
-from pipeline.figures.style import DISTINCT, LOG_FROM, plain_log_labels, scale, subplots, write_heading
+from pipeline.figures.style import (
+    DISTINCT,
+    LOG_FROM,
+    plain_log_labels,
+    scale,
+    set_height_axis,
+    subplots,
+    write_heading,
+)
 from pipeline.scene.labels import quantity
 from pipeline.studies.optimum.checks import SOLVER_KEYS
 from pipeline.studies.optimum.result import KINDS, OptimumResult
@@ -269,10 +277,6 @@ def trials_figure(result: OptimumResult, title: str) -> Figure:
         panel.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), fontsize=8.5)
     first = axes[0, 0]
     first.set_ylabel(f"{OBJECTIVES[result.objective]} [{unit}]")
-    if heights.max(initial=0.0) > LOG_FROM * heights.min(initial=math.inf):
-        first.set_yscale("log")
-        plain_log_labels(first.yaxis)
-    else:
-        first.set_ylim(bottom=0.0)
+    set_height_axis(first, heights)
     write_heading(figure, title)
     return figure
