@@ -24,6 +24,7 @@ from pipeline.store.output_folder import path_inside
 
 if TYPE_CHECKING:
     import h5py
+    from matplotlib.axes import Axes
 
     from nonlinear import Bifurcation, Peak, StaticContact, WorstMotion
 
@@ -196,6 +197,31 @@ class Curve(_Points):
     rom: Path | None
     static_contact: StaticContact | None = None
     outputs: tuple[Mapping[str, Any], ...] = ()
+
+    def plot(self, ax: Axes | None = None, *, unit: str = "µm", **look: Any) -> Axes:
+        """Draw the response curve.
+
+        Parameters
+        ----------
+        ax, unit, look
+            As in `Results.plot`.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            The axes, with labels and units.
+
+        Examples
+        --------
+        With the names of the example of `Results`:
+
+        >>> from matplotlib.figure import Figure
+        >>> results[0].plot(Figure().subplots(), unit="m").get_ylabel()
+        'largest displacement over a period [m]'
+        """
+        from pipeline.figures.quick_plots import plot_curves
+
+        return plot_curves([self], ax, unit, look)
 
     def __repr__(self) -> str:
         swept = ", ".join(value_label(key, value) for key, value in self.parameters.items())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,6 +18,8 @@ from pipeline.stages.curve.curve_table import TABLE, CurveTable, read_table
 if TYPE_CHECKING:
     import pandas
     import xarray
+    from matplotlib.axes import Axes
+    from pyvista import Plotter
 
 _ALLOWED = "the output folder of a run"
 
@@ -59,6 +61,8 @@ class Results:
     >>> results = run_scene(scene, "out/rub", rom="blade.h5", until="respond")
     >>> results.complete, len(results.curves), results.summary["curves"][0]["complete"]
     (True, 1, True)
+    >>> len(results), results[0].complete, [curve.number for curve in results]
+    (1, True, [0])
     """
 
     folder: Path
@@ -78,6 +82,118 @@ class Results:
         """Results of the studies by their names, such as "optimum", as in their JSON files; empty without any."""
         studies = self.summary.get("studies", {}).items()
         return {name: read_json_of_run(self.folder, study["file"]) for name, study in studies}
+
+    def __len__(self) -> int:
+        return len(self.curves)
+
+    def __getitem__(self, number: int) -> Curve:
+        return self.curves[number]
+
+    def __iter__(self) -> Iterator[Curve]:
+        return iter(self.curves)
+
+    def plot(self, ax: Axes | None = None, *, unit: str = "µm", **look: Any) -> Axes:
+        """Draw the response curves.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Axes to draw on; new ones of pyplot by default.
+        unit : str
+            Unit of the amplitude: "m", "mm", "µm" or "nm".
+        look : Any
+            Further keywords of `ax.plot`.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            The axes, with labels and units.
+
+        Examples
+        --------
+        With the names of the example of `Results`:
+
+        >>> from matplotlib.figure import Figure
+        >>> results.plot(Figure().subplots(), unit="m").get_xlabel()
+        'excitation frequency [Hz]'
+        """
+        from pipeline.figures.quick_plots import plot_curves
+
+        return plot_curves(self.curves, ax, unit, look)
+
+    def plot_peaks(self, over: str | None = None, ax: Axes | None = None, *, unit: str = "µm") -> Axes:
+        """Draw peaks and worst motions over a swept key.
+
+        Parameters
+        ----------
+        over : str, optional
+            The swept key, such as "contact.interference"; that with the most values by default.
+        ax, unit
+            As in `plot`.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            The axes, with labels and units.
+
+        Raises
+        ------
+        InputError
+            The run does not sweep the key.
+
+        Examples
+        --------
+        With the names of the example of `Results`:
+
+        >>> import shroud
+        >>> try:
+        ...     results.plot_peaks()
+        ... except shroud.InputError as error:
+        ...     print(error)
+        over: None, allowed: nothing: the run sweeps no key
+        """
+        from pipeline.figures.quick_plots import plot_peaks
+
+        return plot_peaks(self.curves, over, ax, unit)
+
+    def show_mode(self, number: int = 1, *, contact: str = "free", model: int = 0, show: bool = True) -> Plotter:
+        """Show a mode shape on the mesh, in a window or in a notebook.
+
+        Parameters
+        ----------
+        number : int
+            Number of the mode, from 1.
+        contact : str
+            "free", "sliding" or "stuck" shrouds.
+        model : int
+            Place of the reduced model in ``summary["models"]``; it has the engine order of its first curve there, and
+            the contact stiffness of the face shared by area.
+        show : bool
+            Whether it is shown now; otherwise more can be added to the plotter first.
+
+        Returns
+        -------
+        pyvista.Plotter
+            The plotter.
+
+        Raises
+        ------
+        InputError
+            The reduced model has no mesh, or there is no such mode.
+        rom.ReducedModelError
+            The run was not asked for shapes: [render] in the scene.
+
+        Examples
+        --------
+        >>> results = run_scene("scenes/dummy.toml", until="render")  # doctest: +SKIP
+        >>> results.show_mode(1, contact="stuck")  # doctest: +SKIP
+        """
+        from pipeline.render.show_mode import mode_plotter
+
+        plotter = mode_plotter(self, number, contact, model)
+        if show:
+            plotter.show()
+        return plotter
 
     def to_dataframe(self, points: bool = False) -> pandas.DataFrame:
         """The results as a table of pandas: a row for each curve, or for each point.
