@@ -9,6 +9,7 @@ from PIL import Image
 from pipeline_support import shroud, small_scene, statuses, summary_of, without_lines, write_scene
 
 import pipeline.render.render_stage
+from pipeline import read_results
 from pipeline.render.operating_shapes import OperatingShape, operating_shape
 from rom import load_sector
 
@@ -41,6 +42,11 @@ def test_the_whole_blade_moves_as_the_solver_found_its_contacts_and_its_tip(tmp_
             left = np.einsum("kab,kb->ka", sector.left.frame, motion[sector.left.nodes])
             found = right - left * np.exp(1j * h * shape.phase)
             np.testing.assert_allclose(found, relative[h], atol=1e-8 * np.abs(relative).max())
+    plotter = read_results(copied).show_mode(1, contact="stuck", show=False)
+    frequency = summary_of(copied)["models"][0]["stuck_hz"]["36"][0]
+    texts = [actor.GetText(2) for actor in plotter.actors.values() if hasattr(actor, "GetText")]
+    plotter.close()
+    assert texts == [f"mode 1 (1F), shrouds stuck, {frequency:.1f} Hz"]
 
 
 def test_a_neighbour_does_the_same_a_little_earlier() -> None:
