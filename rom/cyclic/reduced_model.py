@@ -249,7 +249,13 @@ class ContactInterface:
 
     Examples
     --------
-    See `with_interfaces`.
+    A root that moves in its slot: the displacement between the two does not depend on the wave.
+
+    >>> from rom import ContactInterface
+    >>> root, slot = np.eye(3, 2), 0.5 * np.eye(3, 2)
+    >>> rows, of_the_wave = ContactInterface(root, np.zeros((1, 3)), left=slot, inside=True).rows
+    >>> rows[0, 0].item(), of_the_wave.any().item()
+    (0.5, False)
     """
 
     right: Array

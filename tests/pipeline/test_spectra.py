@@ -124,6 +124,22 @@ def test_nodal_diameters(curves: list[PlottedCurve]) -> None:
     assert stuck[0, 36] > 1.1 * free[0, 36]
 
 
+def test_results_draw_themselves(outcome: RunOutcome, folder: Path) -> None:
+    results = read_results(folder / "out")
+    assert len(results) == len(SPEEDS) == len(list(results))
+    axes = results.plot(Figure().subplots(), unit="mm")
+    assert len(axes.get_legend().get_texts()) == len(SPEEDS)
+    own = results[1].plot(Figure().subplots(), unit="mm", color="red")
+    drawn = np.concatenate([line.get_ydata() for line in own.lines[:-1]])
+    assert drawn.max() == pytest.approx(1e3 * results[1].amplitude_m.max(), rel=1e-12)
+    peaks = results.plot_peaks(ax=Figure().subplots(), unit="m")
+    assert peaks.get_xlabel() == "speed [rev/min]"
+    assert peaks.lines[0].get_xdata().tolist() == SPEEDS
+    assert peaks.lines[0].get_ydata().tolist() == [curve.peak.amplitude_m for curve in results if curve.peak]
+    with pytest.raises(InputError, match=r"over: 'contact.friction', allowed: load.speed_rpm"):
+        results.plot_peaks("contact.friction")
+
+
 def test_modes_before_the_response(outcome: RunOutcome, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """`shroud modes` against the run of the same scene: frequencies of its models, static contact of its curves."""
     arguments = ["modes", str(folder / "s.toml"), "--out", str(folder / "out"), "--json"]
@@ -158,22 +174,6 @@ def test_run_until_reduce_prints_the_modes(
     assert sum(line.startswith("mode  free [Hz]") for line in lines) == len(SPEEDS)
     assert any("resonance at [rev/min]" in line for line in lines)
     assert any(line.startswith("EO 36 meets mode 1 with stuck shrouds at") for line in lines)
-
-
-def test_results_draw_themselves(outcome: RunOutcome, folder: Path) -> None:
-    results = read_results(folder / "out")
-    assert len(results) == len(SPEEDS) == len(list(results))
-    axes = results.plot(Figure().subplots(), unit="mm")
-    assert len(axes.get_legend().get_texts()) == len(SPEEDS)
-    own = results[1].plot(Figure().subplots(), unit="mm", color="red")
-    drawn = np.concatenate([line.get_ydata() for line in own.lines[:-1]])
-    assert drawn.max() == pytest.approx(1e3 * results[1].amplitude_m.max(), rel=1e-12)
-    peaks = results.plot_peaks(ax=Figure().subplots(), unit="m")
-    assert peaks.get_xlabel() == "speed [rev/min]"
-    assert peaks.lines[0].get_xdata().tolist() == SPEEDS
-    assert peaks.lines[0].get_ydata().tolist() == [curve.peak.amplitude_m for curve in results if curve.peak]
-    with pytest.raises(InputError, match=r"over: 'contact.friction', allowed: load.speed_rpm"):
-        results.plot_peaks("contact.friction")
 
 
 def test_engine_orders_fold_onto_nodal_diameters() -> None:
