@@ -2,6 +2,7 @@
 # make report the same as make run, and one page about it: out/<scene>/report.html
 # make test   set up what is needed, then format, lint, types and tests
 # make test-fast  format, lint, types, and the tests of tests/fast.txt, whose every test answers at once: for daily work
+# make test-long  the hard cases of make test, six minutes: losses of workers and disks, whole benchmarks, the first half hour
 # make test-lowest, make test-newest  tests of every library's use, with the lowest and the newest versions that pyproject.toml allows
 # make test-generic  the tests with BLAS of a processor of 2008 and kernels compiled for any x86_64: nothing may rest on the last bit
 # make lock   requirements.lock, the exact versions of make setup, as the newest allowed ones
@@ -29,7 +30,7 @@ BIN := $(VENV)/bin
 SHROUD = $(BIN)/shroud run $(SCENE) $(if $(OUT),--out $(OUT)) $(if $(JOBS),--jobs $(JOBS))
 
 .DEFAULT_GOAL := run
-.PHONY: setup run mesh assemble reduce respond study stresses render figures report test test-fast test-generic test-lowest test-newest lock docs tutorials pictures stress bench bench-times bench-peers bench-docs clean
+.PHONY: setup run mesh assemble reduce respond study stresses render figures report test test-fast test-long test-generic test-lowest test-newest lock docs tutorials pictures stress bench bench-times bench-peers bench-docs clean
 
 setup: $(VENV)/.installed
 
@@ -48,13 +49,16 @@ mesh assemble reduce respond study stresses render figures report: setup
 	@$(SHROUD) --until $@
 
 # Small matrices: more BLAS threads than one for each test process only get in each other's way.
-test test-fast: export OPENBLAS_NUM_THREADS = 1
+test test-fast test-long: export OPENBLAS_NUM_THREADS = 1
 test-fast: CHOSEN_TESTS = @tests/fast.txt
 test test-fast: setup
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/pytest -n 2 --dist loadgroup $(CHOSEN_TESTS)
+
+test-long: setup
+	$(BIN)/pytest -n 2 --dist loadgroup -m long
 
 # Each test here is of a library's use or of a result that it could change: mesh, matrices, reduction, contact, files, pictures.
 VERSION_TESTS = geometry/test_shape.py geometry/test_quality.py geometry/test_files.py rom/test_assembly.py \

@@ -154,8 +154,8 @@ def _disk_effect(path: Path) -> bool:
     study = import_module("disk_effect")
     for figure in study.FIGURES:
         for disk in (False, True):
-            study.results_of(figure, disk, study.OUT / study.NAME / f"{figure}_{disk}")
-    study.draw(study.OUT / study.NAME, path)
+            study.results_of(figure, disk, OUT / study.NAME / f"{figure}_{disk}")
+    study.draw(OUT / study.NAME, path)
     return True
 
 

@@ -59,6 +59,7 @@ def copied_repository(tmp_path: Path) -> Path:
     return copy
 
 
+@pytest.mark.long
 def test_the_first_half_hour(copied_repository: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PYTHONPATH", str(copied_repository))  # the copy's own packages and templates
     pieces = run_page(HALF_HOUR, copied_repository)

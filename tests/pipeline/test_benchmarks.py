@@ -90,6 +90,7 @@ def benchmark() -> Iterator[Any]:
 
 
 @pytest.mark.parametrize("name", SMOKE)
+@pytest.mark.long
 def test_the_smallest_case(benchmark: Any, tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     script, *first = name.split()
     if name in MEASURED_HERE:
@@ -161,6 +162,7 @@ def studies(benchmark: Any, tmp_path_factory: pytest.TempPathFactory) -> dict[st
 
 
 @pytest.mark.xdist_group("work_precision")
+@pytest.mark.long
 def test_a_study_has_finite_errors_and_an_uncertainty(studies: dict[str, Any]) -> None:
     for study in studies.values():
         assert all(0.0 <= uncertainty < 0.5 for uncertainty in study.uncertainty.values())
@@ -171,6 +173,7 @@ def test_a_study_has_finite_errors_and_an_uncertainty(studies: dict[str, Any]) -
 
 
 @pytest.mark.xdist_group("work_precision")
+@pytest.mark.long
 def test_refinement_reduces_the_error(studies: dict[str, Any]) -> None:
     few, many, _ = studies["modes"].rows
     assert all(many.errors[name] < few.errors[name] for name in few.errors)

@@ -197,6 +197,7 @@ def test_a_socket_that_another_user_reaches_is_seen() -> None:
         assert reached_by_another_user(places) == 2
 
 
+@pytest.mark.long
 def test_workers_and_schedulers_that_are_lost(local: Path, tmp_path: Path) -> None:
     """Programs apart, without a common folder: the client is killed, then a worker, then the scheduler."""
     out, scene, rom = tmp_path / "out", local / "scene.toml", local / "model.h5"
@@ -236,6 +237,7 @@ def test_workers_and_schedulers_that_are_lost(local: Path, tmp_path: Path) -> No
     assert numbers(out) == numbers(local / "out")
 
 
+@pytest.mark.long
 def test_reduced_models_are_built_by_workers_too(tmp_path: Path) -> None:
     """To the same bits, and each once; what cannot be built is told of as without them."""
     swept = {"shroud.angle": [70.0, 80.0], "load.speed_rpm": [0.0]}
@@ -326,6 +328,7 @@ def test_a_worker_with_another_version_is_named_with_it() -> None:
     assert other_versions(here, without) == {"scipy": "absent"}
 
 
+@pytest.mark.long
 def test_a_full_disk_of_a_worker_is_one_line_and_other_workers_go_on(
     local: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -347,6 +350,7 @@ def test_a_full_disk_of_a_worker_is_one_line_and_other_workers_go_on(
     assert numbers(out) == numbers(local / "out")
 
 
+@pytest.mark.long
 def test_a_task_meant_for_a_worker_that_leaves_is_begun_on_another(
     local: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -269,6 +269,7 @@ def test_disks_that_do_not_fit_are_refused(tmp_path: Path, changes: dict[str, An
     assert "Traceback" not in error
 
 
+@pytest.mark.long
 def test_verify_measures_against_the_whole_mesh_in_the_wave_excited(
     reduced: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -47,6 +47,7 @@ def remount(place: Path, options: str) -> None:
         (["figures"], 1),
     ],
 )
+@pytest.mark.long
 def test_no_room_at_a_stage(copied: Path, lost: list[str], jobs: int, blank_figures: pytest.MonkeyPatch) -> None:
     if "figures" in lost:
         blank_figures.undo()  # of one pixel they find room

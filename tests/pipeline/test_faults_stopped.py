@@ -29,6 +29,7 @@ def numbers(out: Path) -> list[dict[str, object]]:
     return [{k: v for k, v in item.items() if k not in without} for item in summary["curves"] + summary["models"]]
 
 
+@pytest.mark.long
 def test_killed_again_and_again(finished: Path, tmp_path: Path) -> None:
     changes = {"render": {"modes": [1]}, "sweep": {"contact.interference": [1e-5, 1e-3]}}
     scene, out = write_scene(tmp_path / "s.toml", small_scene(**changes)), tmp_path / "out"

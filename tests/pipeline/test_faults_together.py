@@ -25,6 +25,7 @@ def belong_together(out: Path) -> bool:
     return set(hashes) == {"response.csv", "response.h5", "curves.csv"} and summary_of(out)["response"] == hashes
 
 
+@pytest.mark.long
 def test_two_scenes_of_one_name(tmp_path: Path) -> None:
     rom, out = write_ground_model(tmp_path / "g.h5"), tmp_path / "out"
     values = {"a": [0.31, 0.32], "b": [0.41]}

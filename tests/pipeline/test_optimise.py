@@ -139,6 +139,7 @@ def test_the_section_of_a_scene_finds_what_the_command_has_computed(folder: Path
     assert not (folder / "out" / "figures" / "optimum.png").exists()
 
 
+@pytest.mark.long
 def test_a_key_that_remeshes_the_blade(tmp_path: Path) -> None:
     """Single curves are compared; angles that cannot be meshed are left out."""
     fast = {f"response__{key}": value for key, value in QUICK.items()}

@@ -89,6 +89,7 @@ def test_millimetres_and_the_materials_of_the_file(folder: Path, made: tuple[np.
     np.testing.assert_allclose(frequencies(folder, scene)[0], made[0], rtol=1e-9)
 
 
+@pytest.mark.long
 def test_tetrahedra_of_gmsh_agree_within_the_mesh_error_that_verify_states(
     folder: Path, made: tuple[np.ndarray, ...]
 ) -> None:

@@ -34,6 +34,7 @@ def contents(path: Path) -> dict[str, object]:
     return found
 
 
+@pytest.mark.long
 def test_from_nothing_in_other_surroundings(finished: Path, tmp_path: Path) -> None:
     scene = write_scene(tmp_path / "other.toml", small_scene(sweep=SWEEP))
     out = tmp_path / "a folder with another name"

@@ -26,29 +26,22 @@ REPOSITORY = Path(__file__).parents[2]
 KEYS = [(section, key) for section, model in SECTIONS.items() for key in model.model_fields]
 WRONG: dict[str, Any] = {
     "text": "nonsense",
-    "empty text": "",
     "truth": True,
     "one": 1,
     "zero": 0,
     "negative": -1,
     "fraction": 0.37,
-    "negative fraction": -0.37,
     "not a number": math.nan,
     "infinite": math.inf,
-    "minus infinite": -math.inf,
     "enormous": 1e300,
-    "minus enormous": -1e300,
     "400 digits": 10**400,
     "tiny": 1e-300,
-    "smallest": 5e-324,
     "empty list": [],
     "nested": [[1.0, 2.0], [3.0]],
-    "list of one": [1],
     "list of three": [1.0, 2.0, 3.0],
     "long list": [1.0] * 1000,
     "list with text": [1.0, "x"],
     "list with nan": [math.nan, 1.0],
-    "list with truth": [True, False],
     "table": {"a": 1},
     "date": date(2011, 7, 24),
 }
@@ -154,7 +147,7 @@ def test_wrong_values_in_a_sweep(tmp_path: Path, section: str, key: str) -> None
     path = tmp_path / "scene.toml"
     scene = whole_scene(section, key, None) if section == "model" else small_scene()
     names = (section, key) == ("mesh", "file") or (section == "model" and key in TEXTS)  # any text may name a file
-    for value in ("nonsense", math.nan, -1e300, {"a": 1}, [[]], date(2011, 7, 24))[names:]:
+    for value in ("nonsense", math.nan, {"a": 1})[names:]:
         complaint = judged(path, scene | {"sweep": {f"{section}.{key}": [value]}})
         assert f'sweep."{section}.{key}"' in complaint
 

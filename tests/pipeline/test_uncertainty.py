@@ -198,6 +198,7 @@ def test_a_stuck_oscillator_in_closed_form(tmp_path: Path) -> None:
     assert "16 samples" in found["message"]
 
 
+@pytest.mark.long
 def test_amplitude_under_a_lognormal_force_is_lognormal(tmp_path: Path) -> None:
     """And first order is exact; half the samples come from the smaller run, and no branch is carried between them."""
     one = oscillator_scene(samples=16)

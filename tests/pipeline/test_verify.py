@@ -93,6 +93,7 @@ def test_frequencies_are_those_of_the_full_model_without_reduction(tmp_path: Pat
 
 
 @pytest.mark.usefixtures("no_other_mesh")
+@pytest.mark.long
 def test_averages_over_patches_are_measured_against_a_reference_of_their_own(tmp_path: Path) -> None:
     fine = {**TWISTED, "rom__modes": 20}
     found = verified(tmp_path, sweep={"rom.contact_dofs": ["nodal", "patch"]}, **fine)
@@ -105,6 +106,7 @@ def test_averages_over_patches_are_measured_against_a_reference_of_their_own(tmp
     assert abs(nodal[2] / patch[2] - 1.0) > 1e-6  # stuck: other joints
 
 
+@pytest.mark.long
 def test_following_the_advice_brings_the_promised_error(tmp_path: Path) -> None:
     coarse = {**TWISTED, **STIFF, "mesh__size": 0.009, "mesh__grading": 1.0, "rom__contact_dofs": "nodal"}
     coarse |= {"rom__modes": 4, "rom__tolerance": 0.006, "response__frequency": [150.0, 2000.0]}
@@ -143,6 +145,7 @@ def test_following_the_advice_brings_the_promised_error(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("no_other_mesh")
+@pytest.mark.long
 def test_the_error_of_contact_dofs_is_that_against_many_more_of_them(tmp_path: Path) -> None:
     """Nodes and the mortar on 3 x 3 against a reduced model with a mortar of 6 x 6."""
     stiff = {**COARSE, **STIFF, "rom__tolerance": 0.5, "response__frequency": [150.0, 2000.0]}
@@ -171,6 +174,7 @@ def test_stiffness_node_by_node_has_no_value_between_the_nodes(tmp_path: Path) -
     assert "contact dofs" not in found["advice"][0]["text"]
 
 
+@pytest.mark.long
 def test_what_no_mesh_and_no_contact_grid_reaches_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pipeline.verify.advice, "MOST_DOFS", 12_000)
     stiff = {**COARSE, "contact__normal_stiffness": 1e13, "contact__tangential_stiffness": 1e13}
@@ -352,6 +356,7 @@ def test_errors_of_modes_that_end_in_the_range_are_not_known(tmp_path: Path) -> 
     assert "modal truncation error" not in said
 
 
+@pytest.mark.long
 def test_the_number_kept_is_told_and_chosen_anew_when_it_must_be(tmp_path: Path) -> None:
     def run(**changes: Any) -> tuple[str, dict[str, Any]]:
         scene = small_scene(**{"rom__modes": "auto", "rom__tolerance": 0.01, **changes})

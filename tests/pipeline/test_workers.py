@@ -105,6 +105,7 @@ def deadly_solve(folder: Path, files: Mapping[str, Path], *rest: object, progres
     die_for_friction(folder, files["rom"], *rest)
 
 
+@pytest.mark.long
 def test_a_run_loses_the_curve_of_a_killed_worker_only(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
