@@ -13,15 +13,18 @@ import pipeline.figures.style
 import pipeline.new_scene.new_from_mesh
 import pipeline.report.charts
 
+DRAWN = pipeline.figures.style.drawn
 SVG = b'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1 1"/>'
 
 
 @pytest.fixture(scope="session")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Output folder of the small scene run to its figures, over two interferences."""
+    """Output folder of the small scene run to its figures, which are drawn, over two interferences."""
     folder = tmp_path_factory.mktemp("finished")
     scene = write_scene(folder / "small.toml", small_scene(sweep={"contact.interference": [1e-5, 1e-3]}))
-    status, _, error = shroud("run", scene, "--out", folder / "out", "--quiet")
+    with pytest.MonkeyPatch.context() as patch:  # a test of the module may have asked for pictures of a pixel before
+        patch.setattr(pipeline.figures.style, "drawn", DRAWN)
+        status, _, error = shroud("run", scene, "--out", folder / "out", "--quiet")
     assert (status, error) == (0, "")
     return folder / "out"
 
