@@ -17,7 +17,7 @@ from pipeline.figures.data import Array
 from pipeline.figures.style import subplots, write_heading
 from pipeline.stages.engine_orders import COUNT, FEWEST, by_speed, excited_orders
 from pipeline.stages.model.model_files import read_families
-from pipeline.stages.scene_to_solver import contact_on_model
+from pipeline.stages.scene_to_solver import contact_on_model, springs_by_state
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -48,13 +48,6 @@ class Modelled(Protocol):
 
     @property
     def parameters(self) -> Mapping[str, Any]: ...
-
-
-def springs_of(scene: Scene, model: ReducedModel) -> dict[str, dict[str, Array]]:
-    """Contact springs of each state of the shrouds: normal ones only when sliding, all when stuck."""
-    contact = contact_on_model(scene, model)
-    normal: dict[str, Array] = {"normal": contact.normal_stiffness}
-    return {"free": {}, "sliding": normal, "stuck": {**normal, "tangential": contact.tangential_stiffness}}
 
 
 def apart(heights: Array, names: Sequence[str], top: float) -> list[tuple[float, str]]:
@@ -103,7 +96,7 @@ def numbered_crossings(
     """The crossings of engine orders and their multiples in the frequency range, as in the table of the report."""
     from rom import inter_blade_phase, natural_frequencies, resonance_crossings
 
-    springs, count = springs_of(curve.scene, model), min(COUNT, model.size)
+    springs, count = springs_by_state(contact_on_model(curve.scene, model)), min(COUNT, model.size)
     ranges = sorted({item for order in orders for item in excited_orders(curve.scene, order)})
     found: list[NumberedCrossing] = []
     for order, (low, high) in ranges:
@@ -248,7 +241,7 @@ def _draw_states(
 
     found = {
         state: modes_over_diameters(model, diameters, families, count=min(DRAWN, model.size), **springs)
-        for state, springs in springs_of(scene, model).items()
+        for state, springs in springs_by_state(contact_on_model(scene, model)).items()
     }
     top = float(found["stuck"].frequency_hz[:, :MODES].max())
     for state, modes in found.items():
@@ -349,7 +342,7 @@ def followed_over_speeds(chosen: Mapping[float, Modelled], engine_order: int) ->
     phase, count = inter_blade_phase(engine_order, models[0].n_blades), min(DRAWN, models[0].size)
     return {
         state: modes_over_speeds(models, speeds, families, phase, count=count, **springs)
-        for state, springs in springs_of(chosen[speeds[0]].scene, models[0]).items()
+        for state, springs in springs_by_state(contact_on_model(chosen[speeds[0]].scene, models[0])).items()
     }
 
 

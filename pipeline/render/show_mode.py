@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from pipeline.render import ring
 from pipeline.render.mode_shapes import at_largest, named_shapes
 from pipeline.scene.schema import Contact
 from pipeline.stages.model.build_mesh import SECTOR
-from pipeline.stages.scene_to_solver import contact_parameters
+from pipeline.stages.scene_to_solver import STATES, contact_parameters, springs_by_state
 
 if TYPE_CHECKING:
     import pyvista
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from pipeline.results.results import Results
 
 DEFORMATION = 0.08  # largest displacement over the height of the mesh
-STATES = ("free", "sliding", "stuck")
 
 
 def mode_plotter(results: Results, number: int, contact: str, model: int) -> pyvista.Plotter:
@@ -42,9 +41,7 @@ def mode_plotter(results: Results, number: int, contact: str, model: int) -> pyv
     stiffness = {key: entry[key] for key in ("normal_stiffness", "tangential_stiffness")}
     face = Contact(friction=0.0, **stiffness)
     nodes = contact_parameters(face, reduced.n_contacts, reduced.contact_area)
-    springs: dict[str, Any] = {} if contact == "free" else {"normal": nodes.normal_stiffness}
-    if contact == "stuck":
-        springs["tangential"] = nodes.tangential_stiffness
+    springs = springs_by_state(nodes)[contact]
     frequency, shapes, names = named_shapes(rom, reduced, phase, number, springs)
     motion = np.real(at_largest(shapes[-1][: len(sector.points)]))
     moved = ring.surface_of(ring.grid(sector, motion, DEFORMATION * float(np.ptp(sector.points[:, 2])), 0.0))

@@ -56,7 +56,7 @@ from pipeline.scene.labels import member_label, prefixed
 from pipeline.scene.schema import Scene
 from pipeline.stages.model.build_mesh import SECTOR
 from pipeline.stages.model.model_chain import BuiltModel
-from pipeline.stages.scene_to_solver import contact_on_model
+from pipeline.stages.scene_to_solver import contact_on_model, springs_by_state
 
 TEMPLATES = Path(__file__).parent / "templates"
 MOST_CONTACTS, MOST_OPERATING, MOST_STILLS = 10, 10, 9
@@ -292,7 +292,8 @@ def _springs(model: BuiltModel, scene: Scene) -> dict[str, dict[str, Any]]:
     from rom import read_reduced_model
 
     contact = contact_on_model(scene, read_reduced_model(model.rom, with_basis=False))
-    return {"free": {}, "stuck": {"normal": contact.normal_stiffness, "tangential": contact.tangential_stiffness}}
+    states = springs_by_state(contact)
+    return {state: states[state] for state in ("free", "stuck")}
 
 
 def _contacts(

@@ -20,6 +20,7 @@ from pipeline.scene.labels import member_label
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.engine_orders import excited_orders
 from pipeline.stages.model.natural_frequencies import stored_frequencies
+from pipeline.stages.scene_to_solver import STATES
 from pipeline.store.disk_errors import StorageError
 from pipeline.store.fingerprints import fingerprint
 
@@ -33,7 +34,6 @@ if TYPE_CHECKING:
     from pipeline.stages.request import Run
     from pipeline.store.content_store import Store
 
-STATES = ("free", "sliding", "stuck")
 MOST = 40  # members of a sweep whose static contact is computed, evenly spread
 KIND, FILE = "static-contact", "static.json"
 

@@ -6,7 +6,7 @@ Quantities of each contact node are formed by `ContactParameters.shared` alone; 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import numpy as np
@@ -49,6 +49,15 @@ def contact_parameters(contact: Contact, n_contacts: int, area: NDArray[np.float
 def contact_on_model(scene: Scene, model: ReducedModel) -> ContactParameters:
     """Parameters of each contact node of a reduced model."""
     return contact_parameters(resolved_contact(scene, face_area(model)), model.n_contacts, model.contact_area)
+
+
+STATES = ("free", "sliding", "stuck")
+
+
+def springs_by_state(contact: ContactParameters) -> dict[str, dict[str, Any]]:
+    """Contact springs of each state of the shrouds: none when free, normal ones when sliding, all when stuck."""
+    normal: dict[str, Any] = {"normal": contact.normal_stiffness}
+    return dict(zip(STATES, ({}, normal, {**normal, "tangential": contact.tangential_stiffness}), strict=True))
 
 
 def face_area(model: ReducedModel) -> float | None:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.engine_orders import COUNT, FEWEST, by_speed, excited_orders
 from pipeline.stages.model.model_files import read_families
-from pipeline.stages.scene_to_solver import contact_on_model
+from pipeline.stages.scene_to_solver import STATES, contact_on_model, springs_by_state
 from pipeline.store.fingerprints import fingerprint
 
 if TYPE_CHECKING:
@@ -60,14 +60,9 @@ def _write(path: Path, rom: Path, scene: Scene, engine_order: int) -> None:
     contact = contact_on_model(scene, model)
     normal, tangential = contact.normal_stiffness, contact.tangential_stiffness
     count = min(COUNT, model.size)
-    states: dict[str, dict[str, Any]] = {
-        "free": {},
-        "sliding": {"normal": normal},
-        "stuck": {"normal": normal, "tangential": tangential},
-    }
     families = read_families(rom)
     values: dict[str, Any] = {"each_wave": model.has_disk, "n_blades": model.n_blades}
-    for name, springs in states.items():
+    for name, springs in springs_by_state(contact).items():
         frequency, modes = natural_modes(model, phase, count=count, **springs)
         values[f"{name}_hz"] = frequency.tolist()
         if families is not None:
@@ -104,7 +99,7 @@ def campbell_entries(
         speed: stored_frequencies(store, model, m.scene, order) for speed, m, model in built if model is not None
     }
     speeds, entries = list(found), []
-    for state in ("free", "sliding", "stuck"):
+    for state in STATES:
         for mode, natural in enumerate(zip(*(values[f"{state}_hz"] for values in found.values()), strict=False), 1):
             for speed, frequency in speed_crossings(speeds, natural, order):
                 place: dict[str, Any] = {"speed_rpm": speed, "frequency_hz": frequency}
