@@ -27,6 +27,7 @@ from pipeline.command_usage import (
     RomOption,
     SceneArgument,
     SchedulerOption,
+    ToleranceOption,
     UnitOption,
     app_for,
     examples,
@@ -266,26 +267,28 @@ def check(
     epilog=examples(
         "shroud optimise my.toml --over contact.interference",
         "shroud optimise my.toml --over contact.interference=-2e-5:2e-5",
+        "shroud optimise my.toml --over contact.interference --tolerance contact.interference=1e-6",
         "shroud optimise my.toml --over shroud.angle=60:90 --over contact.preload",
     )
 )
 def optimise(
     scene: SceneArgument,
     over: OverOption = None,
+    tolerance: ToleranceOption = None,
     objective: ObjectiveOption = None,
     rom: RomOption = None,
     out: OutOption = None,
     jobs: JobsOption = None,
+    *,
     quiet: QuietOption = False,
     as_json: JsonOption = False,
-    *,
     force: ForceOption = False,
 ) -> None:
     """Find the values of keys at which the worst motion is lowest.
 
     Without --over: over the keys of the scene's table [optimum]. A key without LOW:HIGH gets a range from the scene.
     """
-    from pipeline.optimise import objective_asked, optimum_text
+    from pipeline.optimise import Asked, objective_asked, optimum_text
     from pipeline.optimise import optimise as search
     from pipeline.process.progress import Reporter
     from pipeline.results.outputs import as_json as json_text
@@ -296,13 +299,16 @@ def optimise(
     request = Request(file, out or Path("out") / file.first.name, Stage.RESPOND.value, force, jobs, rom)
     if not quiet:
         print_notes(file.notes)
+    asked = Asked(over or [], tolerance or [], objective_asked(objective))
     with stoppable() as interrupts:
-        found = search(request, over or [], Reporter(quiet, interrupts=interrupts), objective_asked(objective))
+        found = search(request, asked, Reporter(quiet, interrupts=interrupts))
     if found.lines and as_json:
         print(json_text(found.values))
     elif found.lines and not quiet:
         print(optimum_text(found, request.out))
     print_problems(found.problems)
+    if found.stopped is not None:
+        raise typer.Exit(BY_SIGNAL + found.stopped.signal)
     raise typer.Exit(COMPUTED if found.lines and not found.problems else NOT_REACHED)
 
 

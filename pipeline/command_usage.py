@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 FLAGS = ("--force", "--quiet", "--json", "--version", "--help")  # options without a value
-SEVERAL = ("--over",)  # options that may be given several times
+SEVERAL = ("--over", "--tolerance")  # options that may be given several times
 MOST_JOBS = 256
 TOLERANCES = 1e-6, 0.5
 ALLOWED = {  # values of options by their names
@@ -145,5 +145,13 @@ OverOption = Annotated[
     list[str] | None,
     typer.Option(
         "--over", metavar="KEY=LOW:HIGH", help="A key of the scene and its range, or the key alone; several times."
+    ),
+]
+ToleranceOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--tolerance",
+        metavar="KEY=HALF",
+        help="How far a key may be off: the highest motion within counts; several times. Or uncertainty.",
     ),
 ]

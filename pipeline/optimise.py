@@ -11,16 +11,19 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast, get_args
 
 import numpy as np
 
+from pipeline.codec import restored
 from pipeline.errors import InputError, input_error, shown
 from pipeline.figures.figure_stage import study_figures
+from pipeline.process.interrupts import Stopped
 from pipeline.process.progress import Reporter
+from pipeline.results.outputs import as_json
 from pipeline.results.publishing import PicturesMissing
 from pipeline.run import solved_members
 from pipeline.scene.reading import SceneFile, given_scene
@@ -30,10 +33,12 @@ from pipeline.stages.curve.curve_file import read_curve
 from pipeline.stages.request import Request
 from pipeline.stages.scene_to_solver import contact_on_model
 from pipeline.studies.optimum.checks import OPTIMISED_KEYS, PLACE, unfit_optimum_keys
+from pipeline.studies.optimum.checks import TOLERANCE as TOLERANCE_PLACE
 from pipeline.studies.optimum.section import MOST_KEYS, Objective, Optimum, Range
+from pipeline.studies.optimum.trials import CASES
 from pipeline.studies.registry import study_named
 from pipeline.studies.study import StudyContext, StudyError
-from pipeline.studies.study_stage import studied
+from pipeline.studies.study_stage import CURVE, studied
 
 if TYPE_CHECKING:
     from nonlinear import ResponseCurve
@@ -56,7 +61,9 @@ SHARE = 0.2  # of the value, on each side, for all other keys
 APART = -1e3  # interference of contacts that never touch, m
 PRESSED = 1e7  # preload of contacts that always stick, by the force of the excitation
 LEAST_PRELOAD = 0.01  # of that at which all nodes stick
-OVER = "--over"  # how messages name it
+OVER, TOLERANCE = "--over", "--tolerance"  # how messages name them
+TOLERANCES = "KEY=NUMBER above 0, uncertainty, or uncertainty=QUANTILE, 0.5 to 0.999"
+HALF, QUANTILES = (1e-12, 1e15), (0.5, 0.999)
 STUDY = "optimum"
 
 
@@ -102,9 +109,35 @@ def default_range(file: SceneFile, key: str, now: float | None, static: Range | 
     return low, min(high, highest)
 
 
-def with_ranges(file: SceneFile, ranges: dict[str, Range], objective: Objective = "displacement") -> SceneFile:
-    """The scene with the section [optimum] over these ranges."""
-    optimum = Optimum(over=dict(ranges), objective=objective)
+def asked_tolerances(options: Sequence[str]) -> dict[str, Any]:
+    """The options as keys of [optimum]; none without options."""
+    half: dict[str, float] = {}
+    for text in options:
+        key, given, number = (part.strip() for part in text.partition("="))
+        if key == "uncertainty":
+            if len(options) > 1:
+                raise input_error(COMMAND, TOLERANCE, "uncertainty beside other tolerances", "one of the two")
+            level = {"quantile": _number(text, number, *QUANTILES)} if given else {}
+            return {"tolerance": "uncertainty", **level}
+        if key in half:
+            raise input_error(COMMAND, f"{TOLERANCE} {key}", "given twice", "each key once")
+        half[key] = _number(text, number, *HALF)
+    return {"tolerance": half} if half else {}
+
+
+def _number(text: str, number: str, least: float, most: float) -> float:
+    try:
+        found = float(number)
+    except ValueError:
+        found = math.nan
+    if not least <= found <= most:
+        raise input_error(COMMAND, TOLERANCE, shown(text), TOLERANCES)
+    return found
+
+
+def with_section(file: SceneFile, keys: Mapping[str, Any]) -> SceneFile:
+    """The scene with a section [optimum] of these keys."""
+    optimum = Optimum(**keys)
     changed = [replace(m, scene=m.scene.model_copy(update={"optimum": optimum})) for m in file.members]
     return replace(file, members=tuple(changed))
 
@@ -131,9 +164,11 @@ def _error(key: str, found: str, allowed: str = "") -> InputError:
 def _of_command_line(error: InputError) -> InputError:
     """An error of [optimum] in the words of the command line."""
     said = str(error).removeprefix(f"{error.source}: ").removeprefix(f"{error.key}: ")
-    key = error.key.removeprefix(f"{PLACE}.").strip('"')
-    changed = InputError(f"{COMMAND}: {OPTION} {key}: {said}")
-    changed.source, changed.key = COMMAND, f"{OPTION} {key}"
+    option = TOLERANCE if error.key.startswith(TOLERANCE_PLACE) else OPTION
+    key = error.key.removeprefix(PLACE).removeprefix(TOLERANCE_PLACE).removeprefix(".").strip('"')
+    place = f"{option} {key}".strip()
+    changed = InputError(f"{COMMAND}: {place}: {said}")
+    changed.source, changed.key = COMMAND, place
     return changed
 
 
@@ -189,40 +224,46 @@ class Optimised:
     values: dict[str, Any]  # content of optimum.json; empty where there is none
     files: tuple[str, ...]  # files written, by their names in the output folder
     problems: tuple[str, ...]  # what could not be computed, one line each
+    stopped: Stopped | None = None  # the signal that ended the search before its end
 
 
-def optimise(
-    request: Request, over: Sequence[str], reporter: Reporter, objective: Objective | None = None
-) -> Optimised:
+@dataclass(frozen=True)
+class Asked:
+    """Options of the command."""
+
+    over: Sequence[str] = ()
+    tolerance: Sequence[str] = ()
+    objective: Objective | None = None
+
+
+def optimise(request: Request, asked: Asked, reporter: Reporter) -> Optimised:
     """Find the optimum of a scene, and write optimum.json and its figure."""
-    file, asked = request.scene, asked_ranges(over)
-    if not asked and file.first.optimum is None:
+    file, ranges, given_model = request.scene, asked_ranges(asked.over), request.rom is not None
+    own = file.first.optimum
+    if not ranges and own is None:
         allowed = "a table [optimum] in the scene, or --over KEY=LOW:HIGH"
         raise input_error(file.path, STUDY, "missing", allowed)
-    given_model = request.rom is not None
-    base = _base(file, given_model)
-    own = file.first.optimum
-    if objective is None:
-        objective = "displacement" if own is None else own.objective
-    elif own is not None and not asked:
-        base = with_ranges(base, own.ranges, objective)
-    if asked:
-        known = {key: limits or (0.5, 1.0) for key, limits in asked.items()}
-        check_ranges(with_ranges(base, {key: known[key] for key in asked if asked[key]} or known), given_model)
-        base = replace(base, members=tuple(replace(m, scene=_without_optimum(m.scene)) for m in base.members))
-    keys = asked or (file.first.optimum.ranges if file.first.optimum else {})
-    for key in [key for key in file.swept if key in keys]:
+    keys = {} if own is None else own.model_dump()
+    keys |= asked_tolerances(asked.tolerance) | ({} if asked.objective is None else {"objective": asked.objective})
+    over: Mapping[str, Range | None] = ranges or (own.ranges if own is not None else {})
+    base = _base(file, over, given_model)
+    known = {key: limits for key, limits in over.items() if limits}
+    unknown = {"over": dict.fromkeys(over, (0.5, 1.0)), "tolerance": {}}  # the keys alone can be checked
+    check_ranges(with_section(base, keys | ({"over": known} if known else unknown)), given_model)
+    for key in [key for key in file.swept if key not in base.swept]:
         reporter.line(f"note: {key} is swept; compared with its first value, {file.members[0].parameters[key]:g}")
+    base = replace(base, members=tuple(replace(m, scene=_without_optimum(m.scene)) for m in base.members))
     with solved_members(replace(request, scene=base), reporter) as (run, models, outcome):
         context = StudyContext(run, models, outcome)
         try:
-            if asked:
-                ranged = with_ranges(base, _ranges(context, file, asked), objective)
-                check_ranges(ranged, given_model)
-                context = replace(context, run=replace(run, request=replace(run.request, scene=ranged)))
+            ranged = with_section(base, {**keys, "over": _ranges(context, file, over)})
+            check_ranges(ranged, given_model)
+            context = replace(context, run=replace(run, request=replace(run.request, scene=ranged)))
             found = studied(context, study_named(STUDY))
         except StudyError as error:
             return Optimised((), {}, (), (*outcome.problems, f"{STUDY}: {error}"))
+        except Stopped as stop:
+            return _so_far(context, stop)
         problems, pictures = list(outcome.problems), []
         try:
             first = base.first
@@ -234,18 +275,38 @@ def optimise(
         return Optimised(found.lines, values, files, tuple(problems))
 
 
-def _base(file: SceneFile, given_model: bool) -> SceneFile:
-    """The scene with the values of its first member, without a sweep."""
+def _so_far(context: StudyContext, stop: Stopped) -> Optimised:
+    """The best of a search that a signal has ended, in optimum.json as well."""
+    if stop.summary is None:
+        return Optimised((), {}, (), (), stop)
+    run, study = context.run, study_named(STUDY)
+    name, lines = f"{STUDY}.json", tuple(study.lines(restored(study.result, stop.summary)))
+    values = {"study": STUDY, CURVE: context.base_key, **stop.summary}
+    with run.store.replacing(run.request.out / name) as (path,):
+        path.write_text(as_json(values) + "\n", encoding="utf-8")
+    return Optimised(lines, values, (name,), (), stop)
+
+
+def _base(file: SceneFile, over: Iterable[str], given_model: bool) -> SceneFile:
+    """The scene without a sweep but of its load cases, which are not optimised; the first values of all others."""
     if not file.swept:
         return file
-    return given_scene(file, {"sweep": None, **file.members[0].parameters}, given_model)
+    cases = [key for key in file.swept if key.partition(".")[0] in CASES and key not in over]
+    first = {key: value for key, value in file.members[0].parameters.items() if key not in cases}
+    points: list[dict[str, Any]] = []
+    for member in file.members:
+        point = {key: member.parameters[key] for key in cases}
+        if point not in points:
+            points.append(point)
+    sweep = {"points": points} if cases and len(points) > 1 else None
+    return given_scene(file, {"sweep": sweep, **first, **({} if sweep else points[0])}, given_model)
 
 
 def _without_optimum(scene: Any) -> Any:
     return scene.model_copy(update={STUDY: None})
 
 
-def _ranges(context: StudyContext, file: SceneFile, asked: dict[str, Range | None]) -> dict[str, Range]:
+def _ranges(context: StudyContext, file: SceneFile, asked: Mapping[str, Range | None]) -> dict[str, Range]:
     """The ranges asked for, and those of keys that were given none."""
     open_keys = [key for key, limits in asked.items() if limits is None]
     static = static_ranges(context) if set(open_keys) & set(STATIC) - set(file.swept) else {}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
@@ -57,6 +57,8 @@ class StudyContext:
     run: Run  # the run: request, store, executor, reporter
     models: Models  # reduced model of each member of the scene
     outcome: RunOutcome  # curves of the scene, and what has been found so far
+    log: StageLog = field(default_factory=StageLog)  # of all members beside those of the scene
+    done: list[CurveResult] = field(default_factory=list)  # of the last members, also where a signal ended them
 
     @property
     def file(self) -> SceneFile:
@@ -155,16 +157,17 @@ class StudyContext:
             models = self._models(run, outcome)
         except InputError as error:  # none of the models could be made
             return [CurveResult(member, None, None, None, str(error)) for member in members]
-        curves: list[CurveResult] = []
+        curves = self.done
+        curves.clear()
         member_curves(run, models, curves)
         said = "; ".join(outcome.problems)
         return [curve if curve.rom or not said else replace(curve, reason=said) for curve in curves]
 
     def _derived(self, members: Sequence[Member]) -> Run:
-        """The run of these members up to their curves, with a log of its own."""
+        """The run of these members up to their curves, with the log of the study."""
         file = replace(self.file, members=tuple(members), swept=tuple(members[0].parameters))
         request = replace(self.run.request, scene=file, until=Stage.RESPOND.value)
-        return replace(self.run, request=request, log=StageLog())
+        return replace(self.run, request=request, log=self.log)
 
     def _models(self, run: Run, outcome: RunOutcome) -> Models:
         """The reduced model of each member."""

@@ -2,6 +2,7 @@
 
 import json
 import math
+import signal
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -11,8 +12,13 @@ import pytest
 from pipeline_support import shroud, small_scene, write_scene
 
 from pipeline import run_scene
+from pipeline.optimise import Asked
+from pipeline.optimise import optimise as search_optimum
+from pipeline.process.progress import Reporter
 from pipeline.results.results import Results
-from pipeline.studies.optimum.study import TOLERANCE, Point, UnitSearch
+from pipeline.scene.reading import read_scene
+from pipeline.stages.request import Request
+from pipeline.studies.optimum.search import TOLERANCE, Point, UnitSearch, WindowSearch
 from rom import ReducedModel, write_reduced_model
 
 pytestmark = pytest.mark.xdist_group("optimise")  # one worker: what the module makes is made once
@@ -41,9 +47,14 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def optimise(folder: Path, *over: str, scene: str = "rub.toml", out: str = "out") -> tuple[int, str, str]:
     """`shroud optimise` of a scene in the folder on the reduced model there."""
-    options = [part for text in over for part in ("--over", text)]
+    options = [part for k, text in enumerate(over) for part in _with_option(over, k, text)]
     where = ("--rom", folder / "rub.h5", "--out", folder / out, "--jobs", 1)
     return shroud("optimise", folder / scene, *options, *where, "--quiet", "--json")
+
+
+def _with_option(over: Sequence[str], place: int, text: str) -> list[str]:
+    """`--over` before a key, but not where another option stands."""
+    return [text] if text.startswith("--") or (place and over[place - 1].startswith("--")) else ["--over", text]
 
 
 def worst(folder: Path, **keys: float) -> float:
@@ -173,6 +184,20 @@ def test_a_key_that_remeshes_the_blade(tmp_path: Path) -> None:
         (["contact.friction", "contact.friction=0:1"], "--over contact.friction: given twice"),
         (["blade.thickness=1e-3:2e-3"], "--over blade.thickness: has no effect on a given reduced model"),
         (["load.speed_rpm"], "--over load.speed_rpm: no range, and the scene's value tells none"),
+        (
+            ["contact.friction=0.1:1", "--tolerance", "contact.friction"],
+            '--tolerance: "contact.friction", allowed: KEY=',
+        ),
+        (
+            ["contact.friction=0.1:1", "--tolerance", "contact.friction=0.2"],
+            "--tolerance contact.friction: 0.1 to 1 with 0.2 on both sides, allowed: values that the key may have",
+        ),
+        (
+            ["contact.friction=0.1:1", "--tolerance", "contact.friction=1e-5"],
+            "--tolerance contact.friction: 1e-05, allowed: at least a thousandth of the range, 0.0009",
+        ),
+        (["contact.friction=0.1:1", "--tolerance", "uncertainty"], "a scene with a table [uncertainty]"),
+        (["contact.friction=0.1:1", "--tolerance", "contact.frictoin=1"], "did you mean contact.friction?"),
         ([], "optimum: missing, allowed: a table [optimum] in the scene, or --over KEY=LOW:HIGH"),
     ],
 )
@@ -237,3 +262,106 @@ def test_a_kink_over_two_variables_is_found_without_derivatives() -> None:
     )
     assert value == pytest.approx(exact, abs=1e-2)
     assert UnitSearch(lambda points: [math.inf] * len(points), 2).minimise() is None
+
+
+def brute(function: Any, low: float, high: float, tolerance: float) -> tuple[float, float]:
+    """The same on a fine grid: the best value and the highest within the tolerance around it."""
+    grid = np.linspace(low - tolerance, high + tolerance, round((high - low + 2.0 * tolerance) / tolerance * 200) + 1)
+    heights = np.array([function(x) for x in grid])
+    highest = np.lib.stride_tricks.sliding_window_view(heights, 401).max(axis=1)
+    best = int(highest.argmin())
+    return float(grid[200 + best]), float(highest[best])
+
+
+FUNCTIONS: dict[str, Any] = {
+    "kink": lambda x: 0.1 + max(5.0 * (0.3 - x), 0.2 * (x - 0.3)),
+    "jump": lambda x: 5.0 if x < 0.3137 else 0.1 + 0.2 * (x - 0.3137),
+    "between jumps": lambda x: 0.1 + 0.2 * (x - 0.3) ** 2 if 0.3137 < x < 0.7 else 5.0,
+    "a lower valley that is too narrow": lambda x: min(0.2 + abs(x + 0.5), 0.05 + 8.0 * abs(x - 0.4)),
+    "a peak inside the window": lambda x: 0.2 + abs(x) + math.exp(-(((x - 0.05) / 0.02) ** 2)),
+    "nothing there": lambda x: math.inf if x < 0.1 else 1.0 + (x - 0.15) ** 2,
+    "edge": lambda x: 2.0 + x,
+}
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_the_lowest_highest_value_within_a_tolerance(name: str) -> None:
+    function = FUNCTIONS[name]
+    search = WindowSearch(lambda values: [(function(x),) for x in values], -1.0, 1.0, 0.1)
+    found = search.minimise()
+    best, height = brute(function, -1.0, 1.0, 0.1)
+    assert found is not None
+    assert found == pytest.approx(best, abs=0.1 * 0.1)
+    assert search.checked[found] == pytest.approx(height, rel=0.01)
+    assert search.bracket(height)[0] - 0.01 <= best <= search.bracket(height)[1] + 0.01
+    assert len(search.known) < 50
+    assert WindowSearch(lambda values: [(math.inf,)] * len(values), 0.0, 1.0, 0.1).minimise() is None
+
+
+def test_a_quantile_over_two_equally_likely_cases() -> None:
+    """A kink that lies elsewhere in each case, with normal deviations, against a fine grid of samples."""
+    shifts = 0.1 * np.array([-1.96, *np.linspace(-1.2, 1.2, 97), 1.96])
+
+    def cases(x: Any) -> Any:
+        return np.array([0.2 + np.abs(x - 0.1), 0.1 + 2.0 * np.abs(x + 0.1)])
+
+    search = WindowSearch(lambda values: cases(np.array(values)).T.tolist(), -1.0, 1.0, 0.15, shifts, 0.9)
+    found = search.minimise()
+    grid = np.linspace(-1.0, 1.0, 2001)
+    heights = np.quantile(cases(grid[:, None] + shifts), 0.9, axis=(0, 2))
+    assert found == pytest.approx(grid[heights.argmin()], abs=0.015)
+    assert search.value_at(float(found or 0.0)) == pytest.approx(heights.min(), rel=0.01)
+
+
+def test_an_optimum_with_a_tolerance_is_as_high_at_both_ends(folder: Path, preload: dict[str, Any]) -> None:
+    """Of the friction, which is not optimised, the higher end counts as well."""
+    tolerances = ("--tolerance", "contact.preload=0.4", "--tolerance", "contact.friction=0.05")
+    status, said, error = optimise(folder, "contact.preload=1:2.4", *tolerances, out="robust")
+    assert (status, error) == (0, "")
+    found = json.loads(said)
+    best, height = found["values"]["contact.preload"], found["amplitude_m"]
+    low, high = (
+        max(worst(folder, contact__preload=best + side, contact__friction=friction) for friction in (0.45, 0.55))
+        for side in (-0.4, 0.4)
+    )
+    assert found["kind"] == "balanced"
+    assert height == pytest.approx(max(low, high), rel=1e-6)
+    assert low == pytest.approx(high, rel=0.03)
+    assert height > 1.05 * preload["amplitude_m"]
+    robust = found["robust"]
+    assert robust["bracket"][0] <= best <= robust["bracket"][1] <= robust["bracket"][0] + 0.08
+    assert robust["lowest"]["amplitude_m"] <= height <= robust["around_lowest_m"] * 1.001
+    assert found["message"].startswith(f"contact.preload = {best:g} N: at most ")
+    assert "contact.preload ±0.4 N, contact.friction ±0.05" in found["message"]
+    assert (folder / "robust" / "figures" / "optimum.png").is_file()
+
+
+class StopsAt(Reporter):
+    """Receives a signal after a line with some words."""
+
+    words = ""
+
+    def line(self, text: str) -> None:
+        if self.words in text:
+            self.interrupts.noticed = signal.SIGTERM
+
+
+def test_a_search_that_is_stopped_leaves_the_best_so_far(folder: Path) -> None:
+    request = Request(
+        read_scene(folder / "rub.toml", given_model=True), folder / "stop", "respond", jobs=1, rom=folder / "rub.h5"
+    )
+    asked = Asked(["contact.preload=1:2.4"], ["contact.preload=0.4"])
+    stopping = StopsAt()
+    stopping.words = "so far"
+    found = search_optimum(request, asked, stopping)
+    written = json.loads((folder / "stop" / "optimum.json").read_text())
+    assert found.stopped is not None
+    assert found.stopped.signal == signal.SIGTERM
+    assert written == json.loads(json.dumps(found.values))
+    assert written["complete"] is False
+    assert "so far contact.preload = " in found.lines[0]
+    low, high = written["robust"]["bracket"]
+    known = len(written["robust"]["computed"])
+    whole = search_optimum(request, asked, Reporter(quiet=True))
+    assert low <= whole.values["values"]["contact.preload"] <= high
+    assert known < len(whole.values["robust"]["computed"])

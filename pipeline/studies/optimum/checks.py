@@ -1,4 +1,4 @@
-"""Checks of [optimum] beyond the schema: keys that are numbers of this scene, ranges that rise and are allowed."""
+"""Checks of [optimum] beyond the schema: keys that are numbers of the scene, ranges and tolerances allowed."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 from pipeline.errors import InputError, input_error, shown, shown_key
 from pipeline.scene.reading import IGNORED_WITH_MODEL, SceneFile
-from pipeline.scene.sweep import SWEPT_KEYS, takes_fractions
+from pipeline.scene.sweep import SWEPT_KEYS, key_value, takes_fractions
 from pipeline.scene.validation_errors import unknown_key
 from pipeline.studies.optimum.section import Range
 
-PLACE = "optimum.over"
+PLACE, TOLERANCE = "optimum.over", "optimum.tolerance"
 SOLVER_KEYS = {  # key of a scene -> parameter of the solver, over which peaks are followed
     "contact.interference": "interference",
     "contact.friction": "friction",
@@ -27,34 +27,72 @@ OPTIMISED_KEYS = (
     "load.speed_rpm",
 )
 LEAST_RANGE = 1e-9  # width of a range relative to its ends
+LEAST_TOLERANCE = 1e-3  # of the range of its key
 
 
 def unfit_optimum_keys(file: SceneFile, given_model: bool = False) -> Iterator[InputError]:
-    """Keys of [optimum] that do not fit the rest of a scene, and ranges that are not allowed."""
-    from pipeline.scene.reading import derived_member
-
+    """Keys of [optimum] that do not fit the rest of a scene, ranges and tolerances that are not allowed."""
     section = file.first.optimum
     if section is None:
         return
+    sound = []
     for key, (low, high) in section.ranges.items():
-        error = _unfit_key(file, key, given_model) or _unfit_range(file, key, (low, high))
-        if error is not None:
+        error = _unfit_key(file, key, PLACE, given_model) or _unfit_range(file, key, (low, high))
+        error = error or _refused(file, key, (low, high), PLACE, given_model)
+        if error is None:
+            sound.append(key)
+        else:
             yield error
-            continue
-        for end in (low, high):
-            try:
-                derived_member(file, {key: end}, PLACE, given_model)
-            except InputError as refused:
-                yield refused
-                break
+    if section.tolerance == "uncertainty" and file.first.uncertainty is None:
+        yield input_error(file.path, TOLERANCE, '"uncertainty"', "a scene with a table [uncertainty]")
+    for key, tolerance in section.tolerances.items():
+        if key not in section.ranges or key in sound:
+            error = _unfit_tolerance(file, key, tolerance, section.ranges.get(key), given_model)
+            if error is not None:
+                yield error
 
 
-def _unfit_key(file: SceneFile, key: str, given_model: bool) -> InputError | None:
+def _refused(
+    file: SceneFile, key: str, values: tuple[float, ...], place: str, given_model: bool
+) -> InputError | None:
+    """The error of the first of some values of a key that the scene does not allow."""
+    from pipeline.scene.reading import derived_member
+
+    for value in values:
+        try:
+            derived_member(file, {key: value}, place, given_model)
+        except InputError as refused:
+            return refused
+    return None
+
+
+def _unfit_tolerance(
+    file: SceneFile, key: str, tolerance: float, limits: Range | None, given_model: bool
+) -> InputError | None:
+    """The error of a tolerance of an unknown key, that is too small for its range, or leads to values not allowed."""
+    place = f"{TOLERANCE}.{shown_key(key)}"
+    error = _unfit_key(file, key, TOLERANCE, given_model)
+    if error is not None:
+        return error
+    own = key_value(file.first, key)
+    if limits is None and own is None:
+        return input_error(file.path, place, "the scene has no number there", "a number in the scene, or a range")
+    low, high = limits or (own or 0.0, own or 0.0)
+    least = LEAST_TOLERANCE * (high - low)
+    if tolerance < least:
+        return input_error(file.path, place, f"{tolerance:g}", f"at least a thousandth of the range, {least:g}")
+    if _refused(file, key, (low - tolerance, high + tolerance), TOLERANCE, given_model) is None:
+        return None
+    found = f"{low:g} to {high:g} with {tolerance:g} on both sides"
+    return input_error(file.path, place, found, "values that the key may have")
+
+
+def _unfit_key(file: SceneFile, key: str, table: str, given_model: bool) -> InputError | None:
     """The error of a key that is unknown, no number, or not of this scene."""
-    place = f"{PLACE}.{shown_key(key)}"
+    place = f"{table}.{shown_key(key)}"
     if key not in OPTIMISED_KEYS:
         if key not in SWEPT_KEYS:
-            return unknown_key(file.path, key, OPTIMISED_KEYS, PLACE)
+            return unknown_key(file.path, key, OPTIMISED_KEYS, table)
         return input_error(file.path, place, "not a design parameter", ", ".join(OPTIMISED_KEYS))
     section = key.partition(".")[0]
     if given_model and section in IGNORED_WITH_MODEL:

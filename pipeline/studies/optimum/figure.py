@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +22,7 @@ from pipeline.figures.style import (
 )
 from pipeline.scene.labels import quantity
 from pipeline.studies.optimum.checks import SOLVER_KEYS
-from pipeline.studies.optimum.result import KINDS, OptimumResult
+from pipeline.studies.optimum.result import KINDS, OptimumResult, Robust, Trial
 from pipeline.studies.optimum.section import OBJECTIVES
 
 if TYPE_CHECKING:
@@ -110,15 +110,120 @@ _RESPONSE: dict[str, Any] = {
 _MARK: dict[str, Any] = {"markeredgecolor": "white", "markeredgewidth": 0.8, "linestyle": "none", "zorder": 6}
 _OPTIMUM: dict[str, Any] = {**_MARK, "marker": "*", "markersize": 15, "color": DISTINCT[1], "clip_on": False}
 _OWN: dict[str, Any] = {**_MARK, "marker": "D", "markersize": 7, "color": DISTINCT[3], "clip_on": False}
+_WITHIN: dict[str, Any] = {"color": DISTINCT[0], "linewidth": 2.6, "zorder": 3}
+_PATH: dict[str, Any] = {
+    "color": DISTINCT[1],
+    "linewidth": 0.8,
+    "marker": "o",
+    "markersize": 9,
+    "markerfacecolor": "none",
+    "zorder": 4,
+}
+FEWEST_FOR_MAP = 4  # curves over two keys that are drawn as a map
 _RANGE: dict[str, Any] = {"color": DISTINCT[2], "alpha": 0.13, "linewidth": 0.0, "zorder": 0}
 
 
 def optimum_figure(result: OptimumResult, title: str) -> Figure | None:
-    """The figure of the study: the worst motion over one key, or the values tried of several."""
+    """The figure of the study: the worst motion over one key, with its envelope, or the values tried of several."""
+    if len(result.ranges) == 2 and len(result.solved) >= FEWEST_FOR_MAP:
+        return search_figure(result, title)
+    if result.robust is not None and result.robust.key:
+        return robust_figure(result, result.robust, title)
     curves = optimum_curves(result)
     if curves is not None:
         return curves_figure(result, curves, title)
     return trials_figure(result, title) if result.trials else None
+
+
+def robust_figure(result: OptimumResult, robust: Robust, title: str) -> Figure:
+    """The worst motion over one key, the worst within the tolerance as a second line, and the tolerance shaded."""
+    figure, axes = subplots(size=(8.6, 5.4))
+    key, named = robust.key, quantity(robust.key)
+    at, best, half = named.factor, result.values[robust.key], robust.tolerance[robust.key]
+    computed = [trial for trial in robust.computed if math.isfinite(trial.amplitude_m)]
+    factor, unit = scale([trial.amplitude_m for trial in computed], "m")
+    places = np.array([trial.values[key] for trial in computed]) * at
+    heights = np.array([trial.amplitude_m for trial in computed]) * factor
+    is_open = np.array([bool(trial.unresolved) or trial.at_end for trial in computed])
+    axes.plot(places, heights, color="0.45", linewidth=0.9, zorder=2)
+    for mask, marker, label in ((~is_open, "o", "worst motion computed"), (is_open, "^", "may be higher")):
+        if mask.any():
+            axes.plot(places[mask], heights[mask], marker=marker, label=label, **_RESPONSE)
+    width = f"±{named.value(float(f'{half:.4g}'))}"
+    by_law = math.isfinite(robust.quantile)
+    line = f"{100.0 * robust.quantile:g} % below, with the distribution" if by_law else f"highest within {width}"
+    axes.plot(robust.value * at, robust.amplitude_m * factor, label=line, **_WITHIN)
+    shade = "95 % of the distribution" if by_law else f"tolerance, {width}"
+    axes.axvspan((best - half) * at, (best + half) * at, label=f"{shade} around the optimum", **_RANGE)
+    own = result.base.values.get(key, math.nan)
+    if places.min() <= own * at <= places.max() and math.isfinite(result.base.amplitude_m):
+        label = f"the scene's value, {named.value(_rounded(own))}"
+        axes.plot(own * at, result.base.amplitude_m * factor, label=label, **_OWN)
+    label = f"optimum, {named.value(_rounded(best))} ({KINDS[result.kind].said})"
+    axes.plot(best * at, result.amplitude_m * factor, label=label, **_OPTIMUM)
+    axes.set(xlabel=SweepKey(key, ()).axis, ylabel=f"{OBJECTIVES[result.objective]} [{unit}]")
+    set_height_axis(axes, heights)
+    axes.margins(x=0.02)
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2, fontsize=9)
+    write_heading(figure, title)
+    return figure
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.4g}")
+
+
+def search_figure(result: OptimumResult, title: str) -> Figure:
+    """All curves of a search over two keys by their worst motion; below the best of each value tried."""
+    figure, (axes, lower) = subplots(2, 1, size=(8.6, 7.4), sharex="col")
+    axes.get_gridspec().set_height_ratios((2.0, 1.0))
+    first, second = sorted(result.ranges, key=lambda key: key in SOLVER_KEYS)
+    solved = [trial for trial in result.solved if math.isfinite(trial.amplitude_m)]
+    factor, unit = scale([trial.amplitude_m for trial in solved], "m")
+    drawn = _draw_solved(axes, solved, (first, second), factor)
+    tried = [trial for trial in result.trials if math.isfinite(trial.amplitude_m)]
+    tried.sort(key=lambda trial: trial.values[first])
+    path = _places(tried, (first, second))
+    if len(path):
+        axes.plot(*path.T, label=f"best {quantity(second).symbol} of each value tried", **_PATH)
+        heights = np.array([trial.amplitude_m for trial in tried]) * factor
+        lower.plot(path[:, 0], heights, **_PATH)
+        if not set_height_axis(lower, heights):
+            lower.set_ylim(0.0, 1.1 * heights.max())
+    if set(result.ranges) <= set(result.base.values):
+        axes.plot(*_places([result.base], (first, second)).T, label="the scene's values", **_OWN)
+    said = ", ".join(quantity(key).value(_rounded(value)) for key, value in result.values.items())
+    best = _places([result], (first, second))[0]
+    axes.plot(*best, label=f"optimum, {said}", **_OPTIMUM)
+    lower.plot(best[0], result.amplitude_m * factor, **_OPTIMUM)
+    bar = figure.colorbar(drawn, ax=axes, label=f"worst motion [{unit}]")
+    if bar.ax.get_yscale() == "log":
+        plain_log_labels(bar.ax.yaxis)
+    within = " within the tolerance" if result.robust is not None else ""
+    axes.set_ylabel(SweepKey(second, ()).axis)
+    lower.set(xlabel=SweepKey(first, ()).axis, ylabel=f"lowest{within} [{unit}]")
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2, fontsize=9)
+    write_heading(figure, title)
+    return figure
+
+
+def _places(trials: Sequence[Trial | OptimumResult], keys: tuple[str, str]) -> Array:
+    """Values of two keys in the units of the figure, (n, 2)."""
+    factors = [quantity(key).factor for key in keys]
+    return np.array(
+        [[trial.values[key] * factor for key, factor in zip(keys, factors, strict=True)] for trial in trials]
+    ).reshape(-1, 2)
+
+
+def _draw_solved(axes: Axes, solved: Sequence[Trial], keys: tuple[str, str], factor: float) -> Any:
+    """A coloured dot for each curve."""
+    from matplotlib.colors import LogNorm, Normalize
+
+    heights = np.array([trial.amplitude_m for trial in solved]) * factor
+    spans = heights.max() > LOG_FROM * heights.min() > 0.0
+    norm = (LogNorm if spans else Normalize)(heights.min(), heights.max())
+    x, y = _places(solved, keys).T
+    return axes.scatter(x, y, 30, heights, norm=norm, cmap="viridis", label="a curve", linewidths=0.0, zorder=2)
 
 
 def curves_figure(result: OptimumResult, curves: OptimumCurves, title: str) -> Figure:

@@ -7,7 +7,7 @@ import math
 from pipeline.results.worst import motion_said, sentence, truncation_mark, with_unit
 from pipeline.scene.labels import quantity, value_label
 from pipeline.studies.optimum.figure import elasticities_of
-from pipeline.studies.optimum.result import KINDS, OptimumResult
+from pipeline.studies.optimum.result import ALIKE, KINDS, OptimumResult
 from pipeline.studies.optimum.section import OBJECTIVES
 from pipeline.studies.registry import StudySection
 
@@ -17,10 +17,17 @@ CAPTION = (
     "responses solved with all options; triangles: the worst motion may be higher. Shaded: at most 10 % higher than "
     "at the optimum. Bars: change of the worst motion in % where a parameter grows by 1 %."
 )
+WITHIN = (
+    "Height of the worst motion over the parameter (circles: curves solved; triangles: it may be higher), and the "
+    "highest within the tolerance around each value (thick). Shaded: the tolerance around the optimum."
+)
+SEARCHED = (
+    "Every curve of the search by the height of its worst motion; rings: the best of each value tried, whose height "
+    "stands below."
+)
 TRIED = "Height of the worst motion with the values tried, over each of the keys."
 HEADINGS = ("key", "optimum", "scene", "range searched", "at most 10 % higher", "% for 1 %")
 NONE = 5e-4  # % for 1 % that count as none
-ALIKE = 1.02  # ratio of two amplitudes that are said to be the same
 
 
 def optimum_section(result: OptimumResult) -> StudySection:
@@ -28,14 +35,24 @@ def optimum_section(result: OptimumResult) -> StudySection:
     return StudySection(
         heading="Optimum",
         conclusion=tuple(filter(None, (_choice(result), _sharpness(result), _remarks(result)))),
-        caption=TRIED if result.over_one_key is None else CAPTION,
+        caption=_caption(result),
         headings=HEADINGS,
         rows=tuple(_rows(result)),
     )
 
 
+def _caption(result: OptimumResult) -> str:
+    if len(result.ranges) == 2 and result.solved:
+        return SEARCHED
+    if result.robust is not None and result.robust.key:
+        return WITHIN
+    return TRIED if result.over_one_key is None else CAPTION
+
+
 def _choice(result: OptimumResult) -> str:
     """What to choose, and how much better than the scene's own values it is."""
+    if result.robust is not None:
+        return f"Choose {result.message}."
     chosen = ", ".join(value_label(key, _rounded(value)) for key, value in result.values.items())
     what = f"worst motion ({OBJECTIVES[result.objective]}) {motion_said(result.amplitude_m, result.frequency_hz)}"
     text = f"Choose {chosen}: {what}{truncation_mark(result.truncation_error)}"

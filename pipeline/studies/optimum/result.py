@@ -7,11 +7,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from nonlinear import JointOptimum, Optimum
+from pipeline.process.progress import duration
 from pipeline.results.worst import END_MARK, motion_said, truncation_mark, with_unit
 from pipeline.scene.labels import quantity
 from pipeline.scene.units import key_unit
 from pipeline.studies.optimum.section import OBJECTIVES
+
+ALIKE = 1.02  # ratio of two amplitudes that are said to be the same
 
 
 class KindWords(NamedTuple):
@@ -35,6 +41,11 @@ KINDS = {
         "lowest of single curves", "No stable peak could be followed there: it is the lowest of the responses solved"
     ),
     "edge": KindWords("lowest at an end of a range", "There is no minimum inside the range: it is lowest at an end"),
+    "balanced": KindWords("as high at both ends of the tolerance", "It is as high at both ends of the tolerance"),
+    "steep": KindWords(
+        "just outside the tolerance it is much higher", "Just outside the tolerance the worst motion is much higher"
+    ),
+    "inside": KindWords("highest inside the tolerance", "A peak inside the tolerance decides"),
     "flat": KindWords(
         "the worst motion changes by less than 0.1 % over the range", "The parameter hardly changes the worst motion"
     ),
@@ -56,11 +67,36 @@ class Trial:
     reason: str = ""  # why there is no motion; "" where there is one
     # estimated relative error of the amplitude by neglected harmonics; NaN without an estimate
     truncation_error: float = math.nan
+    # keys that are not optimised with their values there: of the load case, and within the tolerance, that count most
+    where: Mapping[str, float] = field(default_factory=dict)
+    # what it took, in this run or an earlier one, s: all in all, and mesh and reduced model alone
+    seconds: float = 0.0
+    model_seconds: float = 0.0
 
     @property
     def height(self) -> float:
         """The amplitude, m; infinite where there is none, and at an end of the frequency range."""
         return self.amplitude_m if math.isfinite(self.amplitude_m) and not self.at_end else math.inf
+
+
+@dataclass(frozen=True, kw_only=True)
+class Robust:
+    """The worst motion within tolerances: what an optimum with tolerances is decided by."""
+
+    tolerance: Mapping[str, float]  # half widths by keys; with distributions half the width of their middle 95 %
+    quantile: float = math.nan  # of the distributions of [uncertainty] that counts; NaN: the highest counts
+    # The key that is both optimised and toleranced, over which the worst motion is known; "" where there is none. All
+    # below is about it, the other keys at the optimum.
+    key: str = ""
+    bracket: tuple[float, float] = (math.nan, math.nan)  # values that may be as good as the optimum
+    bound_m: float = math.nan  # what no value is below, as far as the values computed tell
+    nominal: Trial | None = None  # the worst motion at the optimum itself
+    lowest: Trial | None = None  # the lowest single worst motion
+    around_lowest_m: float = math.nan  # the worst within the tolerance around that
+    around_own_m: float = math.nan  # and around the scene's own value
+    computed: tuple[Trial, ...] = ()  # the worst motions computed, by rising values of the key
+    value: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))  # values of the key
+    amplitude_m: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))  # the worst within the tolerance
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,7 +124,8 @@ class OptimumResult:
     # nodes differ, the damping of the solver is a factor
     per_unit: float = 1.0
     method: str  # "peaks": peaks followed over keys of the solver; "curves": curves at single values; "both"
-    trials: tuple[Trial, ...]  # the values tried, where curves were solved at single values
+    # the values tried, in their order: where curves were solved at single values, and of a joint optimum
+    trials: tuple[Trial, ...]
     responses: int  # number of responses that were solved or found in the store
     seconds: float = 0.0  # time of the search, s
     message: str = ""  # one line that says what was found
@@ -98,6 +135,10 @@ class OptimumResult:
     harmonics: int = 0  # number of harmonics at the optimum; 0: not known
     # estimated relative error of the amplitude at the optimum by neglected harmonics; NaN without an estimate
     truncation_error: float = math.nan
+    where: Mapping[str, float] = field(default_factory=dict)  # as of `Trial`
+    robust: Robust | None = None  # with tolerances: `amplitude_m` is the worst within them
+    complete: bool = True  # whether the search came to its end
+    solved: tuple[Trial, ...] = ()  # all single curves of a search over several keys
 
     @property
     def over_one_key(self) -> Optimum | None:
@@ -109,29 +150,90 @@ class OptimumResult:
         """Worst motion with the scene's own values over that at the optimum; NaN where one is not known."""
         if self.base.at_end:
             return math.nan
+        if self.robust is not None:
+            return self.robust.around_own_m / self.amplitude_m
         return self.base.amplitude_m / self.amplitude_m if self.amplitude_m else math.nan
 
 
 def message_of(result: OptimumResult) -> str:
     """One line that says what was found."""
     values = ", ".join(f"{key} = {shown(key, value)}" for key, value in result.values.items())
+    if result.robust is not None:
+        return f"{values}: {_within_tolerance(result, result.robust)}"
     if result.kind == "flat":
         return f"{', '.join(result.values)}: {KINDS['flat'].said}, {_motion(result)}"
     first = "harmonic 1 of " if result.objective == "harmonic_1" else ""
     return f"{values}: {KINDS[result.kind].said}, {first}{_motion(result)}{_gain(result)}"
 
 
-def shown(key: str, value: float) -> str:
+def _within_tolerance(result: OptimumResult, robust: Robust) -> str:
+    """What the worst motion is within the tolerances, and what it would be around the lowest single value."""
+    first = "harmonic 1 " if result.objective == "harmonic_1" else ""
+    said = f"{first}{bound_said(robust, result.amplitude_m)}"
+    lowest = robust.lowest
+    if lowest is None:
+        return said
+    single, place = with_unit(lowest.amplitude_m), shown(robust.key, lowest.values[robust.key], 4)
+    if robust.around_lowest_m <= ALIKE * result.amplitude_m:
+        return f"{said} (the lowest single value is {single} at {place})"
+    there = bound_said(robust, robust.around_lowest_m).removeprefix("at most ")
+    return f"{said} (the lowest single value is {single} at {place}, but {there} there)"
+
+
+def bound_said(robust: Robust, amplitude_m: float) -> str:
+    """`at most 3.2 µm within ±1 µm`, or `95 % below 3.2 µm`."""
+    if math.isfinite(robust.quantile):
+        return f"{100.0 * robust.quantile:g} % below {with_unit(amplitude_m)}"
+    alone = list(robust.tolerance) == [robust.key]
+    sizes = [(key, f"±{quantity(key).value(half)}") for key, half in robust.tolerance.items()]
+    within = sizes[0][1] if alone else ", ".join(f"{key} {size}" for key, size in sizes)
+    return f"at most {with_unit(amplitude_m)} within {within}"
+
+
+def shown(key: str, value: float, digits: int = 6) -> str:
     """A value of a key with six digits and its unit."""
-    return quantity(key).value(value)
+    return quantity(key).value(float(f"{value:.{digits}g}"))
 
 
 def result_lines(result: OptimumResult) -> list[str]:
-    """The table of the optimum for a terminal, and what was left open."""
+    """The table of the optimum for a terminal, with tolerances sentences, and what was left open."""
+    if result.robust is not None:
+        lines = [f"optimum: {result.message}", *(f"  {text}" for text in robust_said(result, result.robust))]
+        return [*lines, *(f"note: {remark}" for remark in result.remarks)]
     rows = table_rows(result)
     width = max(len(name) for name, _ in rows)
     lines = [f"optimum: {result.message}", *(f"  {name:<{width}}  {text}" for name, text in rows)]
     return [*lines, *(f"note: {remark}" for remark in result.remarks)]
+
+
+def robust_said(result: OptimumResult, robust: Robust) -> list[str]:
+    """How sure and how sharp an optimum with tolerances is, what the scene's own value would be, the cost."""
+    lines = []
+    for key, ends in result.within.items():
+        between = ""
+        if key == robust.key:
+            first, last = (shown(key, end, 4) for end in robust.bracket)
+            between = f"the best lies between {first} and {last}; "
+        low, high = (shown(key, end, 4) for end in ends)
+        lines.append(f"{between}at most 10 % higher from {low} to {high}")
+    where = ", ".join(f"{key} = {shown(key, value, 4)}" for key, value in result.where.items())
+    lines.append(f"{KINDS[result.kind].said}; highest at {result.frequency_hz:.6g} Hz{f', {where}' if where else ''}")
+    own = f"the scene's own value, {_base(result.base)}"
+    if math.isfinite(result.gain):
+        own += f", {bound_said(robust, robust.around_own_m)}: {result.gain:.3g} times the optimum"
+    return [*lines, own, cost_said(result)]
+
+
+def cost_said(result: OptimumResult) -> str:
+    """Number of responses and time; what each of the values tried took where these need a model of their own."""
+    said = f"{result.responses} responses, {result.seconds:.1f} s"
+    tried = [trial for trial in result.trials if trial.model_seconds > 0.0]
+    if not tried:
+        return said
+    each, model = (
+        sum(times) / len(tried) for times in zip(*((t.seconds, t.model_seconds) for t in tried), strict=True)
+    )
+    return f"{said}; {len(tried)} candidates, {duration(each)} each, of that {duration(model)} for mesh and reduction"
 
 
 def table_rows(result: OptimumResult) -> list[tuple[str, str]]:
@@ -152,7 +254,7 @@ def table_rows(result: OptimumResult) -> list[tuple[str, str]]:
     rows.append(("scene's own value", _base(result.base)))
     if math.isfinite(result.gain):
         rows.append(("own value over optimum", f"{result.gain:.3g}"))
-    rows.append(("cost", f"{result.responses} responses, {result.seconds:.1f} s"))
+    rows.append(("cost", cost_said(result)))
     return rows
 
 

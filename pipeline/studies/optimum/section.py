@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from pipeline.scene.fields import Number, StudyKeys, key
+from pipeline.scene.fields import Number, Positive, StudyKeys, key
 
 MOST_KEYS = 6
 RANGES = f"a table of 1 to {MOST_KEYS} dotted keys, each with a list of two numbers, the second above the first"
+TOLERANCES = '"uncertainty", or a table of dotted keys, each with a number above 0: half the width'
 Objective = Literal["displacement", "harmonic_1"]
 Range = tuple[Number, Number]
 Ranges = Annotated[dict[str, Range], Field(min_length=1, max_length=MOST_KEYS)]
+Tolerances = Annotated[dict[str, Positive | dict[str, Positive]], Field(max_length=MOST_KEYS)]
 OBJECTIVES = {"displacement": "largest displacement", "harmonic_1": "first harmonic"}  # what amplitudes are
 
 
@@ -29,12 +32,30 @@ class Optimum(StudyKeys):
         "displacement",
     )
 
+    tolerance: Literal["uncertainty"] | Tolerances = key(
+        "how far keys may be off: the highest worst motion within is made low; with the distributions of "
+        "[uncertainty] its quantile",
+        TOLERANCES,
+        {},
+    )
+
+    quantile: Annotated[Number, Field(ge=0.5, le=0.999)] = key(
+        'the quantile of the worst motion that is made low with tolerance = "uncertainty"', "a number, {bounds}", 0.95
+    )
+
     @property
     def ranges(self) -> dict[str, Range]:
         """The range of every dotted key, also of those that stand in tables such as [optimum.over.contact]."""
-        found: dict[str, Range] = {}
-        for name, item in self.over.items():
-            found |= (
-                {f"{name}.{last}": each for last, each in item.items()} if isinstance(item, dict) else {name: item}
-            )
-        return found
+        return _dotted(self.over)
+
+    @property
+    def tolerances(self) -> dict[str, float]:
+        """The tolerance of every dotted key; none where distributions are meant."""
+        return {} if self.tolerance == "uncertainty" else _dotted(self.tolerance)
+
+
+def _dotted(table: Mapping[str, Any]) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for name, item in table.items():
+        found |= {f"{name}.{last}": each for last, each in item.items()} if isinstance(item, dict) else {name: item}
+    return found

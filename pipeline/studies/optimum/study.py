@@ -1,141 +1,60 @@
 """The study `optimum`: which search fits the keys, and its result in the units of the scene.
 
-Peaks are followed over keys of the solver. Over other keys the lowest value is sought without derivatives
-(`UnitSearch`): of one key on a grid, then by Brent's bounded method around the lowest local minima; of several on a
-Latin hypercube, then by the simplex method of Nelder and Mead, whose minima may be kinks, from the lowest points.
+Peaks are followed over keys of the solver. Over other keys, with tolerances and with several load cases single curves
+are compared: with a tolerance the worst within it, over one key by `WindowSearch`; else and over further keys by
+`UnitSearch`.
 """
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from nonlinear import NEARLY_LOWEST, NO_PEAK, JointOptimum, Optimum
+from pipeline.codec import plain
+from pipeline.process.interrupts import Stopped
 from pipeline.process.progress import seconds_since
+from pipeline.results.worst import with_unit
 from pipeline.scene.sweep import key_value
 from pipeline.stages.scene_to_solver import face_area, resolved_contact
 from pipeline.studies.optimum.checks import SOLVER_KEYS
-from pipeline.studies.optimum.result import OptimumResult, Trial, message_of, result_lines
-from pipeline.studies.optimum.trials import CurveTrials, FollowedPeaks, objective_of, per_unit, trial_of
+from pipeline.studies.optimum.result import OptimumResult, Robust, Trial, message_of, result_lines, shown
+from pipeline.studies.optimum.search import EVALUATIONS, GRID, TOLERANCE, Point, UnitSearch, WindowSearch
+from pipeline.studies.optimum.trials import (
+    CurveTrials,
+    FollowedPeaks,
+    Tolerance,
+    highest,
+    load_cases,
+    objective_of,
+    per_unit,
+    tolerance_of,
+    trial_of,
+)
 from pipeline.studies.study import StudyContext, StudyError
 
-Point = tuple[float, ...]
-GRID = 9  # points of the grid of one variable
-MINIMA = 2  # that are refined
-TOLERANCE = 5e-3  # of a variable, as a share of its range
-EVALUATIONS = 20  # of a refinement for each variable
-WORTH = 1.3  # ratio to the lowest value above which a second start is not refined
-APART = 0.25  # of a second start from the first, in the unit cube
-_DIGITS = 6  # of a share of the range, by which points are known again
 Ranges = Mapping[str, tuple[float, float]]
 FLAT = 1e-3  # relative variation that counts as none
 MOST_FOLLOWED = 3  # keys of the solver, which `nonlinear.find_joint_optimum` takes
+COARSE = 2e-2  # tolerance of keys at each of whose values a window slides, as a share of the range
+ROUGH, FINE = 24, 80  # values of a window at most, of single values of the other keys and of the best
+DRAWN = 401  # places of the envelope that are kept
 PEAKS, CURVES, BOTH = "peaks", "curves", "both"
 
 
-@dataclass
-class UnitSearch:
-    """Values of a function on the unit cube, each computed once, and its minimum."""
-
-    # gives the values at a list of points of the unit cube; infinity where there is none
-    function: Callable[[Sequence[Point]], Sequence[float]]
-    size: int  # number of variables
-    grid: int = GRID  # points of the grid of one variable
-    evaluations: int = EVALUATIONS  # largest number of evaluations of a refinement for each variable
-    known: dict[Point, float] = field(default_factory=dict)
-
-    def minimise(self, first: Sequence[Point] = ()) -> Point | None:
-        """The lowest point found; None where the function has no value at any of the first points."""
-        self._evaluate([*(_rounded(point) for point in first), *(self._grid() if self.size == 1 else self._sample())])
-        if not any(map(math.isfinite, self.known.values())):
-            return None
-        if self.size == 1:
-            for bracket in self._brackets():
-                self._brent(bracket)
-        else:
-            for start in self._starts():
-                self._simplex(start)
-        return min(self.known, key=self.known.__getitem__)
-
-    @property
-    def spread(self) -> float:
-        """Largest over smallest value found, less 1."""
-        finite = [value for value in self.known.values() if math.isfinite(value)]
-        return max(finite) / min(finite) - 1.0 if finite and min(finite) > 0.0 else math.inf
-
-    def _grid(self) -> list[Point]:
-        return [_rounded((float(share),)) for share in np.linspace(0.0, 1.0, self.grid)]
-
-    def _sample(self) -> list[Point]:
-        from scipy.stats import qmc
-
-        count = 4 * self.size + 4
-        unit = qmc.LatinHypercube(self.size, rng=np.random.default_rng(0), optimization="random-cd").random(count)
-        return [(0.5,) * self.size, *(_rounded(row) for row in unit.tolist())]
-
-    def _evaluate(self, points: Sequence[Point]) -> None:
-        missing = [point for point in dict.fromkeys(points) if point not in self.known]
-        if missing:
-            self.known |= dict(zip(missing, self.function(missing), strict=True))
-
-    def _at(self, point: Sequence[float]) -> float:
-        """The value at a point; where there is none, one above all others."""
-        place = _rounded([min(max(share, 0.0), 1.0) for share in point])
-        self._evaluate([place])
-        value = self.known[place]
-        return value if math.isfinite(value) else 2.0 * max(filter(math.isfinite, self.known.values()))
-
-    def _brackets(self) -> list[tuple[float, float]]:
-        """Intervals around the lowest local minima, the lowest first."""
-        shares = sorted(point[0] for point in self.known)
-        heights = [self.known[(share,)] for share in shares]
-        found = []
-        for k in range(len(shares)):
-            beside = [heights[j] for j in (k - 1, k + 1) if 0 <= j < len(shares)]
-            if math.isfinite(heights[k]) and heights[k] <= min(beside):
-                found.append((heights[k], shares[max(k - 1, 0)], shares[min(k + 1, len(shares) - 1)]))
-        return [(left, right) for _, left, right in sorted(found)[:MINIMA]]
-
-    def _brent(self, bracket: tuple[float, float]) -> None:
-        from scipy.optimize import minimize_scalar
-
-        options = {"xatol": TOLERANCE, "maxiter": self.evaluations}
-        minimize_scalar(lambda share: self._at([share]), bounds=bracket, method="bounded", options=options)
-
-    def _starts(self) -> list[Point]:
-        """The lowest point, and the lowest one apart from it that is not much higher."""
-        ordered = sorted(self.known, key=self.known.__getitem__)
-        best = ordered[0]
-        apart = [point for point in ordered if max(abs(a - b) for a, b in zip(point, best, strict=True)) > APART]
-        second = [point for point in apart[:1] if self.known[point] <= WORTH * self.known[best]]
-        return [best, *second]
-
-    def _simplex(self, start: Point) -> None:
-        from scipy.optimize import minimize
-
-        corners = np.tile(np.array(start), (self.size + 1, 1))
-        for k, share in enumerate(start):
-            corners[k + 1, k] += -0.15 if share > 0.5 else 0.15
-        options = {
-            "initial_simplex": corners,
-            "xatol": TOLERANCE,
-            "fatol": math.inf,
-            "maxfev": self.evaluations * self.size,
-        }
-        minimize(self._at, start, method="Nelder-Mead", bounds=[(0.0, 1.0)] * self.size, options=options)
-
-
-def _rounded(point: Sequence[float]) -> Point:
-    return tuple(round(float(share), _DIGITS) for share in point)
-
-
 KEYS = {name: key for key, name in SOLVER_KEYS.items()}
+
+
+def _elsewhere(trial: Trial, key: str, value: float) -> dict[str, float]:
+    """The value of a key where a motion is, if that is not the value given."""
+    return {} if trial.values[key] == value else {key: trial.values[key]}
 
 
 class OptimumStudy:
@@ -145,16 +64,24 @@ class OptimumStudy:
     result = OptimumResult
 
     def key(self, context: StudyContext) -> Mapping[str, Any]:
-        """Nothing more than its section and the scene."""
-        return {}
+        """The load cases, and the distributions where they are the tolerances."""
+        section, scene = context.scene.optimum, context.scene
+        assert section is not None
+        laws = scene.uncertainty if section.tolerance == "uncertainty" else None
+        return {"cases": load_cases(context), "laws": None if laws is None else laws.model_dump()["parameter"]}
 
     def compute(self, context: StudyContext) -> OptimumResult:
-        """The optimum over the keys of the section."""
+        """The optimum over the keys of the section; of a search that is stopped the best so far is left with it."""
         section = context.scene.optimum
         assert section is not None  # the study is asked for
-        start = time.perf_counter()
-        found = _Search(context, section.ranges).result()
-        return replace(found, seconds=seconds_since(start))
+        start, search = time.perf_counter(), _Search(context, section.ranges)
+        try:
+            return replace(search.result(), seconds=seconds_since(start))
+        except Stopped as stop:
+            found = search.so_far()
+            if found is not None:
+                stop.summary = plain(replace(found, seconds=seconds_since(start)))
+            raise
 
     def lines(self, result: OptimumResult) -> Sequence[str]:
         """The table and what was left open."""
@@ -165,45 +92,90 @@ class OptimumStudy:
 class _Search:
     """The search over the keys of one scene.
 
-    Peaks are followed over the keys of the solver, where there are no more than three and the method is "coupled".
-    Over all other keys single values are compared: their curves, or their optima over the followed keys.
+    Peaks are followed over the keys of the solver, where there are no more than three, one load case, no tolerance,
+    and the method is "coupled". Over one optimised key with a tolerance a window slides. Over all other keys single
+    values are compared: their curves, or their optima over the former.
     """
 
     context: StudyContext
     ranges: Ranges
     trials: dict[Point, Trial] = field(default_factory=dict)
     searches: dict[Point, Optimum | JointOptimum] = field(default_factory=dict)
-    responses: int = 0
+    windows: dict[Point, WindowSearch] = field(default_factory=dict)
+    responses: list[Trial] = field(default_factory=list)  # of followed peaks
 
-    @property
+    @cached_property
+    def tolerance(self) -> Tolerance | None:
+        """The tolerances."""
+        section = self.context.scene.optimum
+        assert section is not None
+        laws = self.context.scene.uncertainty if section.tolerance == "uncertainty" else None
+        keys = section.tolerances if laws is None else [item.key for item in laws.parameter]
+        return tolerance_of(self.context, self._own_values(list(keys)))
+
+    @cached_property
+    def curves(self) -> CurveTrials:
+        """Single curves."""
+        if self.tolerance is None:
+            return CurveTrials(self.context)
+        keys = self.tolerance.around[0]
+        return CurveTrials(self.context, self._own_values(list(keys)), self.tolerance.around)
+
+    @cached_property
     def peaks(self) -> dict[str, tuple[float, float]]:
         """The keys over which peaks are followed, with their ranges."""
         solver = {key: limits for key, limits in self.ranges.items() if key in SOLVER_KEYS}
         coupled = self.context.scene.response.method == "coupled"
-        return solver if coupled and len(solver) <= MOST_FOLLOWED else {}
+        alone = self.tolerance is None and len(load_cases(self.context)) == 1
+        return solver if alone and coupled and len(solver) <= MOST_FOLLOWED else {}
+
+    @property
+    def window(self) -> str:
+        """The key over which a window slides; "" without one."""
+        return self.tolerance.key if self.tolerance is not None else ""
 
     @property
     def outer(self) -> list[str]:
         """The keys over which single values are compared."""
-        return [key for key in self.ranges if key not in self.peaks]
+        return [key for key in self.ranges if key not in self.peaks and key != self.window]
 
     def result(self) -> OptimumResult:
         """The result; its time is not known here."""
-        outer = self.outer
-        if not outer:
-            self._followed([()])
-            best: Point = ()
+        best: Point = self._compared(self.outer) if self.outer else ()
+        if self.peaks:
+            self._follow(best, rough=False)
+            return self._of_peaks(best)
+        if self.window:
+            self._slide(best, rough=False)
+            return self._of_window(best)
+        return self._of_curves(best)
+
+    def so_far(self) -> OptimumResult | None:
+        """The best found so far; None where nothing is known yet."""
+        if self.peaks and self.searches:
+            found = self._of_peaks(min(self.searches, key=lambda point: self.trials[point].height))
+        elif covered := [point for point, search in self.windows.items() if search.covered]:
+            heights = {point: trial.height for point, trial in self.trials.items()}
+            found = self._of_window(min(covered, key=lambda point: heights.get(point, math.inf)))
         else:
-            best = self._compared(outer)
-            if self.peaks:
-                self._follow(best, rough=False)
-        return self._of_peaks(best) if self.peaks else self._of_curves(best)
+            known = [*self.trials.values(), *self.responses, *self.curves.known.values()]
+            known = [trial for trial in known if math.isfinite(trial.height)]
+            if not known:
+                return None
+            best = min(known, key=lambda trial: trial.height)
+            found = self._result(best, kind="sampled", method=CURVES, responses=len(known))
+        found = replace(found, complete=False, remarks=("stopped: the best so far", *found.remarks))
+        return replace(found, message=f"so far {message_of(found)}")
 
     def _compared(self, keys: Sequence[str]) -> Point:
         """The lowest point over keys whose single values are compared."""
-        function = self._solved if not self.peaks else self._followed
-        grid, evaluations = (GRID // 2 + 1, EVALUATIONS // 3) if self.peaks else (GRID, EVALUATIONS)
-        self.search = UnitSearch(function, len(keys), grid, evaluations)
+        function = self._followed if self.peaks else self._slid if self.window else self._solved
+        if self.window:
+            self.search = UnitSearch(function, len(keys), GRID - 2, EVALUATIONS // 4, COARSE, 1)
+        elif self.peaks:
+            self.search = UnitSearch(function, len(keys), GRID // 2 + 1, EVALUATIONS // 3)
+        else:
+            self.search = UnitSearch(function, len(keys))
         best = self.search.minimise(self._own_point(keys))
         if best is None:
             reasons = [trial.reason or NO_PEAK for trial in self.trials.values() if trial.reason or trial.at_end]
@@ -228,9 +200,90 @@ class _Search:
 
     def _solved(self, points: Sequence[Point]) -> list[float]:
         """Worst amplitudes of the curves at these points; infinite where there is none."""
-        found = CurveTrials(self.context)([self._values(point) for point in points])
+        values = [self._values(point) for point in points]
+        found = self.curves(values)
+        if self.tolerance is not None and math.isfinite(self.tolerance.level):
+            rows = self.curves.scattered(values)
+            heights = [self.tolerance.of_one([trial.height for trial in row]) for row in rows]
+            found = [replace(trial, amplitude_m=height) for trial, height in zip(found, heights, strict=True)]
         self.trials |= dict(zip(points, found, strict=True))
         return [trial.height for trial in found]
+
+    def _slid(self, points: Sequence[Point]) -> list[float]:
+        """Lowest worst amplitudes within the tolerance at these points; infinite where there is none."""
+        for point in points:
+            self._slide(point, rough=True)
+        return [self.trials[point].height for point in points]
+
+    def _slide(self, point: Point, rough: bool) -> None:
+        """The optimum over the key of the window at a point."""
+        key, values, tolerance = self.window, self._values(point), self.tolerance
+        assert tolerance is not None
+
+        def heights(at: Sequence[float]) -> list[tuple[float, ...]]:
+            self._say(point, len(at))
+            places = {value: {**values, key: value} for value in at}
+            try:
+                rows = self.curves.scattered(list(places.values()))
+            except Stopped:
+                done = {value: place for value, place in places.items() if self.curves.are_known(place)}
+                rows = self.curves.scattered(list(done.values()))
+                search.known |= dict(zip(done, map(samples, rows), strict=True))
+                raise
+            return [samples(row) for row in rows]
+
+        def samples(row: Sequence[Trial]) -> tuple[float, ...]:
+            return tolerance.of_samples([trial.height for trial in row])
+
+        low, high = self.ranges[key]
+        search = self.windows.get(point) or WindowSearch(
+            heights, low, high, tolerance.half[key], tolerance.shifts, tolerance.level
+        )
+        search.most = ROUGH if rough else FINE
+        search.enough = min((trial.height for trial in self.trials.values()), default=math.inf) if rough else math.inf
+        self.windows[point] = search
+        if search.minimise() is None:
+            if not self.outer:
+                reason = next((t.reason for t in self.curves.known.values() if t.reason), NO_PEAK)
+                raise StudyError(f"no values in the ranges have a motion: {reason}")
+            self.trials[point] = Trial(values, reason=NO_PEAK)
+            return
+        if not rough:
+            self._check_others(search, values)
+        trial, used = self._worst_within(point), self.curves.of(values)
+        times = (sum(each.seconds for each in used), sum(each.model_seconds for each in used))
+        self.trials[point] = replace(trial, seconds=times[0], model_seconds=times[1])
+
+    def _check_others(self, search: WindowSearch, values: Mapping[str, float]) -> None:
+        """Solve the ends of the tolerance around the lowest single value and the scene's own."""
+        low, high = self.ranges[self.window]
+        inside = [value for value in search.known if low <= value <= high]
+        lowest = min(inside, key=lambda value: max(search.known[value]))
+        own = self._own_values([self.window])[self.window]
+        for value in (lowest, math.nan if self.outer else own):
+            if low <= value <= high:
+                search.check(value)
+
+    def _worst_within(self, point: Point) -> Trial:
+        """The worst motion within the tolerance of the best value of the key of the window, so far."""
+        search, values = self.windows[point], self._values(point)
+        best = search.best()
+        near = search.inside(best) or sorted(search.known, key=lambda value: abs(value - best))[:1]
+        trial = highest(values, self.curves([{**values, self.window: value} for value in near]))
+        values = {**values, self.window: best}
+        if search.shifts is None and best in search.checked:
+            return replace(trial, values=values, where={**trial.where, **_elsewhere(trial, self.window, best)})
+        return replace(trial, values=values, amplitude_m=search.value_at(best), where={})
+
+    def _say(self, point: Point, count: int) -> None:
+        """What is solved next, and the best so far."""
+        search = self.windows[point]
+        text = f"{len(search.known)} curves known, {count} to solve"
+        if search.known:
+            best, height = search.lowest(hopeful=False)
+            text += f"; so far {shown(self.window, best)}: {with_unit(height)} within the tolerance"
+        others = ", ".join(f"{key} = {shown(key, value)}" for key, value in self._values(point).items())
+        self.context.progress(f"{others}: {text}" if others else text)
 
     def _followed(self, points: Sequence[Point]) -> list[float]:
         """Lowest worst amplitudes over the followed key at these points; infinite where there is none."""
@@ -244,17 +297,30 @@ class _Search:
         if values:
             self.context.progress(", ".join(f"{key} = {value:.6g}" for key, value in values.items()))
         try:
-            found = FollowedPeaks(self.context, self.peaks, values, rough).optimum()
+            found = FollowedPeaks(self.context, self.peaks, values, rough, self.responses).optimum()
         except StudyError as error:
             if not values:
                 raise
             self.trials.setdefault(point, Trial(values, reason=str(error)))
             return
-        self.responses += len(found.responses)
-        at = values | {KEYS[name]: value * self._per_unit(KEYS[name]) for name, value in found.values.items()}
-        self.searches[point] = found
-        motion = found.amplitude_m, found.frequency_hz, found.motion
-        self.trials[point] = Trial(at, *motion, truncation_error=found.truncation_error)
+        best = found.optimum
+        at = self._of_solver(best.values)
+        self.searches[point] = best
+        motion, earlier = (best.amplitude_m, best.frequency_hz, best.motion), self.trials.get(point)
+        making = max(found.model_seconds, 0.0 if earlier is None else earlier.model_seconds)
+        trial = Trial(values | at, *motion, truncation_error=best.truncation_error)
+        self.trials[point] = replace(trial, seconds=making + best.seconds, model_seconds=making)
+
+    def _of_solver(self, values: Mapping[str, float]) -> dict[str, float]:
+        """Values of parameters of the solver as those of the scene's keys."""
+        return {KEYS[name]: value * self._per_unit(KEYS[name]) for name, value in values.items()}
+
+    def _tried(self) -> tuple[Trial, ...]:
+        """The values tried in their order: of the outer keys, or the path of a joint optimum."""
+        found = self.searches.get(())
+        if isinstance(found, JointOptimum):
+            return tuple(Trial(self._of_solver(values), height) for values, height in found.path)
+        return tuple(self.trials.values()) if self.outer else ()
 
     def _of_peaks(self, best: Point) -> OptimumResult:
         """The result where peaks were followed over keys of the solver."""
@@ -276,10 +342,63 @@ class _Search:
             followed=found,
             derivatives=own,
             method=BOTH if self.outer else PEAKS,
-            responses=self.responses,
+            responses=sum(len(search.responses) for search in self.searches.values()),
             remarks=found.remarks,
             **said,
         )
+
+    def _of_window(self, best: Point) -> OptimumResult:
+        """The result where a window slid over one key."""
+        search, trial, tolerance = self.windows[best], self._worst_within(best), self.tolerance
+        assert tolerance is not None
+        key, height = self.window, trial.amplitude_m
+        low, high = self.ranges[key]
+        computed = self.curves([{**self._values(best), key: value} for value in sorted(search.known)])
+        inside = [each for each in computed if low <= each.values[key] <= high]
+        lowest = min(inside, key=lambda each: each.height)
+        own = self._own_values([key])[key]
+        kept = np.unique(np.linspace(0, len(search.centres) - 1, DRAWN).astype(int))
+        robust = Robust(
+            tolerance=dict(tolerance.half),
+            quantile=tolerance.level,
+            key=key,
+            bracket=search.bracket(height),
+            bound_m=search.lowest()[1],
+            nominal=next((each for each in computed if each.values[key] == trial.values[key]), None),
+            lowest=lowest,
+            around_lowest_m=search.value_at(lowest.values[key]),
+            around_own_m=search.value_at(own) if low <= own <= high and not self.outer else math.nan,
+            computed=tuple(computed),
+            value=search.centres[kept],
+            amplitude_m=search.heights_of()[kept],
+        )
+        kind = search.kind()
+        return self._result(
+            trial,
+            kind=self._kind(best, kind) if self.outer else kind,
+            method=CURVES,
+            within={key: search.around(NEARLY_LOWEST * height)},
+            responses=len(self.curves.known),
+            remarks=self._remarks_on(computed, search),
+            robust=robust,
+        )
+
+    def _remarks_on(self, computed: Sequence[Trial], search: WindowSearch) -> tuple[str, ...]:
+        """What the curves of a window leave open."""
+        lost = [each for each in computed if each.reason]
+        ends = sum(each.at_end for each in computed)
+        inside = [each for each in computed if each.values[self.window] in search.inside(search.best())]
+        left = [each for each in inside if each.unresolved]
+        found = [f"after {len(search.known)} values parts of the range are not refined"] * search.exhausted
+        if self.outer:
+            found.append("values tried that cannot be the best are not refined")
+        found += [f"{len(lost)} of {len(computed)} curves are missing: {lost[0].reason}"] if lost else []
+        found += [f"at {ends} of {len(computed)} values {NO_PEAK}: they are no candidates"] * bool(ends)
+        if left:
+            found.append(
+                f"within the tolerance {len(left)} of {len(inside)} curves may be higher: {left[0].unresolved}"
+            )
+        return tuple(found)
 
     def _of_curves(self, best: Point) -> OptimumResult:
         """The result where curves at single values were compared."""
@@ -295,9 +414,16 @@ class _Search:
             kind=self._kind(best, "sampled"),
             method=CURVES,
             within=within,
-            responses=len(self.trials),
+            responses=len(self.curves.known),
+            robust=self._box(),
             remarks=(*ends, *opened, *lost),
         )
+
+    def _box(self) -> Robust | None:
+        """The tolerances of keys that are not optimised."""
+        if self.tolerance is None:
+            return None
+        return Robust(tolerance=dict(self.tolerance.half), quantile=self.tolerance.level)
 
     def _result(self, trial: Trial, **said: Any) -> OptimumResult:
         """The result at a trial, with what is said of it."""
@@ -308,18 +434,34 @@ class _Search:
             frequency_hz=trial.frequency_hz,
             motion=trial.motion,
             base=self._base(),
-            trials=tuple(self.trials[point] for point in sorted(self.trials)) if self.outer else (),
+            trials=self._tried(),
+            solved=self._solved_curves(),
             objective=objective_of(self.context),
             harmonics=self._harmonics(),
             truncation_error=trial.truncation_error,
+            where=trial.where,
             **said,
         )
         swept = [key for key in self.context.file.swept if key in self.ranges]
         notes = [f"{key} is swept: the scene's own value is its first" for key in swept]
+        cases = load_cases(self.context)
+        if len(cases) > 1:
+            names = ", ".join(cases[0])
+            notes.append(f"the highest of {len(cases)} load cases counts ({names})")
         if self.outer:
-            notes.append(f"keys compared by single curves are known to {100 * TOLERANCE:g} % of their ranges")
+            notes.append(f"{', '.join(self.outer)}: to {100 * self.search.tolerance:g} % of the range")
         found = replace(found, remarks=(*found.remarks, *notes))
         return replace(found, message=message_of(found))
+
+    def _solved_curves(self) -> tuple[Trial, ...]:
+        """All single curves of a search over several keys, each at the highest of its load cases and deviations."""
+        if len(self.ranges) < 2:
+            return ()
+        if self.peaks:
+            return tuple(self.responses)
+        places = [{key: trial.values[key] for key in self.ranges} for trial in self.curves.known.values()]
+        different = [place for number, place in enumerate(places) if place not in places[:number]]
+        return tuple(self.curves([place for place in different if self.curves.are_known(place)]))
 
     def _harmonics(self) -> int:
         """Number of harmonics of the followed peaks; of single curves that of the scene, where it is fixed."""
@@ -351,10 +493,16 @@ class _Search:
         return ends[0], ends[1]
 
     def _base(self) -> Trial:
-        """The worst motion with the scene's own values."""
-        curves = self.context.outcome.curves
+        """The worst motion with the scene's own values, in the highest of the load cases."""
+        cases, curves = load_cases(self.context), self.context.outcome.curves
         own = {key: value for key, value in self._own_values(list(self.ranges)).items() if math.isfinite(value)}
-        return trial_of(own, curves[0], objective_of(self.context)) if curves else Trial(own, reason="not computed")
+        keys = [key for key in self.context.file.swept if key not in cases[0]]
+        found = []
+        for curve in curves:
+            first = curves[0].member.parameters
+            if all(curve.member.parameters[key] == first[key] for key in keys):
+                found.append(trial_of(own, curve, objective_of(self.context)))
+        return highest(own, found) if found else Trial(own, reason="not computed")
 
     def _own_values(self, keys: Sequence[str]) -> dict[str, float]:
         """The scene's own values; NaN where there is none."""

@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import product
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from nonlinear import ContactError, JointOptimum, Optimum, find_joint_optimum, find_optimum
 from pipeline.errors import InputError
+from pipeline.process.interrupts import Stopped
 from pipeline.results.worst import number_error
-from pipeline.scene.sweep import WHOLE_FACE, as_in_scene
+from pipeline.scene.sweep import WHOLE_FACE, as_in_scene, key_value
 from pipeline.stages.curve.curve_file import read_curve
 from pipeline.stages.scene_to_solver import nonlinear_problem
+from pipeline.stages.stage import Stage
 from pipeline.studies.optimum.checks import PLACE, SOLVER_KEYS
 from pipeline.studies.optimum.result import Trial
 from pipeline.studies.study import StudyContext, StudyError
@@ -26,10 +32,26 @@ if TYPE_CHECKING:
     from pipeline.stages.curve.curve_summary import CurveSummary
     from pipeline.stages.curve.respond import CurveResult
     from pipeline.studies.study import StudyContext
+    from pipeline.studies.uncertainty.section import Marginal
 
 
+Array = NDArray[np.float64]
 MOST_RESPONSES, FEWEST, FEWEST_JOINT = 40, 16, 20  # of one search
 _DIGITS = 13  # of a value: the mean of equal numbers differs from them by rounding
+
+
+@dataclass(frozen=True)
+class Followed:
+    """The optimum over followed peaks."""
+
+    optimum: Optimum | JointOptimum  # in the units of the solver
+    solved: tuple[Trial, ...]  # the responses that it needed
+    model_seconds: float  # what making its reduced model took, s
+
+
+def model_seconds(context: StudyContext) -> float:
+    """What making meshes and reduced models took so far, s."""
+    return sum(context.log.cost[stage] for stage in (Stage.MESH, Stage.ASSEMBLE, Stage.REDUCE))
 
 
 @dataclass(frozen=True)
@@ -40,17 +62,24 @@ class FollowedPeaks:
     limits: Mapping[str, tuple[float, float]]  # the keys with their ranges, in the units of the scene
     others: Mapping[str, float]  # further keys with their values
     rough: bool = False  # whether as few responses as possible are to be solved
+    seen: list[Trial] = field(default_factory=list)  # the responses solved are added
 
-    def optimum(self) -> Optimum | JointOptimum:
+    def optimum(self) -> Followed:
         """The optimum in the units of the solver (`per_unit`), found in the store where it is there."""
         member = self.context.member({key: self._given(key, value) for key, value in self.others.items()}, PLACE)
+        before = model_seconds(self.context)
         model = self.context.model_of(member)
+        spent = model_seconds(self.context) - before
         inputs = {"limits": dict(self.limits), "rough": self.rough, "curve": self.context.key_of(member, model)}
         inputs["objective"] = objective_of(self.context)
-        kind: type[Any] = Optimum if len(self.limits) == 1 else JointOptimum
-        found: Optimum | JointOptimum = self.context.stored(
-            "optimum", inputs, kind, __name__, lambda: self._found(member.scene, model.rom)
-        )
+
+        def follow() -> Followed:
+            found = self._found(member.scene, model.rom)
+            return Followed(found, tuple(self.seen[first:]), spent)
+
+        first = len(self.seen)
+        found = self.context.stored("optimum", inputs, Followed, __name__, follow)
+        self.seen[first:] = found.solved
         return found
 
     def _found(self, scene: Scene, rom: Path) -> Optimum | JointOptimum:
@@ -89,9 +118,11 @@ class FollowedPeaks:
                 values["response.harmonics"] = problem.options.harmonics
             members.append(self.context.member(values, PLACE))
         curves = self.context.curves(members)
-        for curve in curves:
+        for member, curve in zip(members, curves, strict=True):
             if curve.file is None:
                 raise StudyError(curve.reason)
+            at = {key: key_value(member.scene, key) or 0.0 for key in (*self.others, *self.limits)}
+            self.seen.append(trial_of(at, curve, objective_of(self.context)))
         return [read_curve(curve.file) for curve in curves if curve.file is not None]
 
     def _given(self, key: str, value: float) -> Any:
@@ -129,29 +160,108 @@ class CurveTrials:
     """Solves curves of a scene with other values of some keys, each once."""
 
     context: StudyContext  # the scene and what solves its curves
+    own: Mapping[str, float] = field(default_factory=dict)  # the scene's values of keys that `around` has
+    around: tuple[Mapping[str, float], ...] = ({},)  # deviations of toleranced keys, all of which count
+    known: dict[tuple[tuple[str, Any], ...], Trial] = field(default_factory=dict)
+    models: set[tuple[Any, ...]] = field(default_factory=set)  # the values of the model whose cost is counted
 
     def __call__(self, points: Sequence[Mapping[str, float]]) -> list[Trial]:
-        """The worst motion at each of these points; all curves are solved as one sweep."""
-        members: dict[int, Member] = {}
-        refused: dict[int, str] = {}
-        for place, point in enumerate(points):
-            try:
-                members[place] = member_at(self.context, point)
-            except InputError as error:
-                refused[place] = str(error)
-        curves = dict(zip(members, self.context.curves(list(members.values())), strict=True))
+        """The worst motion at each of these points, the highest of all deviations and load cases."""
+        return [highest(point, trials) for point, trials in zip(points, self.scattered(points), strict=True)]
+
+    def scattered(self, points: Sequence[Mapping[str, float]]) -> list[list[Trial]]:
+        """The same for each deviation; all curves are solved as one sweep."""
+        wanted = [[self._deviated(point, deviation) for deviation in self.around] for point in points]
+        cases = load_cases(self.context)
+        members = [{**values, **case} for row in wanted for values in row for case in cases]
+        self._solve({_known_by(member): member for member in members if _known_by(member) not in self.known})
         return [
-            trial_of(point, curves[place], objective_of(self.context))
-            if place in curves
-            else Trial(dict(point), reason=refused[place])
-            for place, point in enumerate(points)
+            [highest(point, [self._of(point, {**values, **case}) for case in cases]) for values in row]
+            for point, row in zip(points, wanted, strict=True)
         ]
 
+    def are_known(self, point: Mapping[str, float]) -> bool:
+        """Whether all curves of a point are solved."""
+        cases = load_cases(self.context)
+        every = [{**self._deviated(point, deviation), **case} for deviation in self.around for case in cases]
+        return all(_known_by(values) in self.known for values in every)
 
-def member_at(context: StudyContext, point: Mapping[str, float]) -> Member:
+    def of(self, values: Mapping[str, float]) -> list[Trial]:
+        """The single curves with some values."""
+        return [trial for name, trial in self.known.items() if values.items() <= dict(name).items()]
+
+    def _deviated(self, point: Mapping[str, float], deviation: Mapping[str, float]) -> dict[str, float]:
+        moved = {key: point.get(key, self.own.get(key, 0.0)) + shift for key, shift in deviation.items()}
+        return {**point, **{key: float(f"{value:.12g}") for key, value in moved.items()}}
+
+    def _of(self, point: Mapping[str, float], values: Mapping[str, Any]) -> Trial:
+        """The trial with some values; what the point does not say of them stands apart."""
+        where = {key: value for key, value in values.items() if point.get(key) != value}
+        return replace(self.known[_known_by(values)], values=dict(point), where=where)
+
+    def _solve(self, wanted: Mapping[Any, Mapping[str, Any]]) -> None:
+        members: dict[Any, Member] = {}
+        for name, values in wanted.items():
+            try:
+                members[name] = member_at(self.context, values)
+            except InputError as error:
+                self.known[name] = Trial(dict(values), reason=str(error))
+        before = model_seconds(self.context)
+        try:
+            curves = self.context.curves(list(members.values()))
+        except Stopped:
+            self._keep(wanted, members, [curve for curve in self.context.done if curve.facts is not None], 0.0)
+            raise
+        self._keep(wanted, members, curves, model_seconds(self.context) - before)
+
+    def _keep(
+        self, wanted: Mapping[Any, Any], members: Mapping[Any, Any], curves: Sequence[CurveResult], seconds: float
+    ) -> None:
+        """The trials of some curves; the time of a model counts with its first curve."""
+        names = list(members)
+        count = len({_of_model(wanted[name]) for name in names})
+        for curve in curves:
+            name = names[curve.member.index]
+            trial = trial_of(wanted[name], curve, objective_of(self.context))
+            solving = 0.0 if curve.facts is None else curve.facts.seconds
+            making = 0.0 if _of_model(wanted[name]) in self.models else seconds / count
+            self.models.add(_of_model(wanted[name]))
+            self.known[name] = replace(trial, seconds=solving + making, model_seconds=making)
+
+
+def _of_model(values: Mapping[str, Any]) -> tuple[Any, ...]:
+    return tuple((key, value) for key, value in sorted(values.items()) if key not in SOLVER_KEYS)
+
+
+def _known_by(values: Mapping[str, Any]) -> tuple[tuple[str, Any], ...]:
+    return tuple(sorted(values.items()))
+
+
+def highest(point: Mapping[str, float], trials: Sequence[Trial]) -> Trial:
+    """The one of some trials at a point that counts: without a motion, else the highest."""
+    missing = [trial for trial in trials if not math.isfinite(trial.amplitude_m)]
+    return missing[0] if missing else max(trials, key=lambda trial: trial.amplitude_m)
+
+
+CASES = ("excitation", "load")  # sections of swept keys whose values are load cases, of which the worst counts
+
+
+def load_cases(context: StudyContext) -> list[dict[str, Any]]:
+    """The values of swept keys of excitation and load: an optimum is that of the highest of them."""
+    section = context.scene.optimum
+    over = {} if section is None else section.ranges
+    keys = [key for key in context.file.swept if key.partition(".")[0] in CASES and key not in over]
+    cases = [{key: member.parameters[key] for key in keys} for member in context.file.members]
+    return [case for place, case in enumerate(cases) if case not in cases[:place]]
+
+
+def member_at(context: StudyContext, point: Mapping[str, Any]) -> Member:
     """The scene with these values; a list node by node keeps its shape."""
     scene = context.scene
-    return context.member({key: as_in_scene(scene, key, value) for key, value in point.items()}, PLACE)
+    given = {
+        key: as_in_scene(scene, key, value) if isinstance(value, float) else value for key, value in point.items()
+    }
+    return context.member(given, PLACE)
 
 
 def trial_of(point: Mapping[str, float], curve: CurveResult, objective: str = "displacement") -> Trial:
@@ -185,3 +295,84 @@ def worst_of(facts: CurveSummary) -> tuple[float, float, str]:
     if math.isfinite(facts.worst_amplitude_m):
         return facts.worst_amplitude_m, facts.worst_frequency_hz, facts.worst_motion
     return facts.peak_amplitude_m, facts.peak_frequency_hz, "peak"
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """How far keys may be off, for a search: over one key a window slides, deviations of the others are curves."""
+
+    half: Mapping[str, float]  # half widths; of distributions half the width of their middle 95 %
+    key: str  # the key of the window; "" where no optimised key has a tolerance
+    around: tuple[Mapping[str, float], ...]  # deviations of the other keys
+    level: float = math.nan  # quantile of equally likely deviations; NaN: the highest counts
+    shifts: Array | None = None  # equally likely deviations of the key of the window, rising
+    spread: Array | None = None  # (deviations, n): mixes their heights to n equally likely ones; None: as they are
+
+    def of_samples(self, heights: Sequence[float]) -> tuple[float, ...]:
+        """Heights of equally likely deviations from those computed; the highest alone where that counts."""
+        if math.isnan(self.level):
+            return (max(heights),)
+        return tuple(heights if self.spread is None else (np.asarray(heights) @ self.spread).tolist())
+
+    def of_one(self, heights: Sequence[float]) -> float:
+        """What is made low where there is no window."""
+        samples = self.of_samples(heights)
+        return max(samples) if math.isnan(self.level) else float(np.quantile(samples, self.level))
+
+
+MOST_FACTORIAL = 2  # keys beside that of the window whose ends and middles are all combined
+NODES = (0.02, 0.25, 0.5, 0.75, 0.98)  # probabilities of the values of one further uncertain key
+SAMPLES, SHIFTS = 16, 200  # of several further uncertain keys; of that of the window
+
+
+def tolerance_of(context: StudyContext, own: Mapping[str, float]) -> Tolerance | None:
+    """The tolerances of a scene; None where it has none."""
+    section = context.scene.optimum
+    assert section is not None
+    if section.tolerance == "uncertainty":
+        return _by_distributions(context.scene, section.ranges, section.quantile, own)
+    half = section.tolerances
+    if not half:
+        return None
+    key = _window_key(half, section.ranges)
+    others = [name for name in half if name != key]
+    sides = (-1.0, 0.0, 1.0) if len(others) <= MOST_FACTORIAL else (-1.0, 1.0)
+    chosen = list(product(sides, repeat=len(others)))
+    middle = (0.0,) * len(others)
+    around = [{name: sign * half[name] for name, sign in zip(others, signs, strict=True)} for signs in chosen]
+    return Tolerance(half, key, tuple(around if middle in chosen else [dict.fromkeys(others, 0.0), *around]))
+
+
+def _window_key(keys: Iterable[str], over: Mapping[str, Any]) -> str:
+    """The key over which the window slides: one that is optimised, of the solver if any, as its curves cost least."""
+    both = [key for key in keys if key in over]
+    return next((key for key in both if key in SOLVER_KEYS), both[0] if both else "")
+
+
+def _by_distributions(scene: Scene, over: Mapping[str, Any], level: float, own: Mapping[str, float]) -> Tolerance:
+    from pipeline.studies.uncertainty.quantiles import unit_points
+    from pipeline.studies.uncertainty.section import marginal_of
+
+    assert scene.uncertainty is not None
+    laws: dict[str, Marginal] = {item.key: marginal_of(item, own[item.key]) for item in scene.uncertainty.parameter}
+    half = {key: float(np.diff(law.quantile(np.array([0.025, 0.975])))[0]) / 2.0 for key, law in laws.items()}
+    key = _window_key(laws, over)
+    others = [name for name in laws if name != key]
+    shares = (np.arange(SHIFTS) + 0.5) / SHIFTS
+    shifts = laws[key].quantile(shares) - laws[key].centre if key else None
+    if len(others) == 1:
+        (name,) = others
+        nodes, values = laws[name].quantile(np.array(NODES)), laws[name].quantile((np.arange(40) + 0.5) / 40)
+        spread = np.array([np.interp(values, nodes, row) for row in np.eye(len(NODES))])
+        rows = nodes[:, None]
+    else:
+        points = unit_points(SAMPLES, len(others), 0) if others else np.zeros((1, 0))
+        rows = (
+            np.column_stack([laws[name].quantile(points[:, k]) for k, name in enumerate(others)])
+            if others
+            else points
+        )
+        spread = None
+    centres = {name: laws[name].centre if name in over else own[name] for name in others}
+    around = [{name: float(row[k]) - centres[name] for k, name in enumerate(others)} for row in rows]
+    return Tolerance(half, key, tuple(around), level, shifts, spread)
