@@ -267,7 +267,7 @@ def check(
     epilog=examples(
         "shroud optimise my.toml --over contact.interference",
         "shroud optimise my.toml --over contact.interference=-2e-5:2e-5",
-        "shroud optimise my.toml --over contact.interference --tolerance contact.interference=1e-6",
+        "shroud optimise my.toml --tolerance contact.interference=1e-6",
         "shroud optimise my.toml --over shroud.angle=60:90 --over contact.preload",
     )
 )
