@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipeline.codec import plain
+from pipeline.figures.figure_stage import Look, look_of
 from pipeline.results.modes import ModelModes, modes_of_scene
 from pipeline.results.publishing import Attempts, PicturesMissing, published, remove_outdated
 from pipeline.run import built_models
@@ -72,22 +73,19 @@ def _published(run: Run, models: Models, values: dict[str, Any]) -> list[Path]:
         return []
     shown = [ShownModel(model.rom, member.scene, member.parameters) for member, model in built]
     first = run.request.scene.first
-    title, formats = first.title or first.name, list(first.figures.formats)
+    look = look_of(run, "modes", "")
     content = {
         "values": values,
         "models": [model.key for _, model in built],
         "range": first.response.frequency,
-        "title": title,
-        "formats": formats,
+        "look": asdict(look),
         "code": code_fingerprint("pipeline.figures.campbell"),
     }
-    build = partial(_write, shown, values, title, formats)
+    build = partial(_write, shown, values, look)
     return published(run, Stage.FIGURES, fingerprint(content), "drawing modes", build, run.request.out / FOLDER)
 
 
-def _write(
-    shown: Sequence[ShownModel], values: dict[str, Any], title: str, formats: Sequence[str], folder: Path
-) -> list[str]:
+def _write(shown: Sequence[ShownModel], values: dict[str, Any], look: Look, folder: Path) -> list[str]:
     """Write modes.json and the diagrams; returns one line for each that failed."""
     from pipeline.figures.campbell import campbell_figure, nodal_diameter_figure
     from pipeline.figures.style import save, styled
@@ -96,15 +94,15 @@ def _write(
     (folder / FILE).write_text(json.dumps(values, indent=1, ensure_ascii=False), encoding="utf-8")
     orders = {each.scene.excitation.engine_order for each in shown}
     figures = {
-        "nodal_diameters": lambda: nodal_diameter_figure(shown[0], title, orders),
-        "campbell": lambda: campbell_figure(shown, title),
+        "nodal_diameters": lambda: nodal_diameter_figure(shown[0], look.title, orders),
+        "campbell": lambda: campbell_figure(shown, look.title),
     }
     attempts = Attempts(folder)
 
     def draw(name: str) -> None:
         figure = figures[name]()
         if figure is not None:
-            save(figure, folder, name, formats)
+            save(figure, folder, name, look.formats, look.redraw)
 
     with one_blas_thread(), styled():
         for name in FIGURES:

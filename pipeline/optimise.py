@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import json
 import math
+import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -20,7 +21,7 @@ import numpy as np
 
 from pipeline.codec import restored
 from pipeline.errors import InputError, input_error, shown
-from pipeline.figures.figure_stage import study_figures
+from pipeline.figures.figure_stage import look_of, study_figures
 from pipeline.process.interrupts import Stopped
 from pipeline.process.progress import Reporter
 from pipeline.results.outputs import as_json
@@ -235,6 +236,14 @@ class Asked:
     tolerance: Sequence[str] = ()
     objective: Objective | None = None
 
+    @property
+    def options(self) -> str:
+        """The options as on the command line."""
+        given = [word for text in self.over for word in (OVER, text)]
+        given += [word for text in self.tolerance for word in (TOLERANCE, text)]
+        given += [] if self.objective is None else ["--objective", self.objective]
+        return "".join(f" {shlex.quote(word)}" for word in given)
+
 
 def optimise(request: Request, asked: Asked, reporter: Reporter) -> Optimised:
     """Find the optimum of a scene, and write optimum.json and its figure."""
@@ -266,8 +275,7 @@ def optimise(request: Request, asked: Asked, reporter: Reporter) -> Optimised:
             return _so_far(context, stop)
         problems, pictures = list(outcome.problems), []
         try:
-            first = base.first
-            pictures = study_figures(run, {STUDY: found}, first.title or first.name, first.figures.formats)
+            pictures = study_figures(run, {STUDY: found}, look_of(run, "optimise", asked.options))
         except PicturesMissing as missing:
             problems += missing.problems
         values = json.loads((request.out / found.file).read_text(encoding="utf-8"))

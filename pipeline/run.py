@@ -322,7 +322,7 @@ def _draw(run: Run, models: Models, outcome: RunOutcome, drawn: Mapping[Stage, D
         except Exception as error:  # the numbers stand without the pictures
             files = []
             outcome.problems.append(f"{stage}: {reason_of(error)}")
-        pictures = [path for path in files if path.suffix != ".vtu"]
+        pictures = [path for path in files if path.suffix not in (".vtu", ".csv")]
         outcome.pictures.extend(path.relative_to(run.request.out).as_posix() for path in pictures)
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pipeline.check.check_point import Check, CheckedPoint, answer_lines, check_point, printed, refuse, verdict
+from pipeline.figures.figure_stage import look_of
 from pipeline.figures.style import ordered_colours, save, scale, styled, subplots, write_heading
 from pipeline.process.progress import Reporter
 from pipeline.results.outputs import as_json
@@ -23,29 +24,29 @@ if TYPE_CHECKING:
 
 CHARACTERS = 90  # in a line below the axis
 MOST_NAMED = 8  # blades with a name in the legend
+HEADROOM = 1.12  # a motion that is kept stays clear of the frame
 
 
 def envelope_figure(check: Check, title: str) -> Figure:
     """Largest displacement of each period and blade, and the amplitude of the solution that the ring started from."""
     motion, stored = check.motion, check.checked.amplitude_m
     figure, axes = subplots(size=(8.4, 4.2))
+    others = [each.amplitude_m for n, each in enumerate(check.solutions, 1) if n != check.point.solution]
     factor, unit = scale(np.append(motion.envelope_m.max(axis=1), stored), "m")
     periods = np.arange(1, len(motion.envelope_m) + 1)
     for blade, colour in enumerate(ordered_colours(motion.n_blades)):
-        name = f"blade {blade + 1}" if motion.n_blades <= MOST_NAMED else None
+        name = f"{'' if motion.n_blades <= MOST_NAMED else '_'}blade {blade + 1}"
         axes.plot(periods, motion.envelope_m[:, blade] * factor, color=colour, linewidth=0.9, label=name)
-    axes.axhline(
-        stored * factor, color="0.0", linestyle=(0, (5, 2)), linewidth=1.0, label="amplitude of the solution"
-    )
-    others = [each.amplitude_m for n, each in enumerate(check.solutions, 1) if n != check.point.solution]
+    solution: dict[str, Any] = {"color": "0.75", "linewidth": 4.0, "zorder": 1.5}  # wide, behind: both are seen
+    axes.axhline(stored * factor, label="amplitude of the solution", **solution)
     for number, amplitude in enumerate(others):
-        label = "other solutions" if number == 0 else None
+        label = f"{'_' * (number > 0)}other solutions"
         axes.axhline(amplitude * factor, color="0.6", linestyle=(0, (1, 1.5)), linewidth=1.0, label=label)
     write_heading(axes, title)
     said = fill(verdict(check), CHARACTERS, break_on_hyphens=False)
     axes.set(xlabel=f"period\n{said}", ylabel=f"largest displacement of a period [{unit}]")
     axes.set_xlim(0, len(periods))
-    axes.set_ylim(bottom=0.0)
+    axes.set_ylim(0.0, HEADROOM * factor * max(stored, *others, float(motion.envelope_m.max())) or 1.0)
     axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=9)
     return figure
 
@@ -81,14 +82,14 @@ def _written(run: Run, check: Check) -> list[Path]:
     if point.branch is not None:
         name += f"_branch_{point.branch}"
     heading = f"{first.title or first.name}: curve {point.curve}{f', {check.label}' if check.label else ''}"
-    targets = [out / FOLDER / f"{name}.{suffix}" for suffix in ("png", "svg", "json")]
+    targets = [out / FOLDER / f"{name}.{suffix}" for suffix in ("png", "svg", "csv", "json")]
+    options = f" --curve {point.curve} --frequency {point.frequency_hz:.10g} --solution {point.solution}"
+    if point.branch is not None:
+        options += f" --branch {point.branch}"
+    redraw = look_of(run, "check", options).redraw
     with run.store.replacing(*targets) as paths:
         with styled():
-            save(
-                envelope_figure(check, f"{heading}, {point.frequency_hz:.6g} Hz"),
-                paths[0].parent,
-                name,
-                ("png", "svg"),
-            )
-        paths[2].write_text(as_json(printed(check)) + "\n", encoding="utf-8")
+            figure = envelope_figure(check, f"{heading}, {point.frequency_hz:.6g} Hz")
+            save(figure, paths[0].parent, name, ("png", "svg"), redraw)
+        paths[3].write_text(as_json(printed(check)) + "\n", encoding="utf-8")
     return targets

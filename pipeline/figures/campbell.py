@@ -255,7 +255,7 @@ def _draw_states(
 def draw_followed(axes: Axes, modes: FollowedModes, state: str) -> None:
     """A line for each followed mode of one state of the shrouds."""
     for number, (places, hz) in enumerate(modes.curves()):
-        axes.plot(places, hz, label=f"shrouds {state}" if number == 0 else None, **LOOKS[state])
+        axes.plot(places, hz, label=f"{'_' * (number > 0)}shrouds {state}", **LOOKS[state])
 
 
 def write_names(axes: Axes, modes: FollowedModes, end: int, top: float, color: str = "black") -> None:

@@ -91,10 +91,20 @@ def draw_line(axes: Axes, curve: _Curve, height: np.ndarray, label: str | None =
     first = None
     for start, stop, kind in stability_segments(curve.stable, curve.growth_nodal_diameter):
         part = slice(start, stop)
-        (line,) = axes.plot(curve.frequency_hz[part], height[part], linestyle=DASHES[kind], label=label, **look)
-        first, label = first or line, None
+        name = label if label is None or kind == KINDS[0] else f"{label}, {kind}"
+        (line,) = axes.plot(
+            curve.frequency_hz[part], height[part], linestyle=DASHES[kind], label=_unlisted(name), **look
+        )
+        first = first or line
         look = {"color": first.get_color()} | look
+    if first is not None and label and not label.startswith("_"):
+        axes.plot([], [], label=label, **look)  # a full line in the legend
     return first
+
+
+def _unlisted(name: str | None) -> str | None:
+    """A label that the table of the figure has, but not the legend."""
+    return name if name is None or name.startswith("_") else f"_{name}"
 
 
 def stability_segments(
@@ -122,34 +132,43 @@ THIN = 0.8  # width of a detached branch
 OPEN: dict[str, Any] = {"linestyle": "none", "markerfacecolor": "none", "zorder": 4}
 
 
-def mark_peak(axes: Axes, frequency_hz: float, height: float, colour: Any, at_end: bool = False) -> None:
+def mark_peak(
+    axes: Axes, frequency_hz: float, height: float, colour: Any, at_end: bool = False, name: str = ""
+) -> None:
     """A small circle on the peak; an arrow head up where the highest point lies at an end of the range."""
     look = OPEN | {"markersize": 5, "markeredgewidth": 1.0, "clip_on": not at_end}
-    axes.plot(frequency_hz, height, MARK_OF_END if at_end else "o", color=colour, **look)
+    label = f"_{name}, {END_OF_RANGE if at_end else 'peak'}"
+    axes.plot(frequency_hz, height, MARK_OF_END if at_end else "o", color=colour, label=label, **look)
 
 
 def mark_bifurcations(axes: Axes, curves: Sequence[PlottedCurve], colours: Sequence[Any], factor: float) -> None:
     """Marks of bifurcations other than folds, with one entry for each kind in the legend."""
     for kind, marker in MARKS.items():
-        label: str | None = kind
+        look: dict[str, Any] = {"markersize": 4, "markeredgewidth": 0.8, **OPEN}
+        found = False
         for curve, colour in zip(curves, colours, strict=True):
             places = [item for item in curve.response.bifurcations if item.kind.value == kind]
             if places:
                 x = [item.frequency_hz for item in places]
                 y = [item.amplitude_m * factor for item in places]
-                axes.plot(x, y, marker, color=colour, markersize=4, markeredgewidth=0.8, label=label, **OPEN)
-                label = None
+                axes.plot(x, y, marker, color=colour, label=f"_{curve.label}, {kind}", **look)
+                found = True
+        if found:
+            axes.plot([], [], marker, label=kind, color="0.35", **look)
 
 
 def mark_worst(axes: Axes, curves: Sequence[PlottedCurve], colours: Sequence[Any], factor: float) -> None:
     """Stars at the worst motions that are not the peaks of their main branches, with one entry in the legend."""
-    label: str | None = "worst motion"
+    look = OPEN | {"markersize": 10, "markeredgewidth": 1.1, "zorder": 5, "clip_on": False}
+    found = False
     for curve, colour in zip(curves, colours, strict=True):
         frequency, height = curve.worst
         if np.isfinite(height) and not np.isclose(height, curve.peak[1], rtol=SAME_HEIGHT):
-            look = OPEN | {"markersize": 10, "markeredgewidth": 1.1, "zorder": 5, "clip_on": False}
-            axes.plot(frequency, height * factor, "*", color=colour, label=label, **look)
-            label = None
+            axes.plot(frequency, height * factor, "*", color=colour, label=f"_{curve.label}, worst motion", **look)
+            found = True
+    if found:
+        look["clip_on"] = True  # the layout would make room for a mark without a place
+        axes.plot([], [], "*", label="worst motion", color="0.35", **look)
 
 
 def explain_lines(axes: Axes, curves: Sequence[PlottedCurve]) -> None:

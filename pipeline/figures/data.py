@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.figures.style import ordered_colours
 from pipeline.results.worst import height_mark
 from pipeline.scene.labels import member_label, quantity
 from pipeline.scene.schema import Contact, Scene
@@ -86,6 +87,27 @@ def groups(curves: Sequence[Any], key: SweepKey) -> list[tuple[Any, list[Any]]]:
     for curve in curves:
         found[key.number(curve.parameters[key.name])][1].append(curve)
     return found
+
+
+MOST_PANELS, MOST_COLOURS = 6, 12  # for a sweep of two keys
+
+
+def panel_keys(keys: Sequence[SweepKey]) -> tuple[SweepKey, SweepKey] | None:
+    """The key of the colours and that of the panels of a sweep of two keys with few values."""
+    if len(keys) != 2 or len(keys[0].values) > MOST_COLOURS or len(keys[1].values) > MOST_PANELS:
+        return None
+    return keys[0], keys[1]
+
+
+def curve_colours(curves: Sequence[Swept]) -> list[Any]:
+    """Colours of all curves of a run: one a curve, or one a value of the first key of `panel_keys`.
+
+    Every figure takes them, so that a colour stands for the same value in all.
+    """
+    keys = panel_keys(sweep_keys(curves))
+    shades = ordered_colours(len(curves) if keys is None else len(keys[0].values))
+    places = range(len(curves)) if keys is None else [keys[0].number(c.parameters[keys[0].name]) for c in curves]
+    return [shades[place] for place in places]
 
 
 def is_grid(curves: Sequence[Swept], keys: Sequence[SweepKey]) -> bool:

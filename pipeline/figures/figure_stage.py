@@ -5,13 +5,17 @@ The module of a figure is imported where the figure is drawn.
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pipeline.figures.data import curve_colours
 from pipeline.process.workers import Call, kept_count, workers
 from pipeline.results.publishing import Attempts, PicturesMissing, published, remove_outdated
+from pipeline.scene.labels import fixed_values
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.stage import Stage
 from pipeline.store.fingerprints import fingerprint
@@ -31,31 +35,59 @@ _SHARED = NAMES[:3], NAMES[3:]  # between two processes, about the same work for
 MOST_LIMITS = 24  # of a kind, in one figure
 
 
-def study_figures(run: Run, studies: Mapping[str, StudyOutcome], title: str, formats: Sequence[str]) -> list[Path]:
+@dataclass(frozen=True)
+class Look:
+    """What the figures of a run say and how they are written."""
+
+    title: str  # of the scene
+    fixed: str  # values of the scene that are not swept, a line below the title
+    redraw: str  # command that draws them again
+    formats: tuple[str, ...]
+    bifurcations: bool  # whether they have marks in the response
+
+
+def look_of(run: Run, verb: str = "run", options: str = " --until figures") -> Look:
+    """The look of the figures of a run that `shroud VERB SCENE --out DIR OPTIONS` draws."""
+    request = run.request
+    first = request.scene.first
+    scene, out = (shlex.quote(str(path)) for path in (request.scene.path, request.out))
+    given = "" if request.rom is None else f" --rom {shlex.quote(str(request.rom))}"
+    if given and verb == "run":
+        verb, options = "respond", ""
+    redraw = f"shroud {verb} {scene}{given} --out {out}{options}"
+    asked = set(first.figures.formats)
+    formats = asked | {"svg"} if Stage.REPORT in request.wanted else asked  # the report has vectors
+    fixed = fixed_values(first, request.scene.swept)
+    return Look(first.title or first.name, fixed, redraw, tuple(sorted(formats)), first.figures.bifurcations)
+
+
+def study_figures(run: Run, studies: Mapping[str, StudyOutcome], look: Look) -> list[Path]:
     """The figures of these studies in the output folder; those that are missing are drawn."""
     folder = run.request.out / "figures"
     attempts, files = Attempts(folder), []
     for name, study in studies.items():
-        files += attempts.result(figure_file(name), partial(_published, run, study, title, formats)) or []
+        files += attempts.result(figure_file(name), partial(_published, run, study, look)) or []
     remove_outdated(folder, [f"{figure_file(name)}.*" for name in studies], files)
     if attempts.problems:
         raise PicturesMissing(files, attempts.problems)
     return files
 
 
-def _published(run: Run, study: StudyOutcome, title: str, formats: Sequence[str]) -> list[Path]:
+def _published(run: Run, study: StudyOutcome, look: Look) -> list[Path]:
     """The files of one figure, drawn where they are missing."""
+    members = run.request.scene.members
+    colours = curve_colours(members) if study.name == "backbone" else []
 
     def build(folder: Path) -> None:
         from pipeline.figures.style import save, styled
 
         with styled():
-            figure = figure_of(study.name)(study.result, title)
+            figure = figure_of(study.name)(study.result, look.title, *([colours] if colours else []))
             if figure is not None:
-                save(figure, folder, figure_file(study.name), formats)
+                save(figure, folder, figure_file(study.name), look.formats, look.redraw)
 
     code = code_fingerprint(module_of(study.name, "figure"))
-    inputs = {"study": study.key, "title": title, "formats": list(formats), "code": code}
+    inputs = {"study": study.key, "look": asdict(look), "colours": colours, "code": code}
     doing = f"drawing the figure of the study {study.name}"
     return published(run, Stage.FIGURES, fingerprint(inputs), doing, build, run.request.out / "figures")
 
@@ -64,11 +96,10 @@ def figure_stage(
     run: Run, curves: Sequence[CurveResult], studies: Mapping[str, StudyOutcome], names: Sequence[str] = NAMES
 ) -> list[Path]:
     """The figures of the run, those `names` of its curves and those of its studies; missing ones are drawn."""
-    title, formats = _title(run), _formats(run)
-    attempts = Attempts(run.request.out / "figures")
-    drawn = attempts.result("studies", partial(study_figures, run, studies, title, formats)) if studies else []
+    look, attempts = look_of(run), Attempts(run.request.out / "figures")
+    drawn = attempts.result("studies", partial(study_figures, run, studies, look)) if studies else []
     try:
-        files = _curve_figures(run, curves, (title, formats, studies.get("backbone")), names)
+        files = _curve_figures(run, curves, look, studies.get("backbone"), names)
     except PicturesMissing as missing:
         attempts.problems.extend(missing.problems)
         files = missing.files
@@ -80,15 +111,14 @@ def figure_stage(
 def _curve_figures(
     run: Run,
     curves: Sequence[CurveResult],
-    look: tuple[str, Sequence[str], StudyOutcome | None],
+    look: Look,
+    backbone: StudyOutcome | None,
     names: Sequence[str],
 ) -> list[Path]:
-    """The figures of the curves; the nonlinear modes are drawn into one of them. `look`: see `_draw_all`."""
-    title, formats, backbone = look
+    """The figures of the curves; the nonlinear modes are drawn into one of them."""
     content = {
         "backbone": None if backbone is None else backbone.key,
-        "title": title,
-        "formats": formats,
+        "look": asdict(look),
         **({} if names == NAMES else {"names": names}),
         "curves": [[c.file.parent.name if c.file else None, c.reason, dict(c.member.parameters)] for c in curves],
         "code": code_fingerprint(__name__),
@@ -96,8 +126,7 @@ def _curve_figures(
     folder = run.request.out / "figures"
     key, patterns = fingerprint(content), [f"{name}.*" for name in NAMES]
     try:
-        drawn = title, formats, None if backbone is None else backbone.result
-        build = partial(_draw_all, run, curves, drawn, names)
+        build = partial(_draw_all, run, curves, look, None if backbone is None else backbone.result, names)
         files = published(run, "figures", key, "drawing figures", build, folder)
     except PicturesMissing as missing:
         remove_outdated(folder, patterns, missing.files)
@@ -109,18 +138,15 @@ def _curve_figures(
 def _draw_all(
     run: Run,
     curves: Sequence[CurveResult],
-    look: tuple[str, Sequence[str], BackboneResult | None],
+    look: Look,
+    backbone: BackboneResult | None,
     names: Sequence[str],
     folder: Path,
 ) -> list[str]:
-    """Draw all figures, in the processes that have solved the curves, where there are any.
-
-    `look`: title, formats, nonlinear modes.
-    """
-    title, formats, backbone = look
+    """Draw all figures, in the processes that have solved the curves, where there are any."""
     if kept_count() < 2 or names != NAMES:
-        return draw(folder, curves, title, formats, names, run.request.out, backbone)
-    calls = {part: Call(draw, (folder, curves, title, formats, part, run.request.out, backbone)) for part in _SHARED}
+        return draw(folder, curves, look, names, run.request.out, backbone)
+    calls = {part: Call(draw, (folder, curves, look, part, run.request.out, backbone)) for part in _SHARED}
     with workers(len(calls), run.reporter.interrupts.check) as pool, run.reporter.interrupts.looking():
         drawn = {part: future.result() for part, future in pool.completed(calls)}
     return [problem for part in _SHARED for problem in drawn[part]]
@@ -129,8 +155,7 @@ def _draw_all(
 def draw(
     folder: Path,
     curves: Sequence[CurveResult],
-    title: str,
-    formats: Sequence[str],
+    look: Look,
     names: Sequence[str] = NAMES,
     out: Path | None = None,
     backbone: BackboneResult | None = None,
@@ -158,23 +183,28 @@ def draw(
     limits: list[Limit] = []
     damped = most_damped(shown)
     orders = {curve.scene.excitation.engine_order for curve in shown}
+    members = [curve.member for curve in curves]
+    colours = dict(zip([member.index for member in members], curve_colours(members), strict=True))
+    title, heading = look.title, f"{look.title}\n{look.fixed}"
     figures: dict[str, Callable[[], Figure | None]] = {
         "response": lambda: (
-            response_figure(shown, limits, title, backbone) if lines else band_figure(shown, points, title)
+            response_figure(shown, limits, colours, heading, backbone, look.bifurcations)
+            if lines
+            else band_figure(shown, points, title)
         ),
-        "peaks": lambda: trend_figure(points, limits, title) if few else quantile_figure(points, title),
+        "peaks": lambda: trend_figure(points, limits, colours, heading) if few else quantile_figure(points, title),
         "hysteresis": lambda: None if damped is None else node_figure(damped, title),
-        "map": lambda: sweep_map_figure(curves, points, title),
-        "hysteresis_sweep": lambda: sweep_figure(shown, title),
+        "map": lambda: sweep_map_figure(curves, points, heading),
+        "hysteresis_sweep": lambda: sweep_figure(shown, colours, title),
         "nodal_diameters": lambda: nodal_diameter_figure(shown[0], title, orders),
         "campbell": lambda: campbell_figure(shown, title),
-        "outputs": lambda: outputs_figure(shown, title),
+        "outputs": lambda: outputs_figure(shown, colours, title),
     }
 
     def draw_one(name: str) -> None:
         figure = figures[name]()
         if figure is not None:
-            save(figure, folder, name, formats)
+            save(figure, folder, name, look.formats, look.redraw)
 
     with one_blas_thread(), styled():  # the same bits in this process as in a worker
         if {"response", "peaks"} & set(names) and count_limits(shown) <= MOST_LIMITS:
@@ -182,14 +212,3 @@ def draw(
         for name in names:
             attempts.result(name, partial(draw_one, name))
     return attempts.problems
-
-
-def _formats(run: Run) -> list[str]:
-    """Formats of the figures: those of the scene, and SVG for the report."""
-    asked = set(run.request.scene.first.figures.formats)
-    return sorted(asked | {"svg"} if Stage.REPORT in run.request.wanted else asked)
-
-
-def _title(run: Run) -> str:
-    first = run.request.scene.first
-    return first.title or first.name

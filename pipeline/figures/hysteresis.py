@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
 from pipeline.figures.data import Array, PlottedCurve
-from pipeline.figures.style import DISTINCT, ordered_colours, scale, subplots, write_heading
+from pipeline.figures.style import DISTINCT, scale, subplots, write_heading
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -48,7 +48,7 @@ def node_figure(curve: PlottedCurve, title: str) -> Figure | None:
     return figure
 
 
-def sweep_figure(curves: Sequence[PlottedCurve], title: str) -> Figure | None:
+def sweep_figure(curves: Sequence[PlottedCurve], colours: Mapping[int, Any], title: str) -> Figure | None:
     """A column for each of a few curves of a sweep at its own peak: T1, T2 and N of the node that dissipates most.
 
     Curves without contact are left out.
@@ -64,9 +64,8 @@ def sweep_figure(curves: Sequence[PlottedCurve], title: str) -> Figure | None:
     shown = [panel for panel in PANELS if panel[0] == 2 or any(_acts(cycle, node, panel[0]) for cycle, _ in cycles)]
     size = (1.2 + 2.1 * len(chosen), 0.6 + 2.1 * len(shown))
     figure, rows = subplots(len(shown), len(chosen), size=size, squeeze=False)
-    colours = ordered_colours(len(chosen))
-    for (curve, (cycle, v0)), colour, column in zip(chosen, colours, rows.T, strict=True):
-        _draw(column, [(curve.label, cycle, v0, node)], [colour], shown)
+    for (curve, (cycle, v0)), column in zip(chosen, rows.T, strict=True):
+        _draw(column, [(curve.label, cycle, v0, node)], [colours[curve.index]], shown)
         first = next(axes for axes in column if axes.figure is not None)
         first.set_title(curve.label.replace(", ", "\n"), fontsize=9)
     still = "" if len(shown) > 1 else " (nothing slides)"

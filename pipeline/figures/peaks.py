@@ -6,7 +6,7 @@ Of many curves: quantiles of the amplitude over frequency, and worst motions aga
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,9 +15,10 @@ from pipeline.figures.curve_line import END_OF_RANGE, MARK_OF_END, draw_line, ma
 from pipeline.figures.data import Array, PlottedCurve, SweepKey, SweepPoint, sweep_keys
 from pipeline.figures.linear_limits import Limit
 from pipeline.figures.style import (
+    BEHIND,
     DISTINCT,
     LIMIT_COLOUR,
-    ordered_colours,
+    group_colours,
     scale,
     set_height_axis,
     subplots,
@@ -33,16 +34,19 @@ if TYPE_CHECKING:
 
 
 WORST, MAIN, AT_LEAST = "worst motion", "peak of the main branch", "worst motion, at least"
-MAIN_LOOK = {"linewidth": 0.8, "linestyle": (0, (4, 2)), "markerfacecolor": "white", "markeredgewidth": 0.8}
 MOST_LINES, MOST_MARKERS = 12, 40
+SHAPES = "osD^vPX<>pdh"  # by the value of the other keys
 _SYMLOG_FROM = 8.0  # ratio of the largest to the median value above which the axis is symmetric-logarithmic
 
 
-def trend_figure(points: Sequence[SweepPoint], limits: Sequence[Limit], title: str) -> Figure | None:
-    """Worst motions, and the peaks of the main branches as thin lines: amplitude above, frequency below, against the
-    parameter with the most values; one line for each combination of the other swept parameters.
+def trend_figure(
+    points: Sequence[SweepPoint], limits: Sequence[Limit], colours: Mapping[int, Any], title: str
+) -> Figure | None:
+    """Worst motions, and the peaks of the main branches as bars: amplitude above, frequency below, against the
+    parameter with the most values. Nothing is drawn between the values: what a line would show is not computed.
 
-    None with one curve, and where there would be too many lines.
+    A marker has the colour of its curve; with several swept keys that of the combination of the others, which has a
+    shape of its own. None with one curve, and where there would be too many combinations.
     """
     keys = sweep_keys(points)
     if not keys or not has_few_lines(points):
@@ -51,21 +55,27 @@ def trend_figure(points: Sequence[SweepPoint], limits: Sequence[Limit], title: s
     figure, (upper, lower) = subplots(2, 1, size=(6.4, 6.0), sharex=True)
     factor, unit = scale([height for point in points for height in (point.peak[1], point.worst[1])], "m")
     lines = _lines(points, key)
-    for number, ((label, members), colour) in enumerate(zip(lines.items(), ordered_colours(len(lines)), strict=True)):
+    for (label, members), colour, shape in zip(lines.items(), group_colours(len(lines)), SHAPES, strict=False):
         x = [key.position(point.parameters[key.name]) for point in members]
-        worst: dict[str, Any] = {"marker": "o", "markersize": 4 if len(members) <= MOST_MARKERS else 0}
-        worst |= {"color": colour, "label": ", ".join(filter(None, (label, WORST)))}
-        upper.plot(x, [point.worst[1] * factor for point in members], **worst)
-        lower.plot(x, [point.worst[0] for point in members], **worst)
-        _mark_open(upper, x, members, factor, colour)
-        peaks: dict[str, Any] = {**worst, "markersize": 0.75 * worst["markersize"], **MAIN_LOOK}
-        peaks["label"] = MAIN if number == 0 else None
-        upper.plot(x, [point.peak[1] * factor for point in members], **peaks)
-        lower.plot(x, [point.peak[0] for point in members], **peaks)
-        _mark_ends(lower, x, members, colour)
+        shades = [colour if len(lines) > 1 else colours[point.index] for point in members]
+        small = len(members) > MOST_MARKERS
+        for name, marker, size, heights in (
+            (WORST, shape, 3 if small else 6, [(p.worst[1] * factor, p.worst[0]) for p in members]),
+            (MAIN, "_", 6 if small else 12, [(p.peak[1] * factor, p.peak[0]) for p in members]),
+        ):
+            look: dict[str, Any] = {"marker": marker, "markersize": size, "linestyle": "none"}
+            look["label"] = "_" + ", ".join(filter(None, (label, name)))
+            for place, shade, (height, frequency) in zip(x, shades, heights, strict=True):
+                upper.plot(place, height, color=shade, **look)
+                lower.plot(place, frequency, color=shade, **look)
+        worst = {"marker": shape, "color": colour if len(lines) > 1 else "0.35", "linestyle": "none"}
+        upper.plot([], [], label=", ".join(filter(None, (label, WORST))), markersize=6, **worst)
+        _mark_open(upper, x, members, factor, shades)
+        _mark_ends(lower, x, members, shades)
+    upper.plot([], [], marker="_", markersize=12, color="0.35", linestyle="none", label=MAIN)
     _draw_limits(upper, lower, limits, factor)
     _set_axes(upper, lower, points, key)
-    write_heading(upper, title)
+    write_heading(figure, title)
     upper.set(ylabel=f"largest displacement [{unit}]")
     lower.set(xlabel=key.axis, ylabel="its frequency [Hz]")
     if len(lines) > 1:
@@ -85,10 +95,12 @@ def has_few_lines(points: Sequence[SweepPoint]) -> bool:
     return lines <= MOST_LINES and len(points) > lines
 
 
-def _mark_open(axes: Axes, x: Sequence[float], curves: Sequence[SweepPoint], factor: float, colour: str) -> None:
+def _mark_open(
+    axes: Axes, x: Sequence[float], curves: Sequence[SweepPoint], factor: float, colours: Sequence[Any]
+) -> None:
     """Open triangles around worst motions that may be higher, dotted up to a higher peak of the main branch."""
     label = None if AT_LEAST in axes.get_legend_handles_labels()[1] else AT_LEAST
-    for place, curve in zip(x, curves, strict=True):
+    for place, curve, colour in zip(x, curves, colours, strict=True):
         height = curve.worst[1] * factor
         if not curve.worst_open or not math.isfinite(height):
             continue
@@ -99,13 +111,15 @@ def _mark_open(axes: Axes, x: Sequence[float], curves: Sequence[SweepPoint], fac
         label = None
 
 
-def _mark_ends(axes: Axes, x: Sequence[float], curves: Sequence[SweepPoint], colour: str) -> None:
+def _mark_ends(axes: Axes, x: Sequence[float], curves: Sequence[SweepPoint], colours: Sequence[Any]) -> None:
     """Arrow heads at the frequencies of highest amplitudes that are no peaks: the range ends there."""
-    ends = [(place, curve.peak[0]) for place, curve in zip(x, curves, strict=True) if curve.facts.peak_at_end]
-    if ends:
-        label = None if END_OF_RANGE in axes.get_legend_handles_labels()[1] else END_OF_RANGE
-        look: dict[str, Any] = {"color": colour, "markerfacecolor": "none", "markersize": 9, "zorder": 4}
-        axes.plot(*zip(*ends, strict=True), marker=MARK_OF_END, linestyle="none", label=label, **look)
+    label = None if END_OF_RANGE in axes.get_legend_handles_labels()[1] else END_OF_RANGE
+    look: dict[str, Any] = {"markerfacecolor": "none", "markersize": 9, "linestyle": "none", "zorder": 4}
+    for place, curve, colour in zip(x, curves, colours, strict=True):
+        if curve.facts.peak_at_end:
+            axes.plot(place, curve.peak[0], marker=MARK_OF_END, color=colour, label=label, **look)
+            label = None
+    if label is None:
         axes.legend(fontsize=9)
 
 
@@ -126,7 +140,7 @@ def _draw_limits(upper: Axes, lower: Axes, limits: Sequence[Limit], factor: floa
             if chosen[0].resonance is None:
                 continue
             frequency, amplitude = chosen[0].resonance
-            look: dict[str, Any] = {"color": LIMIT_COLOUR, "linestyle": style, "linewidth": 1.0}
+            look: dict[str, Any] = {"color": LIMIT_COLOUR, "linestyle": style, "linewidth": 1.6, "zorder": BEHIND}
             upper.axhline(amplitude * factor, label=f"linear, {kind}", **look)
             lower.axhline(frequency, **look)
 
@@ -138,6 +152,7 @@ def _set_axes(upper: Axes, lower: Axes, points: Sequence[SweepPoint], key: Sweep
 
 def set_abscissa(axes: Axes, key: SweepKey) -> None:
     """Names of values that are no numbers; a symmetric-logarithmic axis where few values are far away."""
+    axes.margins(x=0.06)  # no mark on the frame
     if not key.numeric:
         axes.set_xticks(range(len(key.values)), [key.text(value) for value in key.values])
         return

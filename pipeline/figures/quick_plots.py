@@ -9,8 +9,7 @@ import numpy as np
 
 from pipeline.errors import input_error
 from pipeline.figures.curve_line import UNITS, plot_curve
-from pipeline.figures.data import SweepKey, sweep_keys
-from pipeline.figures.style import ordered_colours
+from pipeline.figures.data import SweepKey, curve_colours, sweep_keys
 from pipeline.scene.labels import value_label
 
 if TYPE_CHECKING:
@@ -33,7 +32,7 @@ def own_axes(axes: Axes | None) -> Axes:
 def plot_curves(curves: Sequence[Curve], axes: Axes | None, unit: str, look: dict[str, Any]) -> Axes:
     """Response curves with the colours of a run's figures, their swept values in the legend."""
     axes = own_axes(axes)
-    for curve, colour in zip(curves, ordered_colours(len(curves)), strict=True):
+    for curve, colour in zip(curves, curve_colours(curves), strict=True):
         label = ", ".join(value_label(key, value) for key, value in curve.parameters.items())
         plot_curve(axes, curve, label=label or None, unit=unit, **({"color": colour} | look))
     axes.set(xlabel="excitation frequency [Hz]", ylabel=f"largest displacement over a period [{unit}]")

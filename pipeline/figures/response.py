@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,11 +16,11 @@ from pipeline.figures.curve_line import (
     mark_peak,
     mark_worst,
 )
-from pipeline.figures.data import Array, PlottedCurve, SweepKey, groups, residual_band, sweep_keys
+from pipeline.figures.data import Array, PlottedCurve, SweepKey, groups, panel_keys, residual_band, sweep_keys
 from pipeline.figures.linear_limits import Limit
 from pipeline.figures.style import (
+    BEHIND,
     LIMIT_COLOUR,
-    ordered_colours,
     scale,
     set_height_axis,
     subplots,
@@ -39,9 +39,10 @@ if TYPE_CHECKING:
 MOST_OUTPUTS = 12
 MOST_NAMED = 8  # curves with an entry in the legend
 STRAIN = 1e6, "µm/m"  # factor and unit
+Colours = Mapping[int, Any]  # of the curves of a run, by their numbers
 
 
-def outputs_figure(curves: Sequence[PlottedCurve], title: str) -> Figure | None:
+def outputs_figure(curves: Sequence[PlottedCurve], colours: Colours, title: str) -> Figure | None:
     """Largest value over a period of every further output; None where none is recorded."""
     units = {output.name: output.unit for curve in curves for output in curve.scene.output}
     found = dict.fromkeys([*units, *(name for curve in curves for name in curve.outputs[0])])
@@ -53,16 +54,16 @@ def outputs_figure(curves: Sequence[PlottedCurve], title: str) -> Figure | None:
     figure, places = subplots(rows, columns, size=(1.6 + 4.2 * columns, 0.9 + 2.8 * rows), sharex=True, squeeze=False)
     for axes in places.flat[len(names) :]:
         axes.remove()
-    colours = ordered_colours(len(curves))
     for axes, name in zip(places.flat, names, strict=False):
         highest = max(float(np.max(curve.outputs[0].get(name, 0.0), initial=0.0)) for curve in curves)
         factor, unit = prefixed(highest, "m") if units.get(name, "m") == "m" else STRAIN
-        for curve, colour in zip(curves, colours, strict=True):
-            look: dict[str, Any] = {"label": curve.label if len(curves) <= MOST_NAMED else None}
+        for curve in curves:
+            look: dict[str, Any] = {"color": colours[curve.index]}
+            label = curve.label if len(curves) <= MOST_NAMED else f"_{curve.label}"
             for branch, outputs in zip((curve.response, *curve.response.detached), curve.outputs, strict=True):
                 if name in outputs:
-                    draw_line(axes, branch, outputs[name] * factor, color=colour, **look)
-                look = {"linewidth": THIN}
+                    draw_line(axes, branch, outputs[name] * factor, label, **look)
+                label, look = f"_{curve.label}, detached branch", look | {"linewidth": THIN}
         axes.set_ylabel(f"{name} [{unit}]")
         axes.set_ylim(0.0, 1.08 * highest * factor or 1.0)
     for axes in places[-1]:
@@ -76,7 +77,6 @@ def outputs_figure(curves: Sequence[PlottedCurve], title: str) -> Figure | None:
 
 
 MOST_LINES = 24  # in one panel
-MOST_PANELS, MOST_COLOURS = 6, 12  # for a sweep of two keys
 _DEPTH = 0.15  # lower end of a logarithmic axis over the lowest peak
 
 
@@ -85,39 +85,37 @@ def has_lines(points: Sequence[Any]) -> bool:
     return len(points) <= MOST_LINES or panel_keys(sweep_keys(points)) is not None
 
 
-def panel_keys(keys: Sequence[SweepKey]) -> tuple[SweepKey, SweepKey] | None:
-    """The key of the colours and that of the panels of a sweep of two keys with few values."""
-    if len(keys) != 2 or len(keys[0].values) > MOST_COLOURS or len(keys[1].values) > MOST_PANELS:
-        return None
-    return keys[0], keys[1]
-
-
 def response_figure(
-    curves: Sequence[PlottedCurve], limits: Sequence[Limit], title: str, backbones: BackboneResult | None = None
+    curves: Sequence[PlottedCurve],
+    limits: Sequence[Limit],
+    colours: Colours,
+    title: str,
+    backbones: BackboneResult | None = None,
+    bifurcations: bool = False,
 ) -> Figure:
     """Amplitude over frequency: a line for each curve, dashed where unstable, with a circle on its peak.
 
     Where two keys are swept, the colour tells one and the panel the other. Long dashes: unstable against another
     nodal diameter. A pale band shows the amplitudes that residual tractions allow, where asked for. A star marks the
     worst motion of a curve where that is not its peak. Detached branches are thin lines of the same colour;
-    bifurcations other than folds have marks (`MARKS`). Dark lines are nonlinear modes, where they were computed, and
-    crosses their resonances.
+    `bifurcations` other than folds have marks (`MARKS`) where asked for. Dark lines are nonlinear modes, where they
+    were computed, and crosses their resonances.
     """
     factor, unit = scale(np.concatenate([curve.response.amplitude_m for curve in curves]), "m")
     keys = panel_keys(sweep_keys(curves))
     if keys is None:
         figure, axes = subplots(size=(8.4, 4.8))
         panels = [(axes, "", list(curves))]
-        colours = dict(zip([curve.index for curve in curves], ordered_colours(len(curves)), strict=True))
         names = {curve.index: curve.label for curve in curves}
     else:
         figure, panels = _panels(curves, keys[1])
-        shades = ordered_colours(len(keys[0].values))
-        colours = {curve.index: shades[keys[0].number(curve.parameters[keys[0].name])] for curve in curves}
         names = {curve.index: value_label(keys[0].name, curve.parameters[keys[0].name]) for curve in curves}
     place = {curve.index: number for number, curve in enumerate(curves)}
     for axes, heading, members in panels:
-        _draw_panel(axes, members, [colours[curve.index] for curve in members], names, factor)
+        of_members = [colours[curve.index] for curve in members]
+        _draw_panel(axes, members, of_members, names, factor)
+        if bifurcations:
+            mark_bifurcations(axes, members, of_members, factor)
         shown = {place[curve.index] for curve in members}
         of_panel = [limit for limit in limits if shown & set(limit.curves)]
         _draw_limits(axes, of_panel, [colours[curve.index] for curve in curves], factor)
@@ -151,13 +149,14 @@ def _draw_panel(
     axes: Axes, curves: Sequence[PlottedCurve], colours: Sequence[Any], names: dict[int, str], factor: float
 ) -> None:
     for curve, colour in zip(curves, colours, strict=True):
-        draw_line(axes, curve.response, curve.response.amplitude_m * factor, names[curve.index], color=colour)
+        name = names[curve.index]
+        draw_line(axes, curve.response, curve.response.amplitude_m * factor, name, color=colour)
         for branch in curve.response.detached:
-            draw_line(axes, branch, branch.amplitude_m * factor, color=colour, linewidth=THIN)
-        mark_peak(axes, curve.peak[0], curve.peak[1] * factor, colour, curve.facts.peak_at_end)
+            label = f"_{name}, detached branch"
+            draw_line(axes, branch, branch.amplitude_m * factor, label, color=colour, linewidth=THIN)
+        mark_peak(axes, curve.peak[0], curve.peak[1] * factor, colour, curve.facts.peak_at_end, name)
     explain_lines(axes, curves)
     _draw_residual_bands(axes, curves, colours, factor)
-    mark_bifurcations(axes, curves, colours, factor)
     mark_worst(axes, curves, colours, factor)
 
 
@@ -196,7 +195,7 @@ def _draw_residual_bands(axes: Axes, curves: Sequence[PlottedCurve], colours: Se
 
 
 def _draw_limits(axes: Axes, limits: Sequence[Limit], colours: Sequence[Any], factor: float) -> None:
-    """Linear limits: black where there is one of a kind, otherwise pale in the colours of their curves."""
+    """Linear limits behind the curves: grey where there is one of a kind, else in the colours of their curves."""
     for kind, style in (("free", (0, (1, 1.2))), ("stuck", (0, (4, 1.5, 1, 1.5)))):
         chosen = [limit for limit in limits if limit.kind == kind]
         for number, limit in enumerate(chosen):
@@ -206,10 +205,10 @@ def _draw_limits(axes: Axes, limits: Sequence[Limit], colours: Sequence[Any], fa
                 limit.amplitude_m * factor,
                 color=LIMIT_COLOUR if alone else colours[limit.curves[0]],
                 linestyle=style,
-                linewidth=1.0 if alone else 0.8,
+                linewidth=2.2 if alone else 0.8,
                 alpha=1.0 if alone else 0.45,
-                label=f"linear, {kind}" if number == 0 else None,
-                zorder=3 if alone else 1.5,
+                label=f"linear, {kind}" if number == 0 else f"_linear, {kind}",
+                zorder=BEHIND,
             )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, cast
@@ -12,6 +12,7 @@ import numpy as np
 from pipeline.scene.labels import prefixed
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure
@@ -28,7 +29,8 @@ _LIGHT = (
     "#de80fa", "#9b9dfa", "#5aaaf9", "#2ab2e5", "#2bb5cc", "#25b8b4",
     "#28bb91", "#25bf45", "#8db318", "#c3a318", "#f38c17", "#fb8467",
 )  # fmt: skip
-LIMIT_COLOUR = "0.0"
+LIMIT_COLOUR = "0.65"
+BEHIND = 1.5  # zorder of what lies behind the curves
 LOG_FROM = 8.0  # ratio of the highest to the lowest peak above which the axis is logarithmic
 _SETTINGS: dict[str, Any] = {
     "font.size": 10.0,
@@ -106,6 +108,11 @@ def ordered_colours(count: int) -> list[Any]:
     return [tuple((light if k % 2 else dark)[k].tolist()) for k in range(count)]
 
 
+def group_colours(count: int) -> list[Any]:
+    """Colours of groups of curves by a second key: from the other end of the palette, so that few share any."""
+    return list(DISTINCT[::-1][:count]) if count <= len(DISTINCT) else ordered_colours(count)
+
+
 def scale(values: Sequence[float] | np.ndarray, unit: str) -> tuple[float, str]:
     """Factor and prefixed unit that bring the largest of the values between 1 and 1000."""
     finite = np.abs(np.asarray(values, dtype=float))
@@ -161,10 +168,13 @@ def subplots(
     return figure, figure.subplots(rows, columns, sharex=sharex, sharey=sharey, squeeze=squeeze)
 
 
-def save(figure: Figure, folder: Path, name: str, formats: Sequence[str] = ("png",)) -> None:
-    """Write the figure as `<name>.<format>`, in the formats "png" and "svg"."""
+def save(figure: Figure, folder: Path, name: str, formats: Sequence[str] = ("png",), redraw: str = "") -> None:
+    """Write the figure as `<name>.<format>`, in the formats "png" and "svg", and what it shows as `<name>.csv` where
+    `redraw`, the command that draws it again, is given."""
     for form in formats:
         (folder / f"{name}.{form}").write_bytes(drawn(figure, form))
+    if redraw:
+        (folder / f"{name}.csv").write_text(figure_table(figure, redraw), encoding="utf-8")
 
 
 def drawn(figure: Figure, form: str) -> bytes:
@@ -188,3 +198,92 @@ def drawn(figure: Figure, form: str) -> bytes:
     else:
         FigureCanvasAgg(figure).print_png(stream, metadata={"Software": None})
     return stream.getvalue()
+
+
+_GIVEN = "shown_columns"  # attribute of axes with data of their own
+
+
+def give_data(axes: Axes, columns: Mapping[str, Sequence[Any]]) -> None:
+    """Columns, units in their names, that the table of the figure has of these axes in place of what is drawn.
+
+    For axes whose coordinates are no values, as those of a map of cells or on logarithms.
+    """
+    setattr(axes, _GIVEN, columns)
+
+
+def figure_table(figure: Figure, redraw: str) -> str:
+    """What a figure draws as CSV: a row for each point, a column for each labelled axis, empty where it has none.
+
+    `panel` is the heading of the axes or their number, `series` the name of a line, area or group of points: its
+    label, without the underscore of those that are not in the legend; what has no label is no data.
+    """
+    import csv
+    import io
+
+    rows: list[dict[str, Any]] = []
+    panels = [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]
+    for number, axes in enumerate(panels, 1):
+        panel = axes.get_title().replace("\n", ", ") if len(panels) > 1 else ""
+        for row in _rows(axes):
+            rows.append({"panel": panel or number, **row})
+    stream = io.StringIO()
+    stream.write(f"# redraw: {redraw}\n")
+    columns = dict.fromkeys(["panel", "series", *(name for row in rows for name in row)])
+    table = csv.DictWriter(stream, list(columns), lineterminator="\n")
+    table.writeheader()
+    for row in rows:
+        table.writerow({name: f"{v:.9g}" if isinstance(v, float) else v for name, v in row.items()})
+    return stream.getvalue()
+
+
+def _rows(axes: Axes) -> Iterator[dict[str, Any]]:
+    """A row for each point of the artists of some axes."""
+    given: Mapping[str, Sequence[Any]] | None = getattr(axes, _GIVEN, None)
+    if given is not None:
+        yield from (dict(zip(given, values, strict=True)) for values in zip(*given.values(), strict=True))
+        return
+    names = _axis_name(axes, "x"), _axis_name(axes, "y")
+    for artist in (*axes.lines, *axes.collections, *axes.patches):
+        label = str(artist.get_label())
+        if not label or label.startswith(("_child", "_nolegend")):
+            continue
+        bar = getattr(artist, "colorbar", None)
+        colour = "" if bar is None else bar.ax.get_ylabel() or bar.ax.get_xlabel()
+        in_data = artist.get_transform().contains_branch_seperately(axes.transData)
+        if not any(in_data):
+            in_data = True, True  # offsets of points, corners of a patch
+        for *place, value in _points(artist):
+            row = {name: at for name, at, known in zip(names, place, in_data, strict=True) if known}
+            yield {"series": label.removeprefix("_"), **row, **({colour: value} if colour else {})}
+
+
+def _points(artist: Artist) -> Iterator[tuple[float, float, Any]]:
+    """Points of an artist with the values that its colours stand for."""
+    from matplotlib.collections import Collection, PathCollection
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    if isinstance(artist, Line2D):
+        places = np.asarray(artist.get_xydata(), dtype=float)
+    elif isinstance(artist, PathCollection):
+        places = np.ma.filled(np.ma.asarray(artist.get_offsets(), dtype=float), np.nan)
+    elif isinstance(artist, Collection):
+        places = np.concatenate([path.vertices for path in artist.get_paths()] or [np.empty((0, 2))])
+    else:
+        assert isinstance(artist, Patch)
+        places = artist.get_patch_transform().transform(artist.get_path().vertices)
+    values = artist.get_array() if isinstance(artist, PathCollection) else None
+    for number, (x, y) in enumerate(places):
+        if np.isfinite(x) and np.isfinite(y):
+            yield float(x), float(y), "" if values is None else float(values[number])
+
+
+def _axis_name(axes: Axes, name: Literal["x", "y"]) -> str:
+    """Label of an axis, of the one that it shares, or of the figure."""
+    figure: Any = axes.figure
+    group = axes.get_shared_x_axes() if name == "x" else axes.get_shared_y_axes()
+    for each in (axes, *group.get_siblings(axes)):
+        label = (each.get_xlabel() if name == "x" else each.get_ylabel()).partition("\n")[0]
+        if label:
+            return str(label).replace("$", "")
+    return str((figure.get_supxlabel() if name == "x" else figure.get_supylabel()) or name)

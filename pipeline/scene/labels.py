@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pipeline.scene.reading import Member
+
+if TYPE_CHECKING:
+    from pipeline.scene.schema import Scene
 
 
 @dataclass(frozen=True)
@@ -82,6 +86,19 @@ def member_label(member: Member) -> str:
     """The swept parameters of a member, or its scene's name where nothing is swept."""
     parts = [value_label(key, value) for key, value in member.parameters.items()]
     return ", ".join(parts) if parts else member.scene.name
+
+
+def fixed_values(scene: Scene, swept: Collection[str]) -> str:
+    """Engine order, force, speed, friction and shroud angle in one line, without what is swept."""
+    excitation, shroud = scene.excitation, scene.shroud
+    said = {
+        "excitation.engine_order": f"EO {excitation.engine_order}",
+        "excitation.force": f"{excitation.force:.6g} N",
+        "load.speed_rpm": value_label("load.speed_rpm", scene.load.speed_rpm) if scene.load.speed_rpm else "",
+        "contact.friction": f"friction {quantity('contact.friction').value(scene.contact.friction)}",
+        "shroud.angle": "" if shroud is None else f"shroud {shroud.angle:.6g}°",
+    }
+    return ", ".join(text for key, text in said.items() if text and key not in swept)
 
 
 def prefixed(largest: float, unit: str) -> tuple[float, str]:

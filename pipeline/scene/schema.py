@@ -104,6 +104,7 @@ class Figures(Section):
     formats: Annotated[tuple[Literal["png", "svg"], ...], Field(min_length=1)] = _key(
         "formats of every figure", 'a list of "png", "svg" or both', ("png",)
     )
+    bifurcations: Truth = _key("whether the response figure marks bifurcations but folds", "true or false", False)
 
 
 DEFAULT_MODES = 30

@@ -89,7 +89,7 @@ def test_the_answer_in_words_and_its_picture(pair: list[Any], checked: dict[str,
         assert text in said
     picture = Path(said.splitlines()[-1])
     assert picture.parent == out / "check"
-    assert {path.suffix for path in picture.parent.glob(f"{picture.stem}.*")} == {".png", ".svg", ".json"}
+    assert {path.suffix for path in picture.parent.glob(f"{picture.stem}.*")} == {".png", ".svg", ".csv", ".json"}
     written = json.loads(picture.with_suffix(".json").read_text())
     assert written == {name: value for name, value in checked.items() if name != "files"}
     assert before == {path: path.read_bytes() for path in out.iterdir() if path.is_file()}

@@ -14,7 +14,7 @@ from matplotlib.colors import to_rgb
 from pipeline_support import small_scene, write_scene
 
 from nonlinear import Peak, ResponseCurve, TerminationReason
-from pipeline.figures.data import PlottedCurve, SweepPoint, groups, is_grid, sweep_keys
+from pipeline.figures.data import PlottedCurve, SweepPoint, curve_colours, groups, is_grid, sweep_keys
 from pipeline.figures.peaks import (
     band_figure,
     bins,
@@ -126,10 +126,10 @@ def test_two_keys_are_told_by_colour_and_panel_and_the_legend_explains_the_lines
     x, y, unstable = np.array([390.0, 410.0]), np.full(2, 1e-6), np.zeros(2, bool)
     isola = record(x, y, unstable, growth_nodal_diameter=np.array([0, 3]))
     curves = [curve(each, detached=(isola,) * (each.index == 0)) for each in points]
-    figure = response_figure(curves, [], "title")
+    figure = response_figure(curves, [], dict(enumerate(curve_colours(points))), "title")
     assert [axes.get_title() for axes in figure.axes] == ["friction coefficient 0.1", "friction coefficient 0.2"]
     of = [
-        {line.get_label(): line.get_color() for line in axes.lines if "v0" in str(line.get_label())}
+        {line.get_label(): line.get_color() for line in axes.lines if str(line.get_label()).startswith("v0")}
         for axes in figure.axes
     ]
     assert of[0] == of[1]
@@ -166,7 +166,7 @@ def test_a_figure_of_many_curves_has_few_artists() -> None:
     points = [point(i, {V0: x, MU: y}, 1e-6 * (1.0 + x)) for i, (x, y) in enumerate(rng.random((10_000, 2)))]
     assert not has_lines(points)
     assert not has_few_lines(points)
-    assert trend_figure(points, [], "title") is None
+    assert trend_figure(points, [], {}, "title") is None
     read = curves_to_read(points)
     assert len(read) < 310
     assert {each.index for each in ends(points)} <= set(read)

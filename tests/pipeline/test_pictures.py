@@ -1,5 +1,8 @@
 """Figures and renders: drawn from the right numbers, not empty, and without a display."""
 
+import csv
+import shlex
+import shutil
 import struct
 import sys
 from pathlib import Path
@@ -34,6 +37,35 @@ def test_every_figure_is_there(finished: Path) -> None:
     assert sorted(pictures) == [f"figures/{name}.png" for name in names]
     for name in pictures:
         assert min(size_of(finished / name)) > 500
+
+
+def test_a_table_beside_each_figure_has_its_data_and_the_command_that_redraws_it(
+    copied: Path,
+) -> None:
+    """The points of the curves are those of response.csv; the command brings back what was deleted."""
+    folder = copied / "figures"
+    tables = {path.stem: path.read_text(encoding="utf-8") for path in folder.glob("*.csv")}
+    assert tables.keys() == {path.stem for path in folder.glob("*.png")}
+    shown = list(csv.DictReader(tables["response"].splitlines()[1:]))
+    names = {"0": "v0 = 10 µm", "1": "v0 = 1000 µm"}
+    for row in csv.DictReader((copied / "response.csv").open(encoding="utf-8")):
+        found = [each for each in shown if each["series"].split(",")[0] == names[row["curve"]]]
+        away = [
+            abs(float(each["excitation frequency [Hz]"]) / float(row["frequency_hz"]) - 1.0)
+            + abs(float(each["largest displacement over a period [µm]"]) / 1e6 / float(row["amplitude_m"]) - 1.0)
+            for each in found
+        ]
+        assert row["branch"] != "0" or min(away) < 1e-7
+    scene = write_scene(copied.parent / "again.toml", small_scene(sweep={"contact.interference": [1e-5, 1e-3]}))
+    assert shroud("run", scene, "--out", copied, "--quiet")[0] == 0
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    first = before["peaks.csv"].decode().splitlines()[0]
+    shutil.rmtree(folder)
+    shutil.rmtree(copied / "store" / "figures")
+    words = shlex.split(first.removeprefix("# redraw: "))
+    assert words[0] == "shroud"
+    assert shroud(*words[1:], "--quiet")[0] == 0
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
 
 
 def test_settings_of_the_user_have_no_part_in_a_figure(tmp_path: Path) -> None:

@@ -54,11 +54,6 @@ def mode_name(number: int, nodal_diameter: int) -> str:
     return f"mode {number}" + ("" if nodal_diameter < 0 else f", nodal diameter {nodal_diameter}")
 
 
-def curve_colours(curves: Sequence[CurveBackbones]) -> dict[int, Any]:
-    """Colours of the curves by their number."""
-    return dict(zip([curve.curve for curve in curves], ordered_colours(len(curves)), strict=True))
-
-
 def contact_changes(mode: ModeBackbone) -> Iterator[tuple[str, int]]:
     """Last points before the first slip and before the first lift-off, where the mode starts in another state."""
     found = {}
@@ -78,18 +73,19 @@ COLUMNS = (
 )
 
 
-def backbone_figure(result: BackboneResult, title: str) -> Figure:
+def backbone_figure(result: BackboneResult, title: str, colours: Sequence[Any] = ()) -> Figure:
     """Amplitude over frequency, damping ratio and resonant force: a row for each mode, a colour for each curve.
 
     Thin vertical lines are the linear limits, free and stuck; circles are traced peaks, crosses resonances under the
-    force of the curve. The three columns share the amplitude: one motion lies at one height.
+    force of the curve. The three columns share the amplitude: one motion lies at one height. `colours` are those of
+    all curves of the run.
     """
     numbers = mode_numbers(result)
     if not numbers:
         return _empty(title)
     size = (10.6, 0.9 + 3.4 * len(numbers))
     figure, places = subplots(len(numbers), 3, size=size, sharey="row", squeeze=False)
-    colours = curve_colours(result.curves)
+    shades = dict(enumerate(colours or ordered_colours(1 + max(curve.curve for curve in result.curves))))
     shown = [mode for curve in result.curves for mode in curve.modes if len(mode.amplitude_m)]
     factor, unit = scale(np.concatenate([mode.amplitude_m for mode in shown]), "m")
     for row, (number, diameter) in zip(places, numbers, strict=True):
@@ -100,10 +96,10 @@ def backbone_figure(result: BackboneResult, title: str) -> Figure:
             if own_number(curve, mode) == (number, diameter) and len(mode.amplitude_m)
         ]
         for axes, (label, name) in zip(row, COLUMNS, strict=True):
-            _draw_column(axes, of_row, name, colours, factor)
+            _draw_column(axes, of_row, name, shades, factor)
             axes.set_xlabel(label)
-        _draw_linear(row[0], of_row, colours)
-        _draw_peaks(row, of_row, colours, factor)
+        _draw_linear(row[0], of_row, shades)
+        _draw_peaks(row, of_row, shades, factor)
         _scale_axes(row, of_row, factor)
         row[0].set_ylabel(f"{mode_name(number, diameter)}: amplitude [{unit}]")
     _legend(figure, places[0], result.curves)
