@@ -41,6 +41,7 @@ class WorstMotion:
         it. 0 for a periodic motion that all blades share.
     nodal_diameter : int
         Nodal diameter of the perturbation by which the ring left the unstable solution; 0 without time integration.
+        Of an `unstable` motion that of the perturbation that grows.
     ring_blades : int
         Blades of the ring integrated in time; 0 without time integration.
     searched : str
@@ -55,6 +56,10 @@ class WorstMotion:
     truncation_error : float
         Estimated relative error of the amplitude by neglected harmonics, that of its branch; 0 for a motion of time
         integration, NaN without an estimate.
+    unstable : bool
+        Whether a perturbation of some nodal diameter grows on it: the highest solution, which the ring leaves for a
+        motion that may be lower or higher. Only where `SolverOptions.stability` is not "ring": then no other solution
+        is looked at.
 
     Examples
     --------
@@ -77,6 +82,7 @@ class WorstMotion:
     at_end: bool = False
     not_counted: str = ""
     truncation_error: float = float("nan")
+    unstable: bool = False
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,7 @@ from nonlinear.worst_motion.candidates import (
     unstable_stretches,
     without_doubtful,
 )
-from nonlinear.worst_motion.ring_integration import FLOOR, Integrated, RingIntegration, Solution
+from nonlinear.worst_motion.ring_integration import FLOOR, Integrated, RingIntegration, RingPatterns, Solution
 
 ONE_START = 0.4  # share of the periods times blades of a curve for one start: large rings are left out
 SPARED = 0.5  # the same that is not spent where a motion persists that is as high as all unstable solutions
@@ -49,6 +49,7 @@ STABILITY = {
 }
 MOST_NAMED = 4  # frequencies in one sentence
 NEVER = "mistuned blades, other residual tractions, motions that other initial conditions reach"
+LEAVES = 'which response.stability = "ring" with response.time_integration = true finds'
 COULD_MATTER = (
     0.3  # of the highest motion known: lower unstable solutions are left alone; see docs/developers/method.md
 )
@@ -259,7 +260,9 @@ def searched(
     if motions:
         parts.append(_integrated(motions))
     else:
-        parts.append("no time integration" if lacking or departures else "time integration not needed")
+        unchecked = options.stability != "ring" and not options.time_integration
+        left_out = lacking or departures or unchecked
+        parts.append("no time integration" if left_out else "time integration not needed")
     omitted = [NEVER]
     if not options.detached:
         omitted.insert(0, "detached branches")
@@ -365,7 +368,25 @@ def find_worst_motion(problem: ProblemTuple, curve: ResponseCurve) -> WorstMotio
         return integration(Solution.of(branches[place[0]], place[1]), blade_periods, height_m)
 
     reason = _why_not(options)
-    return worst_of(curve, options, modal.n_blades, None if reason else integrate, reason)
+    worst = worst_of(curve, options, modal.n_blades, None if reason else integrate, reason)
+    is_solution = worst.motion == "periodic" and worst.branch >= 0
+    if options.stability == "ring" or options.method != "coupled" or not (modal.n_blades and is_solution):
+        return worst
+    return _checked(worst, integration, Solution.of(branches[worst.branch], worst.index))
+
+
+def _checked(worst: WorstMotion, integration: RingIntegration, solution: Solution) -> WorstMotion:
+    """A worst motion that was not looked at for all nodal diameters; marked where one of them grows."""
+    ring, options = integration.ring, integration.options
+    leading = RingPatterns(ring, options, solution.omega, solution.displacement).worst()
+    along, at_worst = STABILITY[options.stability], f"against nodal diameters 0 to {(ring.modal.n_blades or 0) // 2}"
+    worst = replace(worst, searched=worst.searched.replace(along, f"{along}, at the worst motion {at_worst}"))
+    if not leading.grows(solution.omega):
+        return worst
+    k = leading.nodal_diameter
+    said = f"unstable against nodal diameter {k}, the ring leaves it for a lower or a higher one, {LEAVES}"
+    said = "; ".join(filter(None, (said, worst.unresolved)))
+    return replace(worst, unstable=True, nodal_diameter=k, unresolved=said)
 
 
 def worst_of(

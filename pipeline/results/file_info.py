@@ -11,7 +11,7 @@ from pipeline.codec import plain
 from pipeline.errors import InputError, input_error, one_line, reason_of
 from pipeline.process.isolated_reading import read_apart, read_model
 from pipeline.results.overview import MOST_ROWS, end_lines, statistics
-from pipeline.results.worst import END_MARK, truncation_mark
+from pipeline.results.worst import END_MARK, UNSTABLE_MARK, truncation_mark
 from pipeline.stages.curve.curve_summary import CurveSummary, read_summary
 from pipeline.stages.curve.curve_table import TABLE, CurveTable, read_table
 
@@ -146,8 +146,9 @@ def _curve_lines(curve: dict[str, Any]) -> Iterator[str]:
     )
     if math.isfinite(worst):
         yield one_line(
-            f"  worst motion: {worst:.6g} m at {worst_at:.6g} Hz{END_MARK * bool(curve.get('worst_at_end'))}, "
-            f"{curve['worst_motion']}, branch {curve['worst_branch']} (0: main){_harmonics_said(curve)}"
+            f"  worst motion: {worst:.6g} m at {worst_at:.6g} Hz{END_MARK * bool(curve.get('worst_at_end'))}"
+            f"{UNSTABLE_MARK * bool(curve.get('worst_unstable'))}, {curve['worst_motion']}, "
+            f"branch {curve['worst_branch']} (0: main){_harmonics_said(curve)}"
         )
     yield one_line("  " + ", ".join(f"{key} = {value}" for key, value in curve["parameters"].items()))
 

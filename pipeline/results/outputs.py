@@ -199,7 +199,14 @@ _NUMBERS: dict[str, Any] = {
     **dict.fromkeys(NO_STATIC),
 }
 # What is said of the search stands there even where no motion is known to persist.
-_OF_SEARCH = ("worst_searched", "worst_unresolved", "worst_at_end", "worst_not_counted", "worst_truncation_error")
+_OF_SEARCH = (
+    "worst_searched",
+    "worst_unresolved",
+    "worst_at_end",
+    "worst_not_counted",
+    "worst_truncation_error",
+    "worst_unstable",
+)
 
 
 def curve_summary(curve: CurveResult, out: Path) -> dict[str, Any]:

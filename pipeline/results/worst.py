@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 SEARCHED = "searched: "  # beginning of each sentence
 END_MARK = " (end)"  # beside a frequency or an amplitude at an end of the frequency range, where no peak is
+UNSTABLE_MARK = " (unstable)"  # beside the amplitude of a solution that the ring leaves
 _NUMBER = re.compile(r"\d+")
 SHORT_OF_TIME = ("take too long", "left out", "not settled")  # what is open after too short a time integration
 MOST_NAMED = 10  # curves whose numbers are listed
@@ -26,13 +27,15 @@ NOTICEABLE = 1.03  # ratio of the worst motion to the peak of the main branch ab
 def worst_cells(facts: CurveSummary | None, factor: float) -> tuple[str, str, str]:
     """Frequency (Hz), amplitude (m times `factor`) and kind of the worst motion, for a table.
 
-    An amplitude that the search may have fallen short of has the mark ">=", a quasi-periodic motion a star, an end of
-    the frequency range "(end)", an amplitude with too few harmonics "(H too small)".
+    An amplitude that the search may have fallen short of has the mark ">=", a solution that the ring leaves, perhaps
+    for a lower one, "(unstable)", a quasi-periodic motion a star, an end of the frequency range "(end)", an amplitude
+    with too few harmonics "(H too small)".
     """
     if facts is None or not math.isfinite(facts.worst_amplitude_m):
         return "-", "unknown" if facts is not None and facts.worst_searched else "-", "-"
-    at_least = ">= " if facts.worst_unresolved else ""
-    amplitude = f"{at_least}{facts.worst_amplitude_m * factor:.4g}{' (H too small)' * harmonics_lack(facts)}"
+    at_least = ">= " if facts.worst_unresolved and not facts.worst_unstable else ""
+    marks = UNSTABLE_MARK * facts.worst_unstable + " (H too small)" * harmonics_lack(facts)
+    amplitude = f"{at_least}{facts.worst_amplitude_m * factor:.4g}{marks}"
     return (
         f"{facts.worst_frequency_hz:.6g}{END_MARK * facts.worst_at_end}",
         amplitude,
@@ -51,8 +54,9 @@ def truncation_mark(error: float) -> str:
 
 
 def height_mark(facts: CurveSummary) -> str:
-    """What is said beside the worst motion of a curve: an end of the range, and harmonics that are too few."""
-    return END_MARK * facts.at_end + truncation_mark(number_error(facts))
+    """What is said beside the worst motion: an end of the range, instability, harmonics that are too few."""
+    unstable = UNSTABLE_MARK * facts.worst_unstable
+    return END_MARK * facts.at_end + unstable + truncation_mark(number_error(facts))
 
 
 def number_error(facts: CurveSummary) -> float:
@@ -149,7 +153,8 @@ def search_notes(curves: Sequence[CurveResult]) -> list[str]:
 def open_remarks(facts: CurveSummary) -> Iterator[str]:
     """What the search for the worst motion of a curve left open, and what it did not count."""
     if facts.worst_unresolved:
-        yield f"the worst motion may be higher: {facts.worst_unresolved}"
+        what = "the worst motion is not known" if facts.worst_unstable else "the worst motion may be higher"
+        yield f"{what}: {facts.worst_unresolved}"
     if facts.worst_not_counted:
         yield f"not counted as worst motion: {facts.worst_not_counted}"
 

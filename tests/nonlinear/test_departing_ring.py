@@ -1,5 +1,6 @@
 """A ring that leaves an unstable solution: which pattern it is disturbed in, and how many blades that takes."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -80,3 +81,23 @@ def test_a_motion_persists_if_it_keeps_height_and_scatter(last, persists):
 def test_none_where_there_is_no_time():
     integration, solution = unstable()
     assert integration(solution, 300, 0.0) == (None, "of 15 blades would take too long")
+
+
+@pytest.mark.parametrize("interference", [-0.3, 30.0])
+def test_a_quick_look_says_whether_the_highest_solution_is_stable(interference):
+    """What exponents along the whole curve say of its highest solution, whichever one comes to stand there."""
+    modal = modal_model(lumped_blade(60, 1), damping_ratio=0.02)
+    contact = ContactParameters.shared(
+        1, normal_stiffness=3.0, tangential_stiffness=2.0, friction=0.3, interference=interference
+    )
+    full = SolverOptions((0.1, 0.4), harmonics=3, detached=False, truncation=False, time_integration=False)
+    curve = forced_response(modal, contact, Excitation(20, 1.0), full)
+    quick = forced_response(modal, contact, Excitation(20, 1.0), replace(full, stability="folds")).worst
+    peak, worst = curve.peak, curve.worst
+    assert (quick.amplitude_m, quick.frequency_hz) == pytest.approx((peak.amplitude_m, peak.frequency_hz), rel=1e-6)
+    assert quick.unstable == (not curve.stable[peak.index]) == (interference < 0.0)
+    assert not worst.unstable
+    assert ("unstable against nodal diameter" in quick.unresolved) == quick.unstable
+    assert quick.nodal_diameter == (curve.growth_nodal_diameter[peak.index] if quick.unstable else 0)
+    assert "at the worst motion against nodal diameters 0 to 30;" in quick.searched
+    assert "no time integration" in quick.searched

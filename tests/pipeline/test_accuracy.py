@@ -30,8 +30,12 @@ def test_a_preset_sets_mesh_modes_harmonics_and_tolerances(tmp_path: Path, name:
     assert scene.rom.tolerance == preset.values["rom.tolerance"]
     assert scene.response.harmonics == preset.values["response.harmonics"]
     assert scene.response.tolerance == preset.values["response.tolerance"]
+    assert (scene.response.stability, scene.response.time_integration) == (
+        ("folds", False) if name == "draft" else ("ring", True)
+    )
     assert file.accuracy is not None
     assert file.accuracy.others == ()
+    assert ("is checked at the highest one only" in file.accuracy.text()) == (name == "draft")
 
 
 def test_finer_presets_are_finer_and_expect_less() -> None:
@@ -54,6 +58,7 @@ def test_without_a_preset_nothing_changes(tmp_path: Path) -> None:
 def test_what_the_scene_says_goes_before_the_preset(tmp_path: Path) -> None:
     changed = bare() | {"rom": {"frequency_limit": 3000.0}}
     changed["mesh"] = {"size": 0.009, "contact_grid": [2, 2]}
+    changed["response"]["stability"] = "wave"  # changes no peak
     changed["sweep"] = {"response.harmonics": [1, 3]}
     path = write_scene(tmp_path / "s.toml", changed)
     file = read_scene(path)

@@ -70,6 +70,7 @@ CURVE_KEYS = {
     "worst_at_end",
     "worst_not_counted",
     "worst_truncation_error",
+    "worst_unstable",
     "peak_at_end",
     "static_force_n",
     "static_open_share",

@@ -127,13 +127,16 @@ def test_the_static_contact_is_in_the_table_and_a_contact_that_rotation_opens_is
     assert (row["static_force_n"], row["static_open_share"], row["static_opened"]) == (0.0, 1.0, True)
 
 
-def test_too_few_harmonics_are_said_beside_the_number(curves: list[CurveResult]) -> None:
+def test_too_few_harmonics_and_instability_are_said_beside_the_number(curves: list[CurveResult]) -> None:
     facts = replace(periodic(5e-6), worst_truncation_error=0.24)
     assert worst_cells(facts, 1e6)[1] == "5 (H too small)"
     assert height_mark(facts) == " (H too small: truncation error 24 %)"
     beside = replace(facts, worst_truncation_error=0.01, worst_not_counted="detached branch 1, up to 1.2e-04 m")
     assert worst_cells(beside, 1e6)[1] == "5"
-    notes = search_notes([replace(curves[0], facts=beside)])
+    unstable = replace(periodic(5e-6), worst_unstable=True, worst_unresolved="unstable against nodal diameter 7")
+    assert (worst_cells(unstable, 1e6)[1], height_mark(unstable)) == ("5 (unstable)", " (unstable)")
+    notes = search_notes([replace(curves[0], facts=beside), replace(curves[1], facts=unstable)])
+    assert "curve 1: the worst motion is not known: unstable against nodal diameter 7" in notes
     assert "curve 0: not counted as worst motion: detached branch 1, up to 1.2e-04 m" in notes
 
 

@@ -72,6 +72,7 @@ class CurveSummary:
     worst_at_end: bool = False
     worst_not_counted: str = ""
     worst_truncation_error: float = math.nan
+    worst_unstable: bool = False
     free_nodes: int = -1
     residual_lowest_m: float = math.nan
     residual_lowest_hz: float = math.nan
