@@ -212,7 +212,8 @@ def test_the_response_figure_marks_worst_motions_that_are_no_peaks() -> None:
     from matplotlib import pyplot as plt
 
     shown = [
-        SimpleNamespace(peak=(445.6, PEAK), worst=worst) for worst in ((445.6, PEAK), (440.0, 1e-4), (9.0, 2e-6))
+        SimpleNamespace(peak=(445.6, PEAK), worst=worst, label="")
+        for worst in ((445.6, PEAK), (440.0, 1e-4), (9.0, 2e-6))
     ]
     with styled():
         figure, axes = plt.subplots()
