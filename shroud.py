@@ -71,10 +71,13 @@ if TYPE_CHECKING:
     from nonlinear import WorstMotion as WorstMotion
     from pipeline import *  # noqa: F403
     from pipeline import __version__ as __version__
+    from rom import ReducedModel as ReducedModel
+    from rom import ReducedModelError as ReducedModelError
 
 _OF_NONLINEAR = ["Bifurcation", "BifurcationKind", "Peak", "WorstMotion"]
+_OF_ROM = ["ReducedModel", "ReducedModelError"]
 
-__all__ = ["PackageNameError", "__version__", *_of_pipeline, *_OF_NONLINEAR]
+__all__ = ["PackageNameError", "__version__", *_of_pipeline, *_OF_NONLINEAR, *_OF_ROM]
 
 
 def __getattr__(name: str) -> Any:
@@ -82,7 +85,8 @@ def __getattr__(name: str) -> Any:
         return import_module(name)
     if name not in __all__:
         raise AttributeError(f"module 'shroud' has no attribute {name!r}")
-    return getattr(import_module("nonlinear" if name in _OF_NONLINEAR else "pipeline"), name)
+    package = "nonlinear" if name in _OF_NONLINEAR else "rom" if name in _OF_ROM else "pipeline"
+    return getattr(import_module(package), name)
 
 
 def __dir__() -> list[str]:

@@ -18,15 +18,16 @@ if TYPE_CHECKING:
     from pipeline.process.progress import Reporter
     from pipeline.results.results import Results
     from pipeline.stages.request import Request
+    from rom import ReducedModel
 
 KEYWORDS = (*Scene.model_fields, "sweep")
 
 
 def run_scene(
-    scene: SceneFile | Mapping[str, Any] | str | os.PathLike[str],
+    scene: SceneFile | Mapping[str, Any] | str | os.PathLike[str] | None = None,
     out: str | os.PathLike[str] | None = None,
     *,
-    rom: str | os.PathLike[str] | None = None,
+    rom: ReducedModel | str | os.PathLike[str] | None = None,
     until: str | None = None,
     force: bool = False,
     jobs: int = 1,
@@ -40,11 +41,11 @@ def run_scene(
     Parameters
     ----------
     scene : SceneFile, mapping, str or path
-        The scene file, its tables as a dict, or the result of `read_scene`.
+        The scene file, its tables as a dict, or the result of `read_scene`; None: `tables` alone, with a `rom`.
     out : str or path
         Output folder, by default out/NAME with the scene's name; it is created where it does not exist.
-    rom : str or path
-        File of a reduced model from elsewhere, as `shroud respond --rom`; the scene then needs no blade.
+    rom : ReducedModel, str or path
+        A model from elsewhere, see `ReducedModel.from_matrices`, or its file; the scene then needs no blade.
     until : str
         Last stage to run, such as "mesh" or "reduce"; by default everything that the scene asks for.
     force : bool
@@ -54,9 +55,8 @@ def run_scene(
     quiet : bool
         Whether nothing is printed. By default progress is shown at a terminal and in a notebook only.
     scheduler : str
-        A cluster of dask.distributed: address of its scheduler, tcp://HOST:PORT, or its file. "local:N" starts
-        N worker processes on this machine for this run, without dask; the calling script then needs the same line as
-        with several jobs.
+        Scheduler of dask.distributed: its address, tcp://HOST:PORT, or its file. "local:N": N processes on this
+        machine, without dask; the calling script then needs the same line as with several jobs.
     overrides : mapping of str to value
         Dotted keys with values that replace those of the scene, such as {"contact.friction": 0.3}; None removes a
         key. A swept key that is replaced is swept no longer.
@@ -80,15 +80,23 @@ def run_scene(
     >>> results = run_scene("scenes/dummy.toml", "out/try", until="mesh", overrides={"mesh.size": 0.008})
     >>> results.complete
     True
+
     """
     from pipeline.scene.reading import given_scene
     from pipeline.stages.request import Request
 
     _check_arguments(until, tables)
-    file = given_scene(scene, {**(overrides or {}), **tables}, given_model=rom is not None)
+    if scene is None and rom is None:
+        raise TypeError("run_scene() needs a scene, or rom with the tables of one")
+    named = {"name": "model"} if scene is None else scene
+    file = given_scene(named, {**(overrides or {}), **tables}, given_model=rom is not None)
     folder = Path("out") / file.first.name if out is None else output_path(out, "out")
-    given, own = None if rom is None else Path(rom), jobs if scheduler is None else None
+    given, own = _file_or_model(rom), jobs if scheduler is None else None
     return _results(Request(file, folder, until, force, own, given, *_cluster(scheduler)), quiet)
+
+
+def _file_or_model(rom: ReducedModel | str | os.PathLike[str] | None) -> ReducedModel | Path | None:
+    return Path(rom) if isinstance(rom, str | os.PathLike) else rom
 
 
 def _results(request: Request, quiet: bool | None) -> Results:

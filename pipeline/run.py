@@ -205,10 +205,10 @@ def _check(request: Request) -> ReducedModel | None:
         return None
     from rom import ReducedModelError
 
-    model = read_given_model(request.rom)
+    model = read_given_model(request.rom) if isinstance(request.rom, Path) else request.rom
     if model.n_contacts == 0:
         allowed = "one contact node or more: without contact the response is linear"
-        raise input_error(request.rom, "contact/right", "no contact nodes", allowed)
+        raise input_error(request.rom_said, "contact/right", "no contact nodes", allowed)
     check_scene_for_model(request.scene, model.n_contacts, model.contact_area is not None)
     tried = set()
     for member in request.scene.members:
@@ -219,7 +219,7 @@ def _check(request: Request) -> ReducedModel | None:
             try:
                 damped_modes(model, response, load)
             except ReducedModelError as error:
-                raise InputError(f"{request.scene.path} on {request.rom}: {reason_of(error)}") from None
+                raise InputError(f"{request.scene.path} on {request.rom_said}: {reason_of(error)}") from None
     return model
 
 
@@ -227,7 +227,7 @@ def _check_until(request: Request) -> None:
     """Refuse a last stage that the model of the scene does not allow, whatever sections the scene has."""
     stage, scene = request.until, request.scene.first
     if stage in (Stage.RENDER, Stage.STRESS) and request.without_mesh:
-        what = "[model]" if request.rom is None else str(request.rom)
+        what = "[model]" if request.rom is None else request.rom_said
         found, allowed = f"asked for beside {what}", "a scene with a mesh: matrices have no elements to show it on"
         raise input_error(request.scene.path, stage, found, allowed)
     if stage == Stage.STRESS and (part := free_bore(scene)):

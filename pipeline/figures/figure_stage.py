@@ -51,10 +51,12 @@ def look_of(run: Run, verb: str = "run", options: str = " --until figures") -> L
     request = run.request
     first = request.scene.first
     scene, out = (shlex.quote(str(path)) for path in (request.scene.path, request.out))
-    given = "" if request.rom is None else f" --rom {shlex.quote(str(request.rom))}"
+    given = "" if request.rom is None else f" --rom {shlex.quote(request.rom_said)}"
     if given and verb == "run":
         verb, options = "respond", ""
     redraw = f"shroud {verb} {scene}{given} --out {out}{options}"
+    if given and not isinstance(request.rom, Path):
+        redraw = f"shroud.read_results({str(request.out)!r}).plot() in Python"
     asked = set(first.figures.formats)
     formats = asked | {"svg"} if Stage.REPORT in request.wanted else asked  # the report has vectors
     fixed = fixed_values(first, request.scene.swept)

@@ -15,6 +15,7 @@ from pipeline.store.content_store import Store
 
 if TYPE_CHECKING:
     from pipeline.stages.curve.curve_table import CurveTable
+    from rom import ReducedModel
 
 
 @dataclass(frozen=True)
@@ -26,7 +27,8 @@ class Request:
     until: str | None = None  # the stage whose result is asked for; None for everything that the scene asks for
     force: bool = False  # whether everything is computed again, and values far beyond the usual are accepted
     jobs: int | None = None  # curves solved at the same time; None: as many as the cores, where the work is worth it
-    rom: Path | None = None  # reduced model from elsewhere, in place of the first three stages
+    # reduced model from elsewhere, its file or itself, in place of the first three stages
+    rom: Path | ReducedModel | None = None
     scheduler: str | None = None  # address of the scheduler of a cluster, or its scheduler file
     cluster: str | None = None  # worker processes to start on this machine, as `local:4`
 
@@ -39,6 +41,11 @@ class Request:
             return (Stage.FIGURES.with_needs - Stage.REDUCE.with_needs) | self._studies
         rendered = {Stage.RENDER} if self.scene.first.render is not None and not self.without_mesh else set()
         return Stage.FIGURES.with_needs | rendered | self._stress | self._studies
+
+    @property
+    def rom_said(self) -> str:
+        """How messages name the reduced model from elsewhere."""
+        return str(self.rom) if isinstance(self.rom, Path) else "rom"
 
     @property
     def without_mesh(self) -> bool:

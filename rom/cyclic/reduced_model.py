@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from rom.cyclic.cyclic_symmetry import wave_coordinates
 from rom.errors import ReducedModelError
@@ -129,7 +129,7 @@ class ReducedModel:
 
     def __post_init__(self) -> None:
         """Check shapes, finiteness and symmetry."""
-        n = self.mass.shape[0]
+        n = self.mass.shape[0] if self.mass.ndim == 2 else 0
         if n < 1:
             raise ReducedModelError(f"mass: shape {self.mass.shape}, allowed: one coordinate or more")
         n_contacts = self.contact_position.shape[0]
@@ -179,6 +179,65 @@ class ReducedModel:
             raise ReducedModelError(f"n_blades: {self.n_blades}, allowed: 1 to {MOST_BLADES}")
         if self.speed_rpm is not None and not np.isfinite(self.speed_rpm):
             raise ReducedModelError(f"speed_rpm: {self.speed_rpm}, allowed: a finite number (rev/min)")
+
+    @classmethod
+    def from_matrices(
+        cls,
+        mass: ArrayLike,
+        stiffness: ArrayLike,
+        contact_right: ArrayLike,
+        load: ArrayLike,
+        output: ArrayLike | Mapping[str, ArrayLike] | None = None,
+        *,
+        contact_left: ArrayLike | None = None,
+        n_blades: int | None = None,
+        contact_position: ArrayLike | None = None,
+        **further: Any,
+    ) -> ReducedModel:
+        """A model from matrices, contact rows and loads in any form that numpy or `scipy.sparse` has.
+
+        Parameters
+        ----------
+        mass, stiffness : (n, n) array
+            Symmetric matrices of few coordinates.
+        contact_right : (3 n_c, n) array
+            Rows that map the coordinates to the displacement of the contact nodes along t1, t2, n.
+        load : (n,) array
+            Generalised force of 1 N of excitation, real or complex.
+        output : (n,) array or mapping of str to (n,) array
+            Displacement whose response is computed, or several by name, one of them "tip"; by default the
+            displacement on which a real load works.
+        contact_left : (3 n_c, n) array
+            Rows of the nodes of the left face; none: the contacts are against the ground.
+        n_blades : int
+            Number of blades of the ring; none: a single structure.
+        contact_position : (n_c, 3) array
+            Positions of the right nodes, m, for pictures and lists of nodes by place; by default the origin.
+        **further : array or value
+            Further attributes, such as `contact_area` or `force_static`.
+
+        Returns
+        -------
+        ReducedModel
+            The model.
+
+        Raises
+        ------
+        ReducedModelError
+            Names the argument or attribute, its shape or value, and what is allowed.
+
+        Examples
+        --------
+        A mass of 1 kg on a spring of 1 N/m, which rubs against the ground along t1:
+
+        >>> from rom import ReducedModel
+        >>> ReducedModel.from_matrices([[1.0]], [[1.0]], [[1.0], [0.0], [0.0]], load=[1.0]).n_contacts
+        1
+        """
+        given: dict[str, Any] = {"mass": mass, "stiffness": stiffness, "contact_right": contact_right, "load": load}
+        given |= {"contact_left": contact_left, "contact_position": contact_position, "output": output, **further}
+        known = {name: _converted(name, value) for name, value in given.items()}
+        return cls(n_blades=n_blades, **{"producer": "arrays", **_with_defaults(known)})
 
     @property
     def n_contacts(self) -> int:
@@ -323,6 +382,41 @@ def with_interfaces(model: ReducedModel, *interfaces: ContactInterface) -> Reduc
         contact_position=np.concatenate([interface.position for interface in interfaces]),
         contact_area=np.concatenate(areas) if len(areas) == len(interfaces) else None,
     )
+
+
+def _array(name: str, values: Any) -> NDArray[Any]:
+    """An array of real or complex numbers, of its own; sparse matrices become dense."""
+    dense = values.toarray() if hasattr(values, "toarray") else values
+    try:
+        found = np.array(dense)
+        return found.astype(np.complex128 if np.iscomplexobj(found) else np.float64)
+    except (TypeError, ValueError):
+        raise ReducedModelError(f"{name}: not an array of numbers, allowed: rows of equal length") from None
+
+
+def _with_defaults(given: dict[str, Any]) -> dict[str, Any]:
+    """The attributes of a model from the converted arguments of `from_matrices`."""
+    right, load, output = given["contact_right"], given.pop("load"), given.pop("output")
+    if unknown := given.keys() - {each.name for each in fields(ReducedModel)}:
+        raise ReducedModelError(f"{min(unknown)}: unknown attribute, allowed: those of ReducedModel")
+    if right.ndim != 2 or len(right) % 3:
+        allowed = "three rows, along t1, t2, n, for each contact node"
+        raise ReducedModelError(f"contact_right: shape {right.shape}, allowed: {allowed}")
+    if output is None and np.iscomplexobj(load):
+        raise ReducedModelError("output: missing, allowed: a row of the displacement, as the load is complex")
+    if given["contact_position"] is None:
+        given["contact_position"] = np.zeros((len(right) // 3, 3))
+    output = load if output is None else output
+    named = output if isinstance(output, Mapping) else {"tip": output}
+    return {**given, "force_excitation": load, "outputs": named}
+
+
+def _converted(name: str, value: Any) -> Any:
+    """An attribute of a model: arrays, also in a mapping, as `_array` makes them; others as they are."""
+    if isinstance(value, Mapping):
+        return {key: _converted(f"{name} {key}", part) for key, part in value.items()}
+    is_array = isinstance(value, list | tuple | np.ndarray) or hasattr(value, "toarray")
+    return _array(name, value) if is_array else value
 
 
 def _check_array(name: str, array: NDArray[np.generic], shape: tuple[int, ...]) -> None:

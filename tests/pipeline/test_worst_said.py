@@ -218,7 +218,7 @@ def test_the_response_figure_marks_worst_motions_that_are_no_peaks() -> None:
     with styled():
         figure, axes = plt.subplots()
         mark_worst(axes, cast(Any, shown), ["C0", "C1", "C2"], 1e6)
-        places = [(line.get_xdata()[0], line.get_ydata()[0]) for line in axes.get_lines()]
+        places = [(line.get_xdata()[0], line.get_ydata()[0]) for line in axes.get_lines() if len(line.get_xdata())]
         _, labels = axes.get_legend_handles_labels()
         plt.close(figure)
     assert places == [(440.0, pytest.approx(100.0)), (9.0, pytest.approx(2.0))]
