@@ -22,6 +22,7 @@ from pipeline.command_usage import (
     JsonOption,
     ObjectiveOption,
     OutOption,
+    OutputOption,
     OverOption,
     QuietOption,
     RomOption,
@@ -276,10 +277,11 @@ def optimise(
     over: OverOption = None,
     tolerance: ToleranceOption = None,
     objective: ObjectiveOption = None,
+    output: OutputOption = None,
     rom: RomOption = None,
     out: OutOption = None,
-    jobs: JobsOption = None,
     *,
+    jobs: JobsOption = None,
     quiet: QuietOption = False,
     as_json: JsonOption = False,
     force: ForceOption = False,
@@ -299,7 +301,7 @@ def optimise(
     request = Request(file, out or Path("out") / file.first.name, Stage.RESPOND.value, force, jobs, rom)
     if not quiet:
         print_notes(file.notes)
-    asked = Asked(over or [], tolerance or [], objective_asked(objective))
+    asked = Asked(over or [], tolerance or [], objective_asked(objective), output)
     with stoppable() as interrupts:
         found = search(request, asked, Reporter(quiet, interrupts=interrupts))
     if found.lines and as_json:

@@ -138,7 +138,7 @@ RomOption = Annotated[
 ObjectiveOption = Annotated[
     str | None,
     typer.Option(
-        "--objective", metavar="WHAT", help="What is made low: displacement (largest, default) or harmonic_1."
+        "--objective", metavar="WHAT", help="displacement (largest, default), harmonic_1, stress or margin."
     ),
 ]
 OverOption = Annotated[
@@ -154,4 +154,7 @@ ToleranceOption = Annotated[
         metavar="KEY=HALF",
         help="How far a key may be off: the highest motion within counts; several times. Or uncertainty.",
     ),
+]
+OutputOption = Annotated[
+    str | None, typer.Option("--output", metavar="NAME", help="An [[output]] whose largest value is made low.")
 ]

@@ -33,6 +33,7 @@ from pipeline.scene.validation_errors import meant
 from pipeline.stages.curve.curve_file import read_curve
 from pipeline.stages.request import Request
 from pipeline.stages.scene_to_solver import contact_on_model
+from pipeline.stress.stress_stage import worst_stress
 from pipeline.studies.optimum.checks import OPTIMISED_KEYS, PLACE, unfit_optimum_keys
 from pipeline.studies.optimum.checks import TOLERANCE as TOLERANCE_PLACE
 from pipeline.studies.optimum.section import MOST_KEYS, Objective, Optimum, Range
@@ -235,6 +236,7 @@ class Asked:
     over: Sequence[str] = ()
     tolerance: Sequence[str] = ()
     objective: Objective | None = None
+    output: str | None = None
 
     @property
     def options(self) -> str:
@@ -253,7 +255,8 @@ def optimise(request: Request, asked: Asked, reporter: Reporter) -> Optimised:
         allowed = "a table [optimum] in the scene, or --over KEY=LOW:HIGH"
         raise input_error(file.path, STUDY, "missing", allowed)
     keys = {} if own is None else own.model_dump()
-    keys |= asked_tolerances(asked.tolerance) | ({} if asked.objective is None else {"objective": asked.objective})
+    chosen = {"objective": asked.objective, "output": asked.output}
+    keys |= asked_tolerances(asked.tolerance) | {key: value for key, value in chosen.items() if value is not None}
     over: Mapping[str, Range | None] = ranges or (own.ranges if own is not None else {})
     base = _base(file, over, given_model)
     known = {key: limits for key, limits in over.items() if limits}
@@ -263,7 +266,7 @@ def optimise(request: Request, asked: Asked, reporter: Reporter) -> Optimised:
         reporter.line(f"note: {key} is swept; compared with its first value, {file.members[0].parameters[key]:g}")
     base = replace(base, members=tuple(replace(m, scene=_without_optimum(m.scene)) for m in base.members))
     with solved_members(replace(request, scene=base), reporter) as (run, models, outcome):
-        context = StudyContext(run, models, outcome)
+        context = StudyContext(run, models, outcome, worst_stress)
         try:
             ranged = with_section(base, {**keys, "over": _ranges(context, file, over)})
             check_ranges(ranged, given_model)

@@ -298,10 +298,12 @@ def _study(run: Run, models: Models, outcome: RunOutcome) -> None:
     """The studies that the scene asks for."""
     if Stage.STUDY not in run.request.wanted:
         return
+    from pipeline.stress.stress_stage import worst_stress
+    from pipeline.studies.study import StudyContext
     from pipeline.studies.study_stage import study_stage
 
     with run.log.timed(Stage.STUDY):
-        study_stage(run, models, outcome)
+        study_stage(StudyContext(run, models, outcome, worst_stress))
 
 
 def _draw(run: Run, models: Models, outcome: RunOutcome, drawn: Mapping[Stage, Drawn]) -> None:

@@ -14,7 +14,7 @@ from pipeline.process.workers import call_apart
 from pipeline.render.drawing_process import draw_apart
 from pipeline.results.publishing import Attempts, PicturesMissing, published, remove_outdated
 from pipeline.scene.labels import member_label
-from pipeline.scene.material_section import Stress
+from pipeline.scene.material_section import Fatigue, Stress
 from pipeline.scene.schema import Scene
 from pipeline.stages.cache_keys import model_keys
 from pipeline.stages.code_fingerprint import code_fingerprint
@@ -25,6 +25,7 @@ from pipeline.stages.model.model_chain import LARGE, BuiltModel, ModelChain
 from pipeline.stages.model.sweep_models import Models
 from pipeline.stages.request import Run
 from pipeline.stages.stage import Stage
+from pipeline.store.content_store import Entry
 from pipeline.store.fingerprints import file_sha256, fingerprint
 from pipeline.stress.job import StressJob
 from pipeline.stress.operating_stress import FACTS, make_operating_stress
@@ -87,9 +88,21 @@ def _height(curve: CurveResult) -> float:
 
 def _computed(run: Run, model: BuiltModel, curve: CurveResult, number: int) -> tuple[list[Path], dict[str, Any]]:
     """Fields of one curve in the output folder, and its entry of the summary."""
+    name = f"stress_{number}"
+    entry = _stress_of(run, model, curve, curve.member.scene, name)
+    run.log.note(Stage.STRESS, entry.ran, entry.seconds)
+    target = run.request.out / FOLDER / f"{name}.vtu"
+    copy_file(run, entry.file(f"{name}.vtu"), target)
+    facts = json.loads(entry.file(FACTS).read_text(encoding="utf-8"))
+    head = {"curve": number, "file": f"{FOLDER}/{target.name}", "pictures": []}
+    return [target], head | facts
+
+
+def _stress_of(run: Run, model: BuiltModel, curve: CurveResult, scene: Scene, name: str) -> Entry:
+    """The fields and facts of a curve, found in the store or made."""
     assert curve.file is not None
     assert model.mesh is not None
-    scene, name, sector, solved = curve.member.scene, f"stress_{number}", model.mesh.parent / SECTOR, curve.file
+    sector, solved = model.mesh.parent / SECTOR, curve.file
     key = fingerprint(
         {
             "curve": curve.file.parent.name,
@@ -111,14 +124,18 @@ def _computed(run: Run, model: BuiltModel, curve: CurveResult, number: int) -> t
 
     entry = run.store.find(Stage.STRESS, key)
     if entry is None:
-        with run.reporter.working(f"stress of curve {number}"):
+        with run.reporter.working(name.replace("_", " of curve ")):
             entry = run.store.get(Stage.STRESS, key, build)
-    run.log.note(Stage.STRESS, entry.ran, entry.seconds)
-    target = run.request.out / FOLDER / f"{name}.vtu"
-    copy_file(run, entry.file(f"{name}.vtu"), target)
-    facts = json.loads(entry.file(FACTS).read_text(encoding="utf-8"))
-    head = {"curve": number, "file": f"{FOLDER}/{target.name}", "pictures": []}
-    return [target], head | facts
+    return entry
+
+
+def worst_stress(run: Run, curve: CurveResult, fatigue: Fatigue | None) -> dict[str, Any]:
+    """Largest stress amplitude and least margin at the worst motion of any curve, as `stress_stage` has them."""
+    scene = curve.member.scene.model_copy(update={"stress": Stress(check=False), "fatigue": fatigue})
+    model = ModelChain(run.store, run.log, run.reporter, True).reduced_model(scene, model_keys(scene))
+    entry = _stress_of(run, model, curve, scene, FOLDER)
+    found: dict[str, Any] = json.loads(entry.file(FACTS).read_text(encoding="utf-8"))
+    return found
 
 
 def copy_file(run: Run, source: Path, target: Path) -> None:

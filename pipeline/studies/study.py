@@ -57,6 +57,8 @@ class StudyContext:
     run: Run  # the run: request, store, executor, reporter
     models: Models  # reduced model of each member of the scene
     outcome: RunOutcome  # curves of the scene, and what has been found so far
+    # the stress on the mesh at the worst motion of a curve, as stress.json has it, with limits of the fatigue
+    stress: Callable[[Run, CurveResult, Any], Mapping[str, Any]] | None = None
     log: StageLog = field(default_factory=StageLog)  # of all members beside those of the scene
     done: list[CurveResult] = field(default_factory=list)  # of the last members, also where a signal ended them
 

@@ -11,8 +11,7 @@ from pipeline.results.outputs import as_json
 from pipeline.results.publishing import copied
 from pipeline.scene.schema import STUDIES
 from pipeline.stages.code_fingerprint import code_fingerprint
-from pipeline.stages.model.sweep_models import Models
-from pipeline.stages.request import Run, RunOutcome, StudyOutcome
+from pipeline.stages.request import StudyOutcome
 from pipeline.stages.stage import Stage
 from pipeline.store.content_store import read_json
 from pipeline.store.disk_errors import StorageError
@@ -23,10 +22,10 @@ from pipeline.studies.study import Study, StudyContext, said_of
 CURVE = "curve_key"  # in the file of a study: key of the curve with the base values of the scene
 
 
-def study_stage(run: Run, models: Models, outcome: RunOutcome) -> None:
+def study_stage(context: StudyContext) -> None:
     """Find or compute the studies of the scene; results and problems go to the outcome."""
-    context = StudyContext(run, models, outcome)
-    for name in run.request.scene.first.studies:
+    outcome = context.outcome
+    for name in context.scene.studies:
         try:
             outcome.studies[name] = studied(context, study_named(name))
         except StorageError:

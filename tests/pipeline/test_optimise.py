@@ -330,7 +330,7 @@ def test_an_optimum_with_a_tolerance_is_as_high_at_both_ends(folder: Path, prelo
     assert height > 1.05 * preload["amplitude_m"]
     robust = found["robust"]
     assert robust["bracket"][0] <= best <= robust["bracket"][1] <= robust["bracket"][0] + 0.08
-    assert robust["lowest"]["amplitude_m"] <= height <= robust["around_lowest_m"] * 1.001
+    assert robust["lowest"]["amplitude_m"] <= height <= robust["around_lowest"] * 1.001
     assert found["message"].startswith(f"contact.preload = {best:g} N: at most ")
     assert "contact.preload ±0.4 N, contact.friction ±0.05" in found["message"]
     assert (folder / "robust" / "figures" / "optimum.png").is_file()

@@ -8,7 +8,7 @@ from pipeline.errors import InputError, input_error, shown, shown_key
 from pipeline.scene.reading import IGNORED_WITH_MODEL, SceneFile
 from pipeline.scene.sweep import SWEPT_KEYS, key_value, takes_fractions
 from pipeline.scene.validation_errors import unknown_key
-from pipeline.studies.optimum.section import Range
+from pipeline.studies.optimum.section import BY_STRESS, Range
 
 PLACE, TOLERANCE = "optimum.over", "optimum.tolerance"
 SOLVER_KEYS = {  # key of a scene -> parameter of the solver, over which peaks are followed
@@ -43,6 +43,7 @@ def unfit_optimum_keys(file: SceneFile, given_model: bool = False) -> Iterator[I
             sound.append(key)
         else:
             yield error
+    yield from _unfit_objective(file, given_model)
     if section.tolerance == "uncertainty" and file.first.uncertainty is None:
         yield input_error(file.path, TOLERANCE, '"uncertainty"', "a scene with a table [uncertainty]")
     for key, tolerance in section.tolerances.items():
@@ -50,6 +51,25 @@ def unfit_optimum_keys(file: SceneFile, given_model: bool = False) -> Iterator[I
             error = _unfit_tolerance(file, key, tolerance, section.ranges.get(key), given_model)
             if error is not None:
                 yield error
+
+
+def _unfit_objective(file: SceneFile, given_model: bool) -> Iterator[InputError]:
+    """Objectives that need a mesh, limits of the fatigue or an output that the scene does not have."""
+    scene, section = file.first, file.first.optimum
+    assert section is not None
+    place = "optimum.objective"
+    if section.objective in BY_STRESS and (given_model or scene.model is not None):
+        yield input_error(file.path, place, f'"{section.objective}" without a mesh', "displacement or harmonic_1")
+    elif section.objective == "margin" and scene.fatigue is None:
+        yield input_error(file.path, place, '"margin"', "a scene with a table [fatigue]")
+    if section.output is None:
+        return
+    names = [each.name for each in scene.output]
+    if section.output not in names:
+        allowed = ", ".join(names) or "a scene with an [[output]]"
+        yield input_error(file.path, "optimum.output", shown(section.output), allowed)
+    elif section.objective != "displacement":
+        yield input_error(file.path, place, f'"{section.objective}" of an output', "displacement")
 
 
 def _refused(

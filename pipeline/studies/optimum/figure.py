@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
+from operator import mul
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,7 +25,6 @@ from pipeline.figures.style import (
 from pipeline.scene.labels import quantity
 from pipeline.studies.optimum.checks import SOLVER_KEYS
 from pipeline.studies.optimum.result import KINDS, OptimumResult, Robust, Trial
-from pipeline.studies.optimum.section import OBJECTIVES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -135,34 +136,44 @@ def optimum_figure(result: OptimumResult, title: str) -> Figure | None:
     return trials_figure(result, title) if result.trials else None
 
 
+def heights_of(result: OptimumResult, values: Sequence[float]) -> tuple[Callable[[Any], Any], str]:
+    """How values of what is made low are drawn, and the label of their axis."""
+    if result.objective == "margin":
+        return lambda value: 1.0 / value, result.named
+    factor, unit = scale(values, "Pa" if result.objective == "stress" else "m")
+    return lambda value: value * factor, f"{result.named} [{unit}]"
+
+
 def robust_figure(result: OptimumResult, robust: Robust, title: str) -> Figure:
     """The worst motion over one key, the worst within the tolerance as a second line, and the tolerance shaded."""
     figure, axes = subplots(size=(8.6, 5.4))
     key, named = robust.key, quantity(robust.key)
     at, best, half = named.factor, result.values[robust.key], robust.tolerance[robust.key]
-    computed = [trial for trial in robust.computed if math.isfinite(trial.amplitude_m)]
-    factor, unit = scale([trial.amplitude_m for trial in computed], "m")
+    computed = [trial for trial in robust.computed if math.isfinite(trial.value)]
+    shown, label_of_heights = heights_of(result, [trial.value for trial in computed])
     places = np.array([trial.values[key] for trial in computed]) * at
-    heights = np.array([trial.amplitude_m for trial in computed]) * factor
+    heights = shown(np.array([trial.value for trial in computed]))
     is_open = np.array([bool(trial.unresolved) or trial.at_end for trial in computed])
     axes.plot(places, heights, color="0.45", linewidth=0.9, zorder=2)
-    for mask, marker, label in ((~is_open, "o", "worst motion computed"), (is_open, "^", "may be higher")):
+    for mask, marker, label in ((~is_open, "o", "curve computed"), (is_open, "^", "may be higher")):
         if mask.any():
             axes.plot(places[mask], heights[mask], marker=marker, label=label, **_RESPONSE)
     width = f"±{named.value(float(f'{half:.4g}'))}"
     by_law = math.isfinite(robust.quantile)
-    line = f"{100.0 * robust.quantile:g} % below, with the distribution" if by_law else f"highest within {width}"
-    axes.plot(robust.value * at, robust.amplitude_m * factor, label=line, **_WITHIN)
+    side, most = ("above", "lowest") if result.objective == "margin" else ("below", "highest")
+    line = f"{100.0 * robust.quantile:g} % {side}, with the distribution" if by_law else f"{most} within {width}"
+    axes.plot(robust.value * at, shown(robust.worst), label=line, **_WITHIN)
     shade = "95 % of the distribution" if by_law else f"tolerance, {width}"
     axes.axvspan((best - half) * at, (best + half) * at, label=f"{shade} around the optimum", **_RANGE)
     own = result.base.values.get(key, math.nan)
-    if places.min() <= own * at <= places.max() and math.isfinite(result.base.amplitude_m):
+    if places.min() <= own * at <= places.max() and math.isfinite(result.base.value):
         label = f"the scene's value, {named.value(_rounded(own))}"
-        axes.plot(own * at, result.base.amplitude_m * factor, label=label, **_OWN)
+        axes.plot(own * at, shown(result.base.value), label=label, **_OWN)
     label = f"optimum, {named.value(_rounded(best))} ({KINDS[result.kind].said})"
-    axes.plot(best * at, result.amplitude_m * factor, label=label, **_OPTIMUM)
-    axes.set(xlabel=SweepKey(key, ()).axis, ylabel=f"{OBJECTIVES[result.objective]} [{unit}]")
-    set_height_axis(axes, heights)
+    axes.plot(best * at, shown(result.value), label=label, **_OPTIMUM)
+    axes.set(xlabel=SweepKey(key, ()).axis, ylabel=label_of_heights)
+    if result.objective != "margin":
+        set_height_axis(axes, heights)
     axes.margins(x=0.02)
     figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2, fontsize=9)
     write_heading(figure, title)
@@ -178,15 +189,15 @@ def search_figure(result: OptimumResult, title: str) -> Figure:
     figure, (axes, lower) = subplots(2, 1, size=(8.6, 7.4), sharex="col")
     axes.get_gridspec().set_height_ratios((2.0, 1.0))
     first, second = sorted(result.ranges, key=lambda key: key in SOLVER_KEYS)
-    solved = [trial for trial in result.solved if math.isfinite(trial.amplitude_m)]
-    factor, unit = scale([trial.amplitude_m for trial in solved], "m")
-    drawn = _draw_solved(axes, solved, (first, second), factor)
-    tried = [trial for trial in result.trials if math.isfinite(trial.amplitude_m)]
+    solved = [trial for trial in result.solved if math.isfinite(trial.value)]
+    shown, named = heights_of(result, [trial.value for trial in solved])
+    drawn = _draw_solved(axes, solved, (first, second), shown(np.array([trial.value for trial in solved])))
+    tried = [trial for trial in result.trials if math.isfinite(trial.value)]
     tried.sort(key=lambda trial: trial.values[first])
     path = _places(tried, (first, second))
     if len(path):
         axes.plot(*path.T, label=f"best {quantity(second).symbol} of each value tried", **_PATH)
-        heights = np.array([trial.amplitude_m for trial in tried]) * factor
+        heights = shown(np.array([trial.value for trial in tried]))
         lower.plot(path[:, 0], heights, **_PATH)
         if not set_height_axis(lower, heights):
             lower.set_ylim(0.0, 1.1 * heights.max())
@@ -195,13 +206,13 @@ def search_figure(result: OptimumResult, title: str) -> Figure:
     said = ", ".join(quantity(key).value(_rounded(value)) for key, value in result.values.items())
     best = _places([result], (first, second))[0]
     axes.plot(*best, label=f"optimum, {said}", **_OPTIMUM)
-    lower.plot(best[0], result.amplitude_m * factor, **_OPTIMUM)
-    bar = figure.colorbar(drawn, ax=axes, label=f"worst motion [{unit}]")
+    lower.plot(best[0], shown(result.value), **_OPTIMUM)
+    bar = figure.colorbar(drawn, ax=axes, label=named)
     if bar.ax.get_yscale() == "log":
         plain_log_labels(bar.ax.yaxis)
     within = " within the tolerance" if result.robust is not None else ""
     axes.set_ylabel(SweepKey(second, ()).axis)
-    lower.set(xlabel=SweepKey(first, ()).axis, ylabel=f"lowest{within} [{unit}]")
+    lower.set(xlabel=SweepKey(first, ()).axis, ylabel=f"best{within}\n{named}")
     figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2, fontsize=9)
     write_heading(figure, title)
     return figure
@@ -215,11 +226,10 @@ def _places(trials: Sequence[Trial | OptimumResult], keys: tuple[str, str]) -> A
     ).reshape(-1, 2)
 
 
-def _draw_solved(axes: Axes, solved: Sequence[Trial], keys: tuple[str, str], factor: float) -> Any:
+def _draw_solved(axes: Axes, solved: Sequence[Trial], keys: tuple[str, str], heights: Array) -> Any:
     """A coloured dot for each curve."""
     from matplotlib.colors import LogNorm, Normalize
 
-    heights = np.array([trial.amplitude_m for trial in solved]) * factor
     spans = heights.max() > LOG_FROM * heights.min() > 0.0
     norm = (LogNorm if spans else Normalize)(heights.min(), heights.max())
     x, y = _places(solved, keys).T
@@ -240,9 +250,9 @@ def curves_figure(result: OptimumResult, curves: OptimumCurves, title: str) -> F
         _draw_peaks(panel, curves, name, at, size)
         _draw_envelope(panel, curves.envelope, name, at, size)
         _draw_responses(panel, curves, name, at, size)
-        draw_marks(panel, result, curves.key, name, size)
+        draw_marks(panel, result, curves.key, name, partial(mul, size))
     _set_axes(upper, lower, curves.envelope, at, factor)
-    upper.set_ylabel(f"{OBJECTIVES[result.objective]} [{unit}]")
+    upper.set_ylabel(f"{result.named} [{unit}]")
     lower.set(xlabel=SweepKey(curves.key, ()).axis, ylabel="its frequency [Hz]")
     if curves.elasticities:
         draw_elasticities(figure.add_subplot(grid[:, 1]), curves.elasticities)
@@ -306,7 +316,9 @@ def _draw_responses(axes: Axes, curves: OptimumCurves, name: str, at: float, siz
             axes.plot([each.value * at for each in chosen], heights, marker=marker, label=label, **_RESPONSE)
 
 
-def draw_marks(axes: Axes, result: OptimumResult, key: str, name: str, size: float, others: bool = True) -> None:
+def draw_marks(
+    axes: Axes, result: OptimumResult, key: str, name: str, shown: Callable[[Any], Any], others: bool = True
+) -> None:
     """The range within 10 %, the scene's own value and the optimum."""
     named = quantity(key)
     at = named.factor
@@ -317,10 +329,10 @@ def draw_marks(axes: Axes, result: OptimumResult, key: str, name: str, size: flo
     own, (low, high) = result.base.values.get(key, math.nan), result.ranges[key]
     if low <= own <= high and math.isfinite(result.base.amplitude_m) and not (others and len(result.values) > 1):
         label = f"the scene's value, {own * at:.4g} {named.unit}".rstrip()
-        axes.plot(own * at, getattr(result.base, name) * size, label=label, **_OWN)
+        axes.plot(own * at, shown(getattr(result.base, name)), label=label, **_OWN)
     value = f"{result.values[key] * at:.4g} {named.unit}".rstrip()
     label = f"optimum, {value} ({KINDS[result.kind].said})"
-    axes.plot(result.values[key] * at, getattr(result, name) * size, label=label, **_OPTIMUM)
+    axes.plot(result.values[key] * at, shown(getattr(result, name)), label=label, **_OPTIMUM)
 
 
 def _set_axes(upper: Axes, lower: Axes, envelope: WorstEnvelope, at: float, factor: float) -> None:
@@ -367,9 +379,9 @@ def trials_figure(result: OptimumResult, title: str) -> Figure:
     """The worst motion with the values that were tried, over each of the keys."""
     keys = list(result.values)
     figure, axes = subplots(1, len(keys), size=(4.6 * len(keys) + 1.4, 4.6), sharey="row", squeeze=False)
-    known = [trial for trial in result.trials if math.isfinite(trial.amplitude_m)]
-    factor, unit = scale([trial.amplitude_m for trial in known], "m")
-    heights = np.array([trial.amplitude_m for trial in known]) * factor
+    known = [trial for trial in result.trials if math.isfinite(trial.value)]
+    shown, named_heights = heights_of(result, [trial.value for trial in known])
+    heights = shown(np.array([trial.value for trial in known]))
     for key, panel in zip(keys, axes[0], strict=True):
         at, named = quantity(key).factor, quantity(key)
         places = np.array([trial.values[key] for trial in known]) * at
@@ -377,11 +389,11 @@ def trials_figure(result: OptimumResult, title: str) -> Figure:
         for mask, marker, label in ((~is_open, "o", "values tried"), (is_open, "^", "values tried, may be higher")):
             if mask.any():
                 panel.plot(places[mask], heights[mask], marker=marker, label=label, **_RESPONSE)
-        draw_marks(panel, result, key, "amplitude_m", factor, others=False)
+        draw_marks(panel, result, key, "value", shown, others=False)
         panel.set_xlabel(named.axis() if len(keys) > 1 else SweepKey(key, ()).axis)
         panel.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), fontsize=8.5)
     first = axes[0, 0]
-    first.set_ylabel(f"{OBJECTIVES[result.objective]} [{unit}]")
+    first.set_ylabel(named_heights)
     set_height_axis(first, heights)
     write_heading(figure, title)
     return figure

@@ -8,7 +8,6 @@ from pipeline.results.worst import motion_said, sentence, truncation_mark, with_
 from pipeline.scene.labels import quantity, value_label
 from pipeline.studies.optimum.figure import elasticities_of
 from pipeline.studies.optimum.result import ALIKE, KINDS, OptimumResult
-from pipeline.studies.optimum.section import OBJECTIVES
 from pipeline.studies.registry import StudySection
 
 CAPTION = (
@@ -51,10 +50,10 @@ def _caption(result: OptimumResult) -> str:
 
 def _choice(result: OptimumResult) -> str:
     """What to choose, and how much better than the scene's own values it is."""
-    if result.robust is not None:
+    if result.robust is not None or math.isfinite(result.goal):
         return f"Choose {result.message}."
     chosen = ", ".join(value_label(key, _rounded(value)) for key, value in result.values.items())
-    what = f"worst motion ({OBJECTIVES[result.objective]}) {motion_said(result.amplitude_m, result.frequency_hz)}"
+    what = f"worst motion ({result.named}) {motion_said(result.amplitude_m, result.frequency_hz)}"
     text = f"Choose {chosen}: {what}{truncation_mark(result.truncation_error)}"
     if not math.isfinite(result.gain):
         return f"{text}."

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -41,11 +41,9 @@ KINDS = {
         "lowest of single curves", "No stable peak could be followed there: it is the lowest of the responses solved"
     ),
     "edge": KindWords("lowest at an end of a range", "There is no minimum inside the range: it is lowest at an end"),
-    "balanced": KindWords("as high at both ends of the tolerance", "It is as high at both ends of the tolerance"),
-    "steep": KindWords(
-        "just outside the tolerance it is much higher", "Just outside the tolerance the worst motion is much higher"
-    ),
-    "inside": KindWords("highest inside the tolerance", "A peak inside the tolerance decides"),
+    "balanced": KindWords("equal at both ends of the tolerance", "It is equal at both ends of the tolerance"),
+    "steep": KindWords("just outside the tolerance it is much worse", "Just outside the tolerance it is much worse"),
+    "inside": KindWords("decided inside the tolerance", "A peak inside the tolerance decides"),
     "flat": KindWords(
         "the worst motion changes by less than 0.1 % over the range", "The parameter hardly changes the worst motion"
     ),
@@ -69,14 +67,25 @@ class Trial:
     truncation_error: float = math.nan
     # keys that are not optimised with their values there: of the load case, and within the tolerance, that count most
     where: Mapping[str, float] = field(default_factory=dict)
+    # what is made low in place of the amplitude: stress amplitude, Pa, inverse margin, an output; NaN: the amplitude
+    goal: float = math.nan
     # what it took, in this run or an earlier one, s: all in all, and mesh and reduced model alone
     seconds: float = 0.0
     model_seconds: float = 0.0
 
     @property
+    def value(self) -> float:
+        """What is made low; NaN without a motion."""
+        return self.goal if math.isfinite(self.goal) else self.amplitude_m
+
+    @property
     def height(self) -> float:
-        """The amplitude, m; infinite where there is none, and at an end of the frequency range."""
-        return self.amplitude_m if math.isfinite(self.amplitude_m) and not self.at_end else math.inf
+        """The same; infinite where there is no motion, and at an end of the frequency range."""
+        return self.value if math.isfinite(self.value) and not self.at_end else math.inf
+
+    def with_value(self, value: float) -> Trial:
+        """The trial with another value of what is made low."""
+        return replace(self, goal=value) if math.isfinite(self.goal) else replace(self, amplitude_m=value)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,14 +98,14 @@ class Robust:
     # below is about it, the other keys at the optimum.
     key: str = ""
     bracket: tuple[float, float] = (math.nan, math.nan)  # values that may be as good as the optimum
-    bound_m: float = math.nan  # what no value is below, as far as the values computed tell
+    bound: float = math.nan  # what no value is below, as far as the values computed tell
     nominal: Trial | None = None  # the worst motion at the optimum itself
     lowest: Trial | None = None  # the lowest single worst motion
-    around_lowest_m: float = math.nan  # the worst within the tolerance around that
-    around_own_m: float = math.nan  # and around the scene's own value
+    around_lowest: float = math.nan  # the worst within the tolerance around that
+    around_own: float = math.nan  # and around the scene's own value
     computed: tuple[Trial, ...] = ()  # the worst motions computed, by rising values of the key
     value: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))  # values of the key
-    amplitude_m: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))  # the worst within the tolerance
+    worst: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))  # the worst within the tolerance
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -130,8 +139,11 @@ class OptimumResult:
     seconds: float = 0.0  # time of the search, s
     message: str = ""  # one line that says what was found
     remarks: tuple[str, ...] = ()  # what was left open, a sentence each
-    # what is made low: "displacement", the largest displacement over a period; "harmonic_1", its first harmonic
+    # what is made low: "displacement", the largest displacement over a period; "harmonic_1", its first harmonic;
+    # "stress", the largest stress amplitude; "margin", the inverse of the least fatigue margin
     objective: str = "displacement"
+    output: str = ""  # the output whose largest value is made low; "": the worst motion of the default output
+    goal: float = math.nan  # as of `Trial`
     harmonics: int = 0  # number of harmonics at the optimum; 0: not known
     # estimated relative error of the amplitude at the optimum by neglected harmonics; NaN without an estimate
     truncation_error: float = math.nan
@@ -146,13 +158,25 @@ class OptimumResult:
         return self.followed if isinstance(self.followed, Optimum) else None
 
     @property
+    def value(self) -> float:
+        """What is made low; with tolerances the worst within them."""
+        return self.goal if math.isfinite(self.goal) else self.amplitude_m
+
+    @property
     def gain(self) -> float:
-        """Worst motion with the scene's own values over that at the optimum; NaN where one is not known."""
-        if self.base.at_end:
+        """What is made low with the scene's own values over that at the optimum; NaN where one is not known."""
+        if self.base.at_end or not self.value:
             return math.nan
-        if self.robust is not None:
-            return self.robust.around_own_m / self.amplitude_m
-        return self.base.amplitude_m / self.amplitude_m if self.amplitude_m else math.nan
+        return (self.base.value if self.robust is None else self.robust.around_own) / self.value
+
+    @property
+    def named(self) -> str:
+        """What is made low, or of a margin high, in words."""
+        return f"largest {self.output}" if self.output else OBJECTIVES[self.objective]
+
+    def said(self, value: float) -> str:
+        """A value of what is made low, in words."""
+        return value_said(self.objective, value)
 
 
 def message_of(result: OptimumResult) -> str:
@@ -162,32 +186,46 @@ def message_of(result: OptimumResult) -> str:
         return f"{values}: {_within_tolerance(result, result.robust)}"
     if result.kind == "flat":
         return f"{', '.join(result.values)}: {KINDS['flat'].said}, {_motion(result)}"
-    first = "harmonic 1 of " if result.objective == "harmonic_1" else ""
+    first = "harmonic 1 of " if result.objective == "harmonic_1" else _goal_said(result, result)
     return f"{values}: {KINDS[result.kind].said}, {first}{_motion(result)}{_gain(result)}"
 
 
 def _within_tolerance(result: OptimumResult, robust: Robust) -> str:
     """What the worst motion is within the tolerances, and what it would be around the lowest single value."""
-    first = "harmonic 1 " if result.objective == "harmonic_1" else ""
-    said = f"{first}{bound_said(robust, result.amplitude_m)}"
+    default = result.objective == "displacement" and not result.output
+    said = f"{'' if default else f'{result.named} '}{bound_said(result, robust, result.value)}"
     lowest = robust.lowest
     if lowest is None:
         return said
-    single, place = with_unit(lowest.amplitude_m), shown(robust.key, lowest.values[robust.key], 4)
-    if robust.around_lowest_m <= ALIKE * result.amplitude_m:
-        return f"{said} (the lowest single value is {single} at {place})"
-    there = bound_said(robust, robust.around_lowest_m).removeprefix("at most ")
-    return f"{said} (the lowest single value is {single} at {place}, but {there} there)"
+    single, place = result.said(lowest.value), shown(robust.key, lowest.values[robust.key], 4)
+    alone = f"the {'highest' if result.objective == 'margin' else 'lowest'} single value is {single} at {place}"
+    if robust.around_lowest <= ALIKE * result.value:
+        return f"{said} ({alone})"
+    there = bound_said(result, robust, robust.around_lowest).removeprefix("at most ").removeprefix("at least ")
+    return f"{said} ({alone}, but {there} there)"
 
 
-def bound_said(robust: Robust, amplitude_m: float) -> str:
+def bound_said(result: OptimumResult, robust: Robust, value: float) -> str:
     """`at most 3.2 µm within ±1 µm`, or `95 % below 3.2 µm`."""
+    least = result.objective == "margin"
     if math.isfinite(robust.quantile):
-        return f"{100.0 * robust.quantile:g} % below {with_unit(amplitude_m)}"
+        return f"{100.0 * robust.quantile:g} % {'above' if least else 'below'} {result.said(value)}"
     alone = list(robust.tolerance) == [robust.key]
     sizes = [(key, f"±{quantity(key).value(half)}") for key, half in robust.tolerance.items()]
     within = sizes[0][1] if alone else ", ".join(f"{key} {size}" for key, size in sizes)
-    return f"at most {with_unit(amplitude_m)} within {within}"
+    return f"at {'least' if least else 'most'} {result.said(value)} within {within}"
+
+
+def _goal_said(result: OptimumResult, trial: OptimumResult | Trial) -> str:
+    """What is made low where it is not the motion: `12 MPa with `."""
+    return f"{result.named} {result.said(trial.value)} with " if math.isfinite(trial.goal) else ""
+
+
+def value_said(objective: str, value: float) -> str:
+    """A value of what an objective makes low: `3.2 µm`, `41 MPa`, of a margin its inverse `2.31`."""
+    if objective == "margin":
+        return f"{1.0 / value:.3g}"
+    return with_unit(value, "Pa" if objective == "stress" else "m")
 
 
 def shown(key: str, value: float, digits: int = 6) -> str:
@@ -215,12 +253,14 @@ def robust_said(result: OptimumResult, robust: Robust) -> list[str]:
             first, last = (shown(key, end, 4) for end in robust.bracket)
             between = f"the best lies between {first} and {last}; "
         low, high = (shown(key, end, 4) for end in ends)
-        lines.append(f"{between}at most 10 % higher from {low} to {high}")
+        worse = "worse" if result.objective == "margin" else "higher"
+        lines.append(f"{between}at most 10 % {worse} from {low} to {high}")
     where = ", ".join(f"{key} = {shown(key, value, 4)}" for key, value in result.where.items())
-    lines.append(f"{KINDS[result.kind].said}; highest at {result.frequency_hz:.6g} Hz{f', {where}' if where else ''}")
-    own = f"the scene's own value, {_base(result.base)}"
+    lines.append(f"{KINDS[result.kind].said}; worst at {result.frequency_hz:.6g} Hz{f', {where}' if where else ''}")
+    own = f"the scene's own value, {_base(result)}"
     if math.isfinite(result.gain):
-        own += f", {bound_said(robust, robust.around_own_m)}: {result.gain:.3g} times the optimum"
+        own += f", {bound_said(result, robust, robust.around_own)}"
+        own += "" if result.objective == "margin" else f": {result.gain:.3g} times the optimum"
     return [*lines, own, cost_said(result)]
 
 
@@ -242,7 +282,7 @@ def table_rows(result: OptimumResult) -> list[tuple[str, str]]:
     for key, value in result.values.items():
         low, high = result.ranges[key]
         rows.append((key, f"{shown(key, value)} (range {shown(key, low)} to {shown(key, high)})"))
-    rows.append((f"worst motion, {OBJECTIVES[result.objective]}", f"{_motion(result)}, {result.motion}"))
+    rows.append((f"worst motion, {result.named}", f"{_goal_said(result, result)}{_motion(result)}, {result.motion}"))
     rows.append(("kind", KINDS[result.kind].said))
     if math.isfinite(result.curvature):
         (key,) = result.within
@@ -251,7 +291,7 @@ def table_rows(result: OptimumResult) -> list[tuple[str, str]]:
         rows.append((f"at most 10 % higher, {key}", f"{shown(key, low)} to {shown(key, high)}"))
     for key, slope in result.derivatives.items():
         rows.append((f"derivative, {key}", f"{slope:.4g} m{_per(key)}"))
-    rows.append(("scene's own value", _base(result.base)))
+    rows.append(("scene's own value", _base(result)))
     if math.isfinite(result.gain):
         rows.append(("own value over optimum", f"{result.gain:.3g}"))
     rows.append(("cost", cost_said(result)))
@@ -274,13 +314,15 @@ def _motion(result: OptimumResult | Trial) -> str:
     return f"{motion_said(result.amplitude_m, result.frequency_hz, 6)}{mark}"
 
 
-def _base(base: Trial) -> str:
+def _base(result: OptimumResult) -> str:
+    base = result.base
     values = ", ".join(f"{key} = {shown(key, value)}" for key, value in base.values.items())
-    return f"{values}: {_motion(base) if math.isfinite(base.amplitude_m) else base.reason}"
+    said = f"{_goal_said(result, base)}{_motion(base)}" if math.isfinite(base.amplitude_m) else base.reason
+    return f"{values}: {said}"
 
 
 def _gain(result: OptimumResult) -> str:
     """How the worst motion of the scene's own values compares."""
     if not math.isfinite(result.gain):
         return ""
-    return f" (scene: {with_unit(result.base.amplitude_m)}, {result.gain:.3g} times)"
+    return f" (scene: {result.said(result.base.value)}, {result.gain:.3g} times)"

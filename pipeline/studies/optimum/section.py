@@ -12,11 +12,17 @@ from pipeline.scene.fields import Number, Positive, StudyKeys, key
 MOST_KEYS = 6
 RANGES = f"a table of 1 to {MOST_KEYS} dotted keys, each with a list of two numbers, the second above the first"
 TOLERANCES = '"uncertainty", or a table of dotted keys, each with a number above 0: half the width'
-Objective = Literal["displacement", "harmonic_1"]
+Objective = Literal["displacement", "harmonic_1", "stress", "margin"]
+BY_STRESS = ("stress", "margin")  # objectives that need the stress on the mesh
 Range = tuple[Number, Number]
 Ranges = Annotated[dict[str, Range], Field(min_length=1, max_length=MOST_KEYS)]
 Tolerances = Annotated[dict[str, Positive | dict[str, Positive]], Field(max_length=MOST_KEYS)]
-OBJECTIVES = {"displacement": "largest displacement", "harmonic_1": "first harmonic"}  # what amplitudes are
+OBJECTIVES = {  # what is made low, of a margin high
+    "displacement": "largest displacement",
+    "harmonic_1": "first harmonic",
+    "stress": "largest stress amplitude",
+    "margin": "least fatigue margin",
+}
 
 
 class Optimum(StudyKeys):
@@ -27,9 +33,16 @@ class Optimum(StudyKeys):
     )
 
     objective: Objective = key(
-        "what is made low: the largest displacement over a period, or its first harmonic alone",
-        '"displacement" or "harmonic_1"',
+        "what is made low: the largest displacement over a period, its first harmonic alone, or the largest stress "
+        "amplitude at the worst motion; or made high: the least fatigue margin there",
+        "{words}",
         "displacement",
+    )
+
+    output: str | None = key(
+        "name of an [[output]] whose largest value is made low in place of the worst motion of the default output",
+        "the name of an [[output]] of the scene",
+        None,
     )
 
     tolerance: Literal["uncertainty"] | Tolerances = key(
@@ -42,6 +55,16 @@ class Optimum(StudyKeys):
     quantile: Annotated[Number, Field(ge=0.5, le=0.999)] = key(
         'the quantile of the worst motion that is made low with tolerance = "uncertainty"', "a number, {bounds}", 0.95
     )
+
+    @property
+    def goal(self) -> str:
+        """What is made low in words."""
+        return OBJECTIVES[self.objective] if self.output is None else f"largest {self.output}"
+
+    @property
+    def follows_peaks(self) -> bool:
+        """Whether peaks can be followed for it."""
+        return self.objective not in BY_STRESS and self.output is None
 
     @property
     def ranges(self) -> dict[str, Range]:

@@ -21,12 +21,14 @@ from nonlinear import NEARLY_LOWEST, NO_PEAK, JointOptimum, Optimum
 from pipeline.codec import plain
 from pipeline.process.interrupts import Stopped
 from pipeline.process.progress import seconds_since
-from pipeline.results.worst import with_unit
 from pipeline.scene.sweep import key_value
+from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.scene_to_solver import face_area, resolved_contact
 from pipeline.studies.optimum.checks import SOLVER_KEYS
-from pipeline.studies.optimum.result import OptimumResult, Robust, Trial, message_of, result_lines, shown
+from pipeline.studies.optimum.result import OptimumResult, Robust, Trial, message_of, result_lines, shown, value_said
 from pipeline.studies.optimum.search import EVALUATIONS, GRID, TOLERANCE, Point, UnitSearch, WindowSearch
+from pipeline.studies.optimum.section import BY_STRESS
+from pipeline.studies.optimum.section import Optimum as SectionOptimum
 from pipeline.studies.optimum.trials import (
     CurveTrials,
     FollowedPeaks,
@@ -41,6 +43,7 @@ from pipeline.studies.optimum.trials import (
 from pipeline.studies.study import StudyContext, StudyError
 
 Ranges = Mapping[str, tuple[float, float]]
+STRESS_CODE = "pipeline.stress.operating_stress"
 FLAT = 1e-3  # relative variation that counts as none
 MOST_FOLLOWED = 3  # keys of the solver, which `nonlinear.find_joint_optimum` takes
 COARSE = 2e-2  # tolerance of keys at each of whose values a window slides, as a share of the range
@@ -68,7 +71,11 @@ class OptimumStudy:
         section, scene = context.scene.optimum, context.scene
         assert section is not None
         laws = scene.uncertainty if section.tolerance == "uncertainty" else None
-        return {"cases": load_cases(context), "laws": None if laws is None else laws.model_dump()["parameter"]}
+        own = {"cases": load_cases(context), "laws": None if laws is None else laws.model_dump()["parameter"]}
+        if section.objective not in BY_STRESS:
+            return own
+        limits = None if scene.fatigue is None else scene.fatigue.model_dump()
+        return {**own, "fatigue": limits, "stress": code_fingerprint(STRESS_CODE)}
 
     def compute(self, context: StudyContext) -> OptimumResult:
         """The optimum over the keys of the section; of a search that is stopped the best so far is left with it."""
@@ -104,13 +111,18 @@ class _Search:
     windows: dict[Point, WindowSearch] = field(default_factory=dict)
     responses: list[Trial] = field(default_factory=list)  # of followed peaks
 
+    @property
+    def section(self) -> SectionOptimum:
+        """The section of the scene."""
+        found = self.context.scene.optimum
+        assert found is not None
+        return found
+
     @cached_property
     def tolerance(self) -> Tolerance | None:
         """The tolerances."""
-        section = self.context.scene.optimum
-        assert section is not None
-        laws = self.context.scene.uncertainty if section.tolerance == "uncertainty" else None
-        keys = section.tolerances if laws is None else [item.key for item in laws.parameter]
+        laws = self.context.scene.uncertainty if self.section.tolerance == "uncertainty" else None
+        keys = self.section.tolerances if laws is None else [item.key for item in laws.parameter]
         return tolerance_of(self.context, self._own_values(list(keys)))
 
     @cached_property
@@ -126,7 +138,7 @@ class _Search:
         """The keys over which peaks are followed, with their ranges."""
         solver = {key: limits for key, limits in self.ranges.items() if key in SOLVER_KEYS}
         coupled = self.context.scene.response.method == "coupled"
-        alone = self.tolerance is None and len(load_cases(self.context)) == 1
+        alone = self.tolerance is None and len(load_cases(self.context)) == 1 and self.section.follows_peaks
         return solver if alone and coupled and len(solver) <= MOST_FOLLOWED else {}
 
     @property
@@ -205,7 +217,7 @@ class _Search:
         if self.tolerance is not None and math.isfinite(self.tolerance.level):
             rows = self.curves.scattered(values)
             heights = [self.tolerance.of_one([trial.height for trial in row]) for row in rows]
-            found = [replace(trial, amplitude_m=height) for trial, height in zip(found, heights, strict=True)]
+            found = [trial.with_value(height) for trial, height in zip(found, heights, strict=True)]
         self.trials |= dict(zip(points, found, strict=True))
         return [trial.height for trial in found]
 
@@ -273,7 +285,7 @@ class _Search:
         values = {**values, self.window: best}
         if search.shifts is None and best in search.checked:
             return replace(trial, values=values, where={**trial.where, **_elsewhere(trial, self.window, best)})
-        return replace(trial, values=values, amplitude_m=search.value_at(best), where={})
+        return replace(trial, values=values, where={}).with_value(search.value_at(best))
 
     def _say(self, point: Point, count: int) -> None:
         """What is solved next, and the best so far."""
@@ -281,7 +293,8 @@ class _Search:
         text = f"{len(search.known)} curves known, {count} to solve"
         if search.known:
             best, height = search.lowest(hopeful=False)
-            text += f"; so far {shown(self.window, best)}: {with_unit(height)} within the tolerance"
+            said = value_said(self.section.objective, height)
+            text += f"; so far {shown(self.window, best)}: {said} within the tolerance"
         others = ", ".join(f"{key} = {shown(key, value)}" for key, value in self._values(point).items())
         self.context.progress(f"{others}: {text}" if others else text)
 
@@ -351,7 +364,7 @@ class _Search:
         """The result where a window slid over one key."""
         search, trial, tolerance = self.windows[best], self._worst_within(best), self.tolerance
         assert tolerance is not None
-        key, height = self.window, trial.amplitude_m
+        key, height = self.window, trial.value
         low, high = self.ranges[key]
         computed = self.curves([{**self._values(best), key: value} for value in sorted(search.known)])
         inside = [each for each in computed if low <= each.values[key] <= high]
@@ -363,14 +376,14 @@ class _Search:
             quantile=tolerance.level,
             key=key,
             bracket=search.bracket(height),
-            bound_m=search.lowest()[1],
+            bound=search.lowest()[1],
             nominal=next((each for each in computed if each.values[key] == trial.values[key]), None),
             lowest=lowest,
-            around_lowest_m=search.value_at(lowest.values[key]),
-            around_own_m=search.value_at(own) if low <= own <= high and not self.outer else math.nan,
+            around_lowest=search.value_at(lowest.values[key]),
+            around_own=search.value_at(own) if low <= own <= high and not self.outer else math.nan,
             computed=tuple(computed),
             value=search.centres[kept],
-            amplitude_m=search.heights_of()[kept],
+            worst=search.heights_of()[kept],
         )
         kind = search.kind()
         return self._result(
@@ -396,7 +409,7 @@ class _Search:
         found += [f"at {ends} of {len(computed)} values {NO_PEAK}: they are no candidates"] * bool(ends)
         if left:
             found.append(
-                f"within the tolerance {len(left)} of {len(inside)} curves may be higher: {left[0].unresolved}"
+                f"within the tolerance {len(left)} of {len(inside)} curves count by their highest solution: {left[0].unresolved}"
             )
         return tuple(found)
 
@@ -437,6 +450,8 @@ class _Search:
             trials=self._tried(),
             solved=self._solved_curves(),
             objective=objective_of(self.context),
+            output=self.section.output or "",
+            goal=trial.goal,
             harmonics=self._harmonics(),
             truncation_error=trial.truncation_error,
             where=trial.where,
@@ -501,7 +516,7 @@ class _Search:
         for curve in curves:
             first = curves[0].member.parameters
             if all(curve.member.parameters[key] == first[key] for key in keys):
-                found.append(trial_of(own, curve, objective_of(self.context)))
+                found.append(trial_of(own, curve, self.context))
         return highest(own, found) if found else Trial(own, reason="not computed")
 
     def _own_values(self, keys: Sequence[str]) -> dict[str, float]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import TYPE_CHECKING, Any
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nonlinear import ContactError, JointOptimum, Optimum, find_joint_optimum, find_optimum
-from pipeline.errors import InputError
+from pipeline.errors import InputError, StageError
 from pipeline.process.interrupts import Stopped
 from pipeline.results.worst import number_error
 from pipeline.scene.sweep import WHOLE_FACE, as_in_scene, key_value
@@ -21,6 +21,7 @@ from pipeline.stages.scene_to_solver import nonlinear_problem
 from pipeline.stages.stage import Stage
 from pipeline.studies.optimum.checks import PLACE, SOLVER_KEYS
 from pipeline.studies.optimum.result import Trial
+from pipeline.studies.optimum.section import BY_STRESS
 from pipeline.studies.study import StudyContext, StudyError
 
 if TYPE_CHECKING:
@@ -122,7 +123,7 @@ class FollowedPeaks:
             if curve.file is None:
                 raise StudyError(curve.reason)
             at = {key: key_value(member.scene, key) or 0.0 for key in (*self.others, *self.limits)}
-            self.seen.append(trial_of(at, curve, objective_of(self.context)))
+            self.seen.append(trial_of(at, curve, self.context))
         return [read_curve(curve.file) for curve in curves if curve.file is not None]
 
     def _given(self, key: str, value: float) -> Any:
@@ -222,7 +223,7 @@ class CurveTrials:
         count = len({_of_model(wanted[name]) for name in names})
         for curve in curves:
             name = names[curve.member.index]
-            trial = trial_of(wanted[name], curve, objective_of(self.context))
+            trial = trial_of(wanted[name], curve, self.context)
             solving = 0.0 if curve.facts is None else curve.facts.seconds
             making = 0.0 if _of_model(wanted[name]) in self.models else seconds / count
             self.models.add(_of_model(wanted[name]))
@@ -239,8 +240,8 @@ def _known_by(values: Mapping[str, Any]) -> tuple[tuple[str, Any], ...]:
 
 def highest(point: Mapping[str, float], trials: Sequence[Trial]) -> Trial:
     """The one of some trials at a point that counts: without a motion, else the highest."""
-    missing = [trial for trial in trials if not math.isfinite(trial.amplitude_m)]
-    return missing[0] if missing else max(trials, key=lambda trial: trial.amplitude_m)
+    missing = [trial for trial in trials if not math.isfinite(trial.value)]
+    return missing[0] if missing else max(trials, key=lambda trial: trial.value)
 
 
 CASES = ("excitation", "load")  # sections of swept keys whose values are load cases, of which the worst counts
@@ -264,9 +265,9 @@ def member_at(context: StudyContext, point: Mapping[str, Any]) -> Member:
     return context.member(given, PLACE)
 
 
-def trial_of(point: Mapping[str, float], curve: CurveResult, objective: str = "displacement") -> Trial:
-    """The worst motion of a curve at a point, as the objective counts it."""
-    facts = curve.facts
+def trial_of(point: Mapping[str, float], curve: CurveResult, context: StudyContext) -> Trial:
+    """The worst motion of a curve at a point, and what the objective counts of it."""
+    facts, section = curve.facts, context.scene.optimum
     if facts is None:
         return Trial(dict(point), reason=curve.reason)
     amplitude, frequency, motion = worst_of(facts)
@@ -274,10 +275,49 @@ def trial_of(point: Mapping[str, float], curve: CurveResult, objective: str = "d
         return Trial(dict(point), reason="no peak in the frequency range")
     known = math.isfinite(facts.worst_amplitude_m)
     at_end, open_end = facts.at_end, facts.worst_unresolved
-    if objective == "harmonic_1" and known and curve.file is not None:
+    if section is not None and section.objective == "harmonic_1" and known and curve.file is not None:
         found = _of_first_harmonic(curve, curve.file)
         amplitude, frequency, at_end, open_end = found.bound_m, found.frequency_hz, found.at_end, found.unresolved
-    return Trial(dict(point), amplitude, frequency, motion, at_end, open_end, "", number_error(facts))
+    elif known and open_end:  # what the search has left open may be as high as the highest solution
+        amplitude, frequency, motion = max((amplitude, frequency, motion), *_highest_solutions(facts))
+    trial = Trial(dict(point), amplitude, frequency, motion, at_end, open_end, "", number_error(facts))
+    if section is not None and section.output is not None:
+        return _of_output(trial, facts, section.output)
+    return _of_stress(trial, curve, context) if objective_of(context) in BY_STRESS else trial
+
+
+def _highest_solutions(facts: CurveSummary) -> Iterator[tuple[float, float, str]]:
+    """Amplitude and frequency of the highest solution of each branch, stable or not."""
+    yield facts.peak_amplitude_m, facts.peak_frequency_hz, "peak"
+    for branch in facts.detached:
+        yield branch["peak_amplitude_m"], branch["to_hz"], "peak"
+
+
+def _of_output(trial: Trial, facts: CurveSummary, name: str) -> Trial:
+    """The trial with the largest value of an output on any branch."""
+    found = next((each for each in facts.outputs if each["name"] == name), None)
+    if found is None or found["peak_amplitude"] is None:
+        return replace(trial, amplitude_m=math.nan, reason=f"no output {name}")
+    motion = {"frequency_hz": found["peak_frequency_hz"], "motion": "peak", "at_end": found.get("at_end", False)}
+    left = "" if found.get("stable", True) else f"the largest {name} is on an unstable solution"
+    return replace(trial, goal=found["peak_amplitude"], unresolved=left, **motion)
+
+
+def _of_stress(trial: Trial, curve: CurveResult, context: StudyContext) -> Trial:
+    """The trial with the largest stress amplitude, or the inverse of the least margin, at its motion."""
+    if context.stress is None:
+        raise StudyError("the stress on the mesh is not known here")
+    try:
+        found = context.stress(replace(context.run, log=context.log), curve, context.scene.fatigue)
+    except (ArithmeticError, ValueError, StageError) as error:
+        return replace(trial, amplitude_m=math.nan, reason=str(error))
+    above = max(trial.amplitude_m / found["amplitude_m"], 1.0)  # the motion over the periodic solution it is of
+    if objective_of(context) == "stress":
+        return replace(trial, goal=found["largest_amplitude_pa"] * above)
+    margin = found["least_margin"]
+    if margin is None:
+        return replace(trial, amplitude_m=math.nan, reason="no material has limits in [fatigue]")
+    return replace(trial, goal=above / max(margin, 1e-9))
 
 
 def _of_first_harmonic(curve: CurveResult, file: Path) -> SolvedResponse:
