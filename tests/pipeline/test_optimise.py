@@ -4,7 +4,9 @@ import json
 import math
 import signal
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -17,8 +19,10 @@ from pipeline.optimise import optimise as search_optimum
 from pipeline.process.progress import Reporter
 from pipeline.results.results import Results
 from pipeline.scene.reading import read_scene
+from pipeline.stages.curve.curve_summary import CurveSummary
 from pipeline.stages.request import Request
 from pipeline.studies.optimum.search import TOLERANCE, Point, UnitSearch, WindowSearch
+from pipeline.studies.optimum.trials import trial_of
 from rom import ReducedModel, write_reduced_model
 
 pytestmark = pytest.mark.xdist_group("optimise")  # one worker: what the module makes is made once
@@ -215,6 +219,21 @@ def test_wrong_keys_and_ranges_are_one_line(folder: Path, over: list[str], line:
         ({"over": {"contact.samples": [100.0, 200.0]}}, {}, 'optimum.over."contact.samples": not a design parameter'),
         ({"over": {"shroud.angel": [60.0, 90.0]}}, {}, "did you mean shroud.angle?"),
         ({"over": {"shroud.angle": [90.0, 190.0]}}, {}, 'optimum.over."shroud.angle": 190.0, allowed'),
+        (
+            {"over": {"contact.friction": [0.1, 0.5]}, "objective": "margin"},
+            {},
+            'optimum.objective: "margin", allowed: a scene with a table [fatigue]',
+        ),
+        (
+            {"over": {"contact.friction": [0.1, 0.5]}, "output": "mid"},
+            {},
+            'optimum.output: "mid", allowed: a scene with an [[output]]',
+        ),
+        (
+            {"over": {"contact.friction": [0.1, 0.5]}, "tolerance": {"contact.friction": -0.1}},
+            {},
+            '-0.1}, allowed: "uncertainty", or a table of dotted keys',
+        ),
         ({"over": {}}, {}, "optimum.over: {}, allowed: a table of 1 to 6 dotted keys"),
         ({"over": {"response.damping_ratio": [0.1, 0.2]}}, {"damping_ratio": [0.1, 0.2]}, "a list mode by mode"),
     ],
@@ -226,6 +245,48 @@ def test_a_wrong_section_is_one_line(tmp_path: Path, optimum: Any, changes: Any,
     assert status == 2
     assert line in error
     assert error.count("\n") == 1
+
+
+def test_a_curve_whose_search_is_open_counts_by_its_highest_solution() -> None:
+    """A motion that was found is no conclusion where the program has seen a higher solution."""
+    known = {"points": 3, "total_iterations": 3, "seconds": 2.0, "complete": True, "reason": "", "energy_error": 0.0}
+    known |= {"harmonics": 1, "truncation_error": 0.0, "sampling_error": 0.0, "sampling_frequency_error": 0.0}
+    worst = {"worst_amplitude_m": 1e-6, "worst_frequency_hz": 200.0, "worst_motion": "periodic"}
+    peaks = {"peak_amplitude_m": 3e-6, "peak_frequency_hz": 210.0}
+    branch = {"peak_amplitude_m": 5e-6, "from_hz": 211.0, "to_hz": 215.0}
+    facts = CurveSummary(**known, **worst, **peaks, bifurcations=(), detached=(branch,), worst_unresolved="too long")
+    scene: Any = SimpleNamespace(scene=SimpleNamespace(optimum=None))
+
+    def height(facts: CurveSummary) -> float:
+        curve: Any = SimpleNamespace(facts=facts, reason="", file=None)
+        return trial_of({}, curve, scene).height
+
+    assert height(facts) == 5e-6
+    assert height(replace(facts, detached=())) == 3e-6
+    assert height(replace(facts, worst_unresolved="")) == 1e-6
+
+
+@pytest.mark.long
+def test_stress_and_margin_within_a_tolerance(tmp_path: Path) -> None:
+    """The largest stress amplitude within the tolerance is that of a run at its worse end."""
+    fast = {f"response__{key}": value for key, value in QUICK.items()}
+    scene = small_scene(**fast, mesh__size=0.018)
+    scene |= {"fatigue": {"endurance_limit": 2e8, "tensile_strength": 9e8}}
+    file, out = write_scene(tmp_path / "s.toml", scene), tmp_path / "out"
+    asked = ("--over", "contact.interference=0:3e-5", "--tolerance", "contact.interference=8e-6")
+    found = {}
+    for objective in ("stress", "margin"):
+        options = ("--objective", objective, "--out", out, "--jobs", 1, "--quiet", "--json")
+        status, said, error = shroud("optimise", file, *asked, *options)
+        assert (status, error) == (0, "")
+        found[objective] = json.loads(said)
+    assert found["stress"]["goal"] <= min(found["stress"]["robust"]["worst"]) * 1.01
+    where = found["stress"]["where"]
+    run = run_scene(file, tmp_path / "one", overrides={**where, "stress": {"check": False}})
+    (entry,) = run.summary["stress"]
+    assert entry["largest_amplitude_pa"] == pytest.approx(found["stress"]["goal"], rel=1e-9)
+    nominal = found["margin"]["robust"]["nominal"]
+    assert 1.0 / found["margin"]["goal"] <= 1.0 / nominal["goal"]
 
 
 def test_nothing_that_can_be_computed_is_one_line(tmp_path: Path) -> None:

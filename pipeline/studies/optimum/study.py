@@ -408,9 +408,8 @@ class _Search:
         found += [f"{len(lost)} of {len(computed)} curves are missing: {lost[0].reason}"] if lost else []
         found += [f"at {ends} of {len(computed)} values {NO_PEAK}: they are no candidates"] * bool(ends)
         if left:
-            found.append(
-                f"within the tolerance {len(left)} of {len(inside)} curves count by their highest solution: {left[0].unresolved}"
-            )
+            count = f"{len(left)} of {len(inside)} curves"
+            found.append(f"within the tolerance {count} count by their highest solution: {left[0].unresolved}")
         return tuple(found)
 
     def _of_curves(self, best: Point) -> OptimumResult:
