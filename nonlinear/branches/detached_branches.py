@@ -213,18 +213,23 @@ def _normal_motion(point: SolutionPoint) -> float:
 def straight_end(
     balance: FixedFrequencyBalance, segments: LinearSegments | None, point: SolutionPoint
 ) -> SolutionPoint | None:
-    """The end of the range, where no contact changes its state on the way; else None.
+    """The end of the range, where no contact changes its state and no slider leaves its place on the way; else None.
 
     The motions of one linear state are a convex set: if both ends of a straight line belong to it, the line does.
     """
     if segments is None or point.tangent[1] == 0.0:
         return None
-    state = segments.state(balance.shifted(point.unknown, point.parameter))
+    start = balance.shifted(point.unknown, point.parameter)
+    state = segments.state(start)
     if state is None:
         return None
     limit = HIGH if point.tangent[1] > 0.0 else LOW
     unknown = point.unknown + (limit - point.parameter) / point.tangent[1] * point.tangent[0]
-    last = segments.state(balance.shifted(unknown, limit))
+    end = balance.shifted(unknown, limit)
+    last = segments.state(end)
     if last is None or not np.array_equal(last.pressed, state.pressed):
+        return None
+    moved = [segments.system(state).moved(each) for each in (start, end)]
+    if not np.array_equal(*moved) or (segments.contact.law == "cone" and moved[0].any()):
         return None
     return replace(point, unknown=unknown, parameter=limit)

@@ -1,7 +1,8 @@
 """Linear segments of a curve, on which no contact changes its state, followed without iterations.
 
 The contact forces are those of linear springs k, so that the balance is (I + G k) d = d_lin in each harmonic: one
-linear system for each frequency.
+linear system for each frequency. A slider that static traction pulls off its origin stands where the vibration leaves
+it, so that it never slips again: the vibration is the same, harmonic 0 alone takes a few iterations.
 """
 
 import math
@@ -34,6 +35,7 @@ class LinearMotion:
     derivative: Array
     coordinates: ComplexArray  # (m,), modal coordinates of the first excited harmonic and their derivative
     coordinates_derivative: ComplexArray  # (m,), modal coordinates of the first excited harmonic and their derivative
+    settled: bool  # whether the sliders have found a place
 
     def growth(self, output: Array | ComplexArray) -> float:
         """Derivative in w of the amplitude ``|x^(h)|`` of an output, (m,) in modal coordinates."""
@@ -68,13 +70,44 @@ class LinearSegmentSystem:
 
     @cached_property
     def static(self) -> Array:
-        """Harmonic 0, (n_c, 3)."""
+        """Harmonic 0 with the sliders at their origin, (n_c, 3)."""
         if self.balance.frozen_static is not None:
             return self.balance.frozen_static
-        at_rest = replace(self.balance.receptance, harmonics=(0,))
-        free, _ = at_rest.response(0.0, self._rest_force.reshape(1, -1).astype(complex))
-        system = SpringSupportedMotion(at_rest.matrix(0.0)[0].real * self.springs.reshape(-1))
-        return system.solve(free[0].real).reshape(-1, 3)
+        system = SpringSupportedMotion(self._at_rest.matrix(0.0)[0].real * self.springs.reshape(-1))
+        return system.solve(self._static_response(self._rest_force)).reshape(-1, 3)
+
+    @cached_property
+    def _at_rest(self) -> RelativeReceptance:
+        """The receptance of harmonic 0."""
+        return replace(self.balance.receptance, harmonics=(0,))
+
+    def _static_response(self, force: Array) -> Array:
+        """Harmonic 0 under contact forces (n_c, 3)."""
+        return np.asarray(self._at_rest.response(0.0, force.reshape(1, -1).astype(complex))[0][0].real)
+
+    def _settle(self, rows: Array) -> bool:
+        """Change harmonic 0 of a motion and its derivative (2, 2H+1, n_c, 3) to that with the sliders in their place.
+
+        The place is that of the contact element, which the vibration decides on. Newton's method; False if it fails.
+        """
+        motion, derivative = rows
+        receptance = self._at_rest.matrix(0.0)[0].real
+        for _ in range(MOST_ITERATIONS):
+            forces = self.balance.forces_of(motion)
+            change = forces.jacobian[:, :, :, 0, 0]
+            nodes = [receptance[:, 3 * k : 3 * k + 3] @ block for k, block in enumerate(change)]
+            matrix = np.eye(motion[0].size) - np.concatenate(nodes, axis=1)
+            moving = np.einsum("kabj,jkb->ka", forces.jacobian[:, :, :, 0, 1:], derivative[1:]).reshape(-1)
+            residual = motion[0].reshape(-1) - self._static_response(forces.force[0])
+            try:
+                found = np.linalg.solve(matrix, np.stack([residual, receptance @ moving], axis=1)).T
+            except np.linalg.LinAlgError:
+                return False
+            correction, derivative[0] = found.reshape(2, *motion[0].shape)
+            motion[0] -= correction
+            if np.abs(correction).max() <= SETTLED * np.abs(motion).max():
+                return True
+        return False
 
     @cached_property
     def _rest_force(self) -> Array:
@@ -121,8 +154,11 @@ class LinearSegmentSystem:
             for h, receptance in zip(self.harmonics, self._receptances, strict=True)
         )
 
-    def motion(self, omega: float) -> LinearMotion:
-        """The motion at `omega` (rad/s): (I + G k) d = d_lin in each excited harmonic."""
+    def motion(self, omega: float, static: Array | None = None) -> LinearMotion:
+        """The motion at `omega` (rad/s): (I + G k) d = d_lin in each excited harmonic.
+
+        `static`: harmonic 0 nearby, where the search for the place of the sliders starts.
+        """
         found = [self._harmonic(index, omega) for index in range(len(self.harmonics))]
         rows = np.zeros((2, 2 * self.balance.n_harmonics + 1, *self.static.shape))
         rows[0, 0] = self.static
@@ -130,7 +166,11 @@ class LinearSegmentSystem:
             for row, values in zip(rows, (motion, change), strict=True):
                 row[2 * h - 1] = values.real.reshape(self.static.shape)
                 row[2 * h] = values.imag.reshape(self.static.shape)
-        return LinearMotion(rows[0], rows[1], *found[0][2:])
+        settled = True
+        if self.balance.frozen_static is None and self.moved(rows[0]).any():
+            rows[0, 0] = self.static if static is None else static
+            settled = self._settle(rows)
+        return LinearMotion(rows[0], rows[1], *found[0][2:], settled)
 
     def _harmonic(self, index: int, omega: float) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
         """Relative motion and modal coordinates of one harmonic, each with its derivative in w behind it."""
@@ -163,6 +203,26 @@ class LinearSegmentSystem:
     def margin(self, displacement: Array) -> float:
         """Distance (m) of a displacement from the nearest change of state; negative beyond it.
 
+        Sliders are where the vibration leaves them: a node slips if no place between their limits is left.
+        """
+        normal, sliders = self._distances(displacement)
+        if self.contact.law == "cone":
+            sliders = self._distances_in_cone(displacement, of_static=0.0)
+        return float(min(normal.min(), sliders.mean(axis=0).min(initial=np.inf)))
+
+    def room(self, motion: LinearMotion) -> float:
+        """The same of a motion of the system, which has none where the sliders have found no place."""
+        return self.margin(motion.displacement) if motion.settled else -1.0
+
+    def moved(self, displacement: Array) -> NDArray[np.bool_]:
+        """Which limits of the stuck sliders their origins would exceed, so that they have moved; of any shape."""
+        if self.contact.law == "cone":
+            return self._distances_in_cone(self.contact.from_slider_origin(displacement)) < 0.0
+        return self._distances(displacement)[1] < 0.0
+
+    def _distances(self, displacement: Array) -> tuple[Array, Array]:
+        """How far nodes are from opening or closing (n_c,), sliders at their origin from their limits (2, .), in m.
+
         For one harmonic in closed form: c_0 + ``|c_1|`` is the largest value of c_0 + Re c_1 exp(i theta).
         """
         offset, of_static, swings = self._conditions
@@ -171,16 +231,13 @@ class LinearSegmentSystem:
             motion = to_complex(displacement.reshape(len(displacement), -1))[: self.harmonics[-1] + 1]
             coefficients = motion @ of_static.T
             coefficients[0] += offset
-            least = float(smallest_values(coefficients).min())
-            if self.contact.law == "cone" and self.held.any():
-                least = min(least, self._margin_in_cone(displacement))
-            return least
-        rows = displacement[:3].reshape(3, -1)
-        moved = rows[1:] @ swings.T
-        least = float((offset + of_static @ rows[0] - np.hypot(moved[0], moved[1])).min())
-        if self.contact.law == "cone" and self.held.any():
-            least = min(least, self._margin_in_cone(displacement))
-        return least
+            least = np.asarray(smallest_values(coefficients))
+        else:
+            rows = displacement[:3].reshape(3, -1)
+            moved = rows[1:] @ swings.T
+            least = offset + of_static @ rows[0] - np.hypot(moved[0], moved[1])
+        nodes = self.held.size
+        return least[:nodes], least[nodes:].reshape(2, -1)
 
     @cached_property
     def _conditions(self) -> tuple[Array, Array, Array]:
@@ -196,27 +253,32 @@ class LinearSegmentSystem:
             held = np.flatnonzero(self.held)
             reach = self.contact.friction[held] / self.contact.tangential_stiffness[held]
             which = np.arange(held.size)
-            for axis, way in ((0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)):
+            for axis, way in ((0, 1.0), (1, 1.0), (0, -1.0), (1, -1.0)):
                 of_static, swings = np.zeros((2, held.size, 3 * sign.size))
                 of_static[which, 3 * held + 2], of_static[which, 3 * held + axis] = reach * stiffness[held], -way
                 swings[which, 3 * held + 2], swings[which, 3 * held + axis] = -way * reach * stiffness[held], 1.0
                 offsets, rows, moving = [*offsets, reach * at_rest[held]], [*rows, of_static], [*moving, swings]
         return np.concatenate(offsets), np.concatenate(rows), np.concatenate(moving)
 
-    def _margin_in_cone(self, displacement: Array) -> float:
-        """Distance of the stuck nodes from slip under the cone law, by bounds of motion and normal load."""
+    def _distances_in_cone(self, displacement: Array, of_static: float = 1.0) -> Array:
+        """Distances of the stuck nodes from slip under the cone law, by bounds of motion and normal load, (1, .).
+
+        `of_static`: the part of the static displacement that the sliders have not followed.
+        """
         held, contact = self.held, self.contact
         harmonic = np.abs(displacement[1, held] + 1j * displacement[2, held])
         for h in range(2, self.harmonics[-1] + 1):
             harmonic = harmonic + np.abs(displacement[2 * h - 1, held] + 1j * displacement[2 * h, held])
         stiffness = contact.normal_stiffness[held]
         mean = contact.unclipped_load(displacement[0, :, 2])[held]
-        farthest = np.linalg.norm(np.abs(displacement[0, held, :2]) + harmonic[:, :2], axis=1)
+        farthest = np.linalg.norm(of_static * np.abs(displacement[0, held, :2]) + harmonic[:, :2], axis=1)
         reach = contact.friction[held] / contact.tangential_stiffness[held]
-        return float((reach * (mean - stiffness * harmonic[:, 2]) - farthest).min())
+        return np.asarray(reach * (mean - stiffness * harmonic[:, 2]) - farthest)[None]
 
     def forces(self, displacement: Array) -> ContactForces:
         """Contact forces of a motion of the system, the same as those of the contact element."""
+        if self.moved(displacement).any():
+            return self.balance.forces_of(displacement)
         force = -self.springs * displacement
         force[0] += self._rest_force
         still = not displacement[1:, :, :2].any()
@@ -240,12 +302,14 @@ class LinearSegmentSystem:
         return np.where(self.state.pressed & sliding, SLIP, self._worst_at_rest)
 
 
+MOST_ITERATIONS = 20  # of harmonic 0
+SETTLED = 1e-13  # change of it, as a part of the motion, at which they end
 NEGLIGIBLE_HARMONICS = 1e-12  # higher harmonics below this part of the displacement are round-off
 
 
 @dataclass(frozen=True)
 class LinearSegments:
-    """The linear solutions of a balance: every node open, or pressed and stuck with its slider at rest.
+    """The linear solutions of a balance: every node open, or pressed and stuck, its slider where vibration leaves it.
 
     A node without friction slides. A node with a friction cone counts as stuck where bounds of its tangential motion
     and of its load imply it; these fail a little before the node slips.
@@ -326,13 +390,14 @@ class LinearSegmentSteps:
             return None
         system = self.segments.system(state)
         omega = point.omega + step * point.tangent[1]
-        motion = system.motion(omega)
-        margin = system.margin(motion.displacement)
+        static = point.displacement[0]
+        motion = system.motion(omega, static)
+        margin = system.room(motion)
         if margin < 0.0:
-            omega = _end(system, point.omega, (omega, margin))
+            omega = _end(system, point, (omega, margin))
             if abs(omega - point.omega) <= SHORTEST_STEP * point.omega:
                 return None
-            motion = system.motion(omega)
+            motion = system.motion(omega, static)
         unknown = self.segments.balance.unknown(motion.displacement)
         length = point.metric.product((unknown - point.unknown, omega - point.omega), point.tangent)
         direction = math.copysign(1.0, point.tangent[1])
@@ -345,7 +410,7 @@ class LinearSegmentSteps:
         """
         for system in self.segments.uniform():
             motion = system.motion(omega)
-            found = self.segments.state(motion.displacement)
+            found = self.segments.state(motion.displacement) if motion.settled else None
             if found is not None and np.array_equal(found.pressed, system.state.pressed):
                 return self._point(system, motion, omega, (direction, 0.0, first_step))
         return None
@@ -379,13 +444,13 @@ class LinearSegmentSteps:
         return replace(point, dA_ds=amplitude_derivative(point, self.output))
 
 
-def _end(system: LinearSegmentSystem, inside: float, outside: tuple[float, float]) -> float:
+def _end(system: LinearSegmentSystem, inside: SolutionPoint, outside: tuple[float, float]) -> float:
     """The last frequency (rad/s) inside a segment, to round-off; `outside`: one beyond it and the margin there."""
 
     def margin(omega: float) -> float:
-        return system.margin(system.motion(omega).displacement)
+        return system.room(system.motion(omega, inside.displacement[0]))
 
-    least = margin(inside)
+    least = margin(inside.omega)
     if least <= 0.0:
-        return inside
-    return closed_bracket(margin, (inside, least), outside, END_TOLERANCE * inside)[0][0]
+        return inside.omega
+    return closed_bracket(margin, (inside.omega, least), outside, END_TOLERANCE * inside.omega)[0][0]

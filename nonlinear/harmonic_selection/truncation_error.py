@@ -369,6 +369,8 @@ class TruncationErrorEstimator:
 
     def _reference_amplitude(self, point: SolutionPoint) -> float:
         """Amplitude with more harmonics, in the plane normal to the curve through the point; inf if not found."""
+        if point.linear is not None:  # a linear motion has no more harmonics
+            return self._amplitude(point)
         follower = PeakFollower(self.continuation, self.balances, WorkLimit(point.balance.n_harmonics, 1.0))
         wider = follower.with_harmonics(reference_harmonics(point.balance.n_harmonics))
         found = wider.solver.refit(point)
