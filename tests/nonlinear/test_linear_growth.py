@@ -72,6 +72,35 @@ def test_stuck_contacts_against_hill(n_blades, harmonics, method, frequency):
         assert rates[curve.growth_nodal_diameter[index]] == pytest.approx(max(rates), rel=1e-6)
 
 
+@pytest.mark.parametrize(("law", "harmonics"), [("two_sliders", 1), ("two_sliders", 3), ("cone", 2)])
+def test_sliders_that_static_traction_moves_change_no_pole(law, harmonics):
+    """Stiff contacts: the sliders stand off their origin, and the rates are those of the springs of the stuck ring."""
+    stiff = {"normal_stiffness": 600.0, "tangential_stiffness": 400.0, "friction": 0.05}
+    modal, contact, curve, options = blade_curve(STUCK, harmonics=harmonics, law=law, **stiff)
+    mean = curve.relative_displacement[:, 0, :, :2].real, -curve.contact_force[:, 0, :, :2].real / 200.0
+    assert np.abs(mean[0] - mean[1]).max() > 1.0  # where the sliders stand
+    assert curve.termination.complete
+    assert curve.stable.all()
+    assert (curve.sticking == 2).all()
+    springs = np.tile([200.0, 200.0, 300.0], 2)
+    rates = []
+    for n in range(modal.n_blades // 2 + 1):
+        motion = modal.right - np.exp(1j * modal.phase(n)) * modal.left
+        stiffness = np.diag(modal.angular_frequency**2) + motion.conj().T @ (springs[:, None] * motion)
+        size = len(stiffness)
+        rates.append(
+            np.linalg.eigvals(
+                np.block([[np.zeros((size, size)), np.eye(size)], [-stiffness, -np.diag(modal.damping)]])
+            ).real.max()
+        )
+    assert curve.growth_rate == pytest.approx(np.full(curve.points, max(rates)), rel=1e-6)
+    balance = build_harmonic_balance(modal, contact, Excitation(1, 1.0), options)
+    for index in range(0, curve.points, 9):
+        unknown = balance.unknown(to_real(curve.relative_displacement[index]))
+        residual = balance.evaluate(unknown, 2.0 * np.pi * curve.frequency_hz[index]).residual
+        assert balance.relative_error(residual, unknown) < 1e-11
+
+
 def test_continuous_where_contacts_begin_to_open():
     """Contacts without friction: at their first opening the stiffness changes for a short time only."""
     _, _, curve, _ = blade_curve(0.25, tangential_stiffness=0.0, friction=0.0, damping_ratio=0.02)
