@@ -229,7 +229,7 @@ def straight_end(
     last = segments.state(end)
     if last is None or not np.array_equal(last.pressed, state.pressed):
         return None
-    moved = [segments.system(state).moved(each) for each in (start, end)]
-    if not np.array_equal(*moved) or (segments.contact.law == "cone" and moved[0].any()):
+    before, after = (segments.system(state).moved(each) for each in (start, end))
+    if not np.array_equal(before, after) or (segments.contact.law == "cone" and before.any()):
         return None
     return replace(point, unknown=unknown, parameter=limit)

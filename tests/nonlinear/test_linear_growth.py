@@ -74,7 +74,7 @@ def test_stuck_contacts_against_hill(n_blades, harmonics, method, frequency):
 
 @pytest.mark.parametrize(("law", "harmonics"), [("two_sliders", 1), ("two_sliders", 3), ("cone", 2)])
 def test_sliders_that_static_traction_moves_change_no_pole(law, harmonics):
-    """Stiff contacts: the sliders stand off their origin, and the rates are those of the springs of the stuck ring."""
+    """Stiff contacts: the sliders stand off their origin, and the rates are those of the springs of the ring."""
     stiff = {"normal_stiffness": 600.0, "tangential_stiffness": 400.0, "friction": 0.05}
     modal, contact, curve, options = blade_curve(STUCK, harmonics=harmonics, law=law, **stiff)
     mean = curve.relative_displacement[:, 0, :, :2].real, -curve.contact_force[:, 0, :, :2].real / 200.0
