@@ -15,7 +15,7 @@ from nonlinear.contact.fourier import ComplexArray, largest_lengths
 from nonlinear.contact.parameters import Array, ContactParameters
 
 Kind = Literal["complete", "start failed", "step too small", "too many points", "turned back"]
-Motion = Literal["periodic", "quasi-periodic"]
+Motion = Literal["periodic", "quasi-periodic", "irregular"]
 END_TOLERANCE = 1e-9  # relative distance of a frequency from a limit of the range that counts as reached
 
 
@@ -31,11 +31,12 @@ class WorstMotion:
         Excitation frequency, Hz.
     branch : int
         Branch of the motion: 0, the main branch; k, detached branch k; -1, a periodic motion on no branch found. A
-        quasi-periodic motion belongs to the branch of the unstable solution that time integration started from.
+        motion that does not repeat belongs to the branch of the unstable solution that time integration started from.
     index : int
         Index of that solution among the points of its branch.
     motion : str
-        "periodic", or "quasi-periodic": every motion that does not repeat.
+        "periodic"; "quasi-periodic": it does not repeat, but its height and scatter are constant in time;
+        "irregular": they are not, and it was seen to persist.
     scatter : float
         How far the largest displacements of single periods and blades lie below the amplitude, at most, relative to
         it. 0 for a periodic motion that all blades share.
@@ -44,6 +45,10 @@ class WorstMotion:
         Of an `unstable` motion that of the perturbation that grows.
     ring_blades : int
         Blades of the ring integrated in time; 0 without time integration.
+    periods : int
+        Periods of time integration over which the motion kept its height; 0 without time integration.
+    followed_hz, followed_m : tuple of float
+        Frequencies, Hz, and heights, m, over which a motion of time integration was followed; empty where it was not.
     searched : str
         What was searched and what was not, in a sentence.
     unresolved : str
@@ -77,6 +82,9 @@ class WorstMotion:
     scatter: float = 0.0
     nodal_diameter: int = 0
     ring_blades: int = 0
+    periods: int = 0
+    followed_hz: tuple[float, ...] = ()
+    followed_m: tuple[float, ...] = ()
     searched: str = ""
     unresolved: str = ""
     at_end: bool = False

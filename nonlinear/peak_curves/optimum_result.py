@@ -80,7 +80,7 @@ class SolvedResponse:
     bound_m : float
         The same; where the search for the worst motion left something open, the highest solution of any branch if
         that is higher, stable or not: what the ring does instead of it is not known.
-    motion : {"periodic", "quasi-periodic"}
+    motion : {"periodic", "quasi-periodic", "irregular"}
         What it is.
     origin : str
         Branch of the motion: "main branch", or how the detached branch was found.
@@ -144,7 +144,7 @@ class WorstEnvelope:
         "open": the same, where it was left open what the ring does instead of the highest solution; that solution
         counts (`SolvedResponse.bound_m`). "unknown": no motion is known.
     motion : (K,) str
-        "periodic" or "quasi-periodic".
+        "periodic", "quasi-periodic" or "irregular".
     origin : (K,) str
         Branch of the motion.
     error : float
@@ -197,7 +197,7 @@ class Optimum:
         The parameter at the optimum, SI units.
     frequency_hz, amplitude_m : float
         The worst motion there. Never below that of a response solved there, `SolvedResponse.bound_m`.
-    motion : {"periodic", "quasi-periodic"}
+    motion : {"periodic", "quasi-periodic", "irregular"}
         What it is.
     kind : {"smooth", "kink", "jump", "plateau", "sampled", "edge", "flat"}
         A minimum of one peak; an exchange of two; beside a value where the worst motion jumps, as a branch is born
@@ -324,7 +324,7 @@ class JointOptimum:
         Which parameters lie at an end of their range.
     amplitude_m, frequency_hz : float
         The worst motion there, m and Hz.
-    motion : {"periodic", "quasi-periodic"}
+    motion : {"periodic", "quasi-periodic", "irregular"}
         What it is.
     peaks : tuple of ActivePeak
         The peaks as high as any there: more than one at a kink.

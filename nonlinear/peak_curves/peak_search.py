@@ -226,11 +226,11 @@ def solved_response(value: float, curve: ResponseCurve, reason: str, options: So
     branches = (curve, *curve.detached)
     highest = max((float(np.max(branch.amplitude_m, initial=0.0)) for branch in branches), default=nan)
     if worst is None:
-        worst_of = nan, nan, "periodic", "", curve.termination.message
+        worst_of = nan, nan, "", curve.termination.message
     else:
         origin = origin_of(curve, worst.branch)
-        worst_of = worst.amplitude_m, worst.frequency_hz, worst.motion, origin, worst.unresolved
-    amplitude, frequency_hz, motion, origin, unresolved = worst_of
+        worst_of = worst.amplitude_m, worst.frequency_hz, origin, worst.unresolved
+    amplitude, frequency_hz, origin, unresolved = worst_of
     bound = max(np.nan_to_num(amplitude), highest) if unresolved or not np.isfinite(amplitude) else amplitude
     holder = branches[worst.branch] if worst is not None and worst.branch >= 0 else curve
     return SolvedResponse(
@@ -238,7 +238,7 @@ def solved_response(value: float, curve: ResponseCurve, reason: str, options: So
         amplitude,
         frequency_hz,
         float(bound) if curve.points else nan,
-        "quasi-periodic" if motion == "quasi-periodic" else "periodic",
+        "periodic" if worst is None else worst.motion,
         origin,
         highest,
         len(branches),

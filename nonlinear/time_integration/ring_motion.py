@@ -125,6 +125,7 @@ MISSING = 0.5  # growth (of the logarithm) that the growth rate measured before 
 CALM = 0.01  # change from period to period, relative to the disturbance, of a motion that has settled
 IRREGULAR = 3  # windows of the same largest amplitude and scatter, after which the mean may differ; or joined
 SAME_LARGEST = 0.03  # relative change of the largest amplitude of so many windows in an irregular motion
+KEEPS = 0.7  # ratio of the largest displacements of two windows of a motion that keeps its height
 SMALLER = 1e-3  # factor on the disturbance where a ring leaves before its growth rate is measured
 
 
@@ -200,6 +201,9 @@ class RingMotion:
         Largest abs(x) of each period and blade, m.
     final : RingState
         State at the end.
+    persistence : int
+        Number of periods at the end over which the motion kept its height, since it left that of the start: the
+        largest displacements of all windows differ from that of the final one by 30 % at most.
 
     Examples
     --------
@@ -225,6 +229,18 @@ class RingMotion:
     periods: int
     envelope_m: Array
     final: RingState
+    persistence: int
+
+
+def keeps_height_for(envelope: Array, window: int) -> int:
+    """Number of periods at the end over which a motion keeps its height.
+
+    Shapes: `envelope` (P, q).
+    """
+    periods = len(envelope) // window * window
+    largest = envelope[len(envelope) - periods :].reshape(-1, window * envelope.shape[1]).max(axis=1)[::-1]
+    kept = np.minimum(largest, largest[:1]) >= KEEPS * np.maximum(largest, largest[:1])
+    return window * int(np.argmin(np.append(kept, False)))
 
 
 class _March:
@@ -314,6 +330,7 @@ def integrate_ring(
     if wave is not None:
         amplitude = float(np.abs(integrator.wave_output(wave)).max())
         stays, rate = _stays(march, wave, nodal_diameter, limits)
+    left = 0 if stays else march.periods
     settled = stays or _settle(march, limits)
     return RingMotion(
         stays=stays,
@@ -324,6 +341,7 @@ def integrate_ring(
         nodal_diameter=nodal_diameter,
         periods=march.periods,
         final=march.state,
+        persistence=keeps_height_for(march.envelope[left:], min(limits.window, march.periods - left)),
         **_final_window(march, stays, limits),
     )
 

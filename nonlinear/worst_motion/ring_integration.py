@@ -38,6 +38,7 @@ FEWEST_PERIODS = 200  # in which a ring leaves and settles, if it does so fast
 USUAL_PERIODS = 300  # in which it usually does
 MOST_PERIODS = 1000
 WINDOW, SETTLING = 40, 48  # periods, see RingLimits
+PERSISTENT = 240  # periods over which a motion that has not settled keeps its height to count as irregular
 LONGER = 240  # periods for which the highest motion so far is followed on
 FOLLOWED = 0.05  # disturbance then, relative to the vibration
 FALLS, CLIMBS = 0.85, 1.3  # ratios of its largest displacements then and before, beyond which it does not persist
@@ -214,25 +215,45 @@ class RingIntegration:
             settling=SETTLING,
         )
         motion = self._motion(solution, pattern, limits)
-        if motion.settled and not motion.stays and motion.amplitude_m > height_m:
-            motion = self._followed_on(solution, motion)
-        return Integrated(motion, failure)
+        return Integrated(motion if motion.stays else self.confirmed(solution.omega, motion, height_m), failure)
 
-    def _followed_on(self, solution: Solution, motion: RingMotion) -> RingMotion:
-        """A motion that has settled, disturbed and followed for longer; its largest displacement, if it persists.
+    def confirmed(self, omega: float, motion: RingMotion, height_m: float) -> RingMotion:
+        """A motion, if it is higher than all known ones followed on until it is clear whether it counts."""
+        if not counts(motion) and motion.amplitude_m > height_m:
+            motion = self._continued(omega, motion, height_m)
+        if counts(motion) and motion.amplitude_m > height_m:
+            motion = self._followed_on(omega, motion)
+        return motion
+
+    def _continued(self, omega: float, motion: RingMotion, height_m: float) -> RingMotion:
+        """A motion that ended too early to count, until it has settled, persisted or fallen below a height."""
+        limits = RingLimits(most_periods=PERSISTENT, floor_m=height_m, window=WINDOW)
+        found = integrate_ring(self.ring, omega, motion.final, nodal_diameter=self.pattern_of(motion), limits=limits)
+        return replace(
+            found,
+            started_m=motion.started_m,
+            growth_rate=motion.growth_rate,
+            periods=motion.periods + found.periods,
+            nodal_diameter=motion.nodal_diameter,
+        )
+
+    def _followed_on(self, omega: float, motion: RingMotion) -> RingMotion:
+        """A motion that counts, disturbed and followed for longer; its largest displacement, if it persists.
 
         In a ring of a multiple of its blades, if that is no large one.
         """
         pattern, state = self._larger(motion), motion.final
-        integrator = RingIntegrator.of(self.ring, solution.omega, nodal_diameter=pattern)
+        integrator = RingIntegrator.of(self.ring, omega, nodal_diameter=pattern)
         if integrator.n_blades > motion.n_blades:
             state = state.repeated(integrator.n_blades)
         disturbed = integrator.disturbed(state, pattern, FOLLOWED * integrator.vibration(state))
         record = integrator.march(disturbed, LONGER)
         before, after = np.array_split(record.envelope_m[WINDOW:], 2)  # without what decays at first
+        persists = _persists(motion.amplitude_m, before, after)
         return replace(
             motion,
-            settled=_persists(motion.amplitude_m, before, after),
+            settled=motion.settled and persists,
+            persistence=motion.persistence + LONGER if persists else 0,
             amplitude_m=max(motion.amplitude_m, float(after.max())),
             lowest_m=min(motion.lowest_m, float(after.min())),
             n_blades=integrator.n_blades,
@@ -241,14 +262,24 @@ class RingIntegration:
             final=record.final,
         )
 
+    def pattern_of(self, motion: RingMotion) -> int:
+        """Nodal diameter that a ring of as many blades as a motion carries."""
+        return self._by_blades(motion)[motion.n_blades]
+
     def _larger(self, motion: RingMotion) -> int:
         """Nodal diameter that the largest ring carries of a multiple of the blades of a motion that are not many."""
-        blades = {motion.n_blades: motion.nodal_diameter}
-        for k in range(1, (self.ring.modal.n_blades or 0) // 2 + 1):
-            number = self.ring.blades(k)
-            if number <= MOST_BLADES and number % motion.n_blades == 0:
-                blades.setdefault(number, k)
+        blades = self._by_blades(motion)
         return blades[max(blades)]
+
+    def _by_blades(self, motion: RingMotion) -> dict[int, int]:
+        """Nodal diameters by the number of blades of their rings, multiples of those of a motion."""
+        own = motion.nodal_diameter
+        blades = {motion.n_blades: own} if self.ring.blades(own) == motion.n_blades else {}
+        for k in range((self.ring.modal.n_blades or 0) // 2 + 1):
+            number = self.ring.blades(k)
+            if number == motion.n_blades or (number <= MOST_BLADES and number % motion.n_blades == 0):
+                blades.setdefault(number, k)
+        return blades
 
     def motion(self, solution: Solution, most_periods: int) -> RingMotion:
         """The same within a number of periods, however many blades, and with the growth rate of a small disturbance.
@@ -287,6 +318,11 @@ class RingIntegration:
 
     def _patterns(self, solution: Solution) -> RingPatterns:
         return RingPatterns(self.ring, self.options, solution.omega, solution.displacement)
+
+
+def counts(motion: RingMotion) -> bool:
+    """Whether a motion is one of the ring and no transient: it has settled, or kept its height for long."""
+    return motion.settled or motion.persistence >= PERSISTENT
 
 
 def _persists(amplitude: float, before: Array, after: Array) -> bool:

@@ -29,7 +29,15 @@ from nonlinear.worst_motion.candidates import (
     unstable_stretches,
     without_doubtful,
 )
-from nonlinear.worst_motion.ring_integration import FLOOR, Integrated, RingIntegration, RingPatterns, Solution
+from nonlinear.worst_motion.ring_integration import (
+    FLOOR,
+    Integrated,
+    RingIntegration,
+    RingPatterns,
+    Solution,
+    counts,
+)
+from nonlinear.worst_motion.stepped_sweep import SteppedSweep, Sweep
 
 ONE_START = 0.4  # share of the periods times blades of a curve for one start: large rings are left out
 SPARED = 0.5  # the same that is not spent where a motion persists that is as high as all unstable solutions
@@ -38,11 +46,13 @@ MOST_EXPLORED = 8  # the same with those that would take too long
 FASTER = 1.5  # ratio of two growths in a period from which the faster one is a start of its own
 TOLD = 3.0  # growth (of the logarithm) of a disturbance that has to be missing where a ring stays all the same
 FALLING = 0.05  # relative fall of a motion that is still falling
+SAME_SWEEP = 0.2  # relative difference of the heights of two motions in time at one frequency that count as one
 SAME_AMPLITUDE = 0.05  # relative difference from a stable solution up to which a periodic motion counts as it
 
 SPENT = "was left out after so many others"  # of a start for which too few periods are left
 
 Integrate = Callable[[Place, int, float], Integrated]
+Follow = Callable[[float, RingMotion, int], Sweep]
 STABILITY = {
     "wave": "stability against perturbations with the symmetry of the wave only",
     "folds": "stability from folds only",
@@ -69,15 +79,17 @@ class Departure:
     falls: bool = False
     failure: str = ""  # why there is no motion, or none of the pattern that grows fastest
     spent: bool = False  # whether too few periods were left to find a motion
+    sweep: Sweep | None = None  # the motion over the frequency, where it was followed
 
     @property
     def new_height(self) -> float:
         """Amplitude of a motion that is no stable solution of the branches, m; 0 otherwise.
 
-        A motion that has not settled may be a transient, which says nothing of what persists: 0 too. Where the ring
-        stays on the solution, it is the height of that, without what is left of the disturbance.
+        A motion that has neither settled nor kept its height for long may be a transient, which says nothing of what
+        persists: 0 too. Where the ring stays on the solution, it is the height of that, without what is left of the
+        disturbance.
         """
-        if self.motion is None or self.known or self.falls or not self.motion.settled:
+        if self.motion is None or self.known or self.falls or not counts(self.motion):
             return 0.0
         return self.motion.started_m if self.motion.stays else self.motion.amplitude_m
 
@@ -94,11 +106,13 @@ class DepartureSearch:
     # relative difference of amplitudes up to which a periodic motion counts as a stable solution
     tolerance: float = SAME_AMPLITUDE
     blade_periods: int = BLADE_PERIODS  # blades times periods that are left
+    follow: Follow | None = None  # follows a motion from a frequency with so many blades times periods at most
     _highest: float = field(default=0.0, init=False)  # of the motions found
 
     def __post_init__(self) -> None:
         """Shares of what may be integrated."""
         self._one_start, self._spared = (round(share * self.blade_periods) for share in (ONE_START, SPARED))
+        self._to_follow = self.blade_periods
 
     def departures(self, stretches: Sequence[UnstableStretch]) -> Iterator[Departure]:
         """From a few exposed points of each stretch, then from other points of one of them.
@@ -126,6 +140,28 @@ class DepartureSearch:
                 for position in self._beside_the_highest(stretch):
                     if position not in before:
                         yield self._departure(stretch, position)
+
+    def followed(self, departures: Sequence[Departure]) -> Iterator[Departure]:
+        """The motions that no branch holds over the frequency, the highest first; each at its highest point.
+
+        A motion that lies on one that was followed is not followed again.
+        """
+        known: list[Sweep] = []
+        for each in sorted(departures, key=lambda departure: -departure.new_height):
+            if self.follow is None or each.motion is None or each.motion.stays or self._to_follow <= 0:
+                return
+            if each.new_height < FLOOR * max(self.height_m, self._highest):
+                return
+            if any(_lies_on(sweep, each) for sweep in known):
+                continue
+            sweep = self.follow(each.frequency_hz, each.motion, self._to_follow)
+            known.append(sweep)
+            self._to_follow -= sweep.blade_periods
+            if sweep.top is None:
+                yield replace(each, sweep=sweep)
+            else:
+                top = replace(sweep.top, started_m=each.motion.started_m)
+                yield replace(self._judged(each.place, sweep.top_hz, top, each.failure), sweep=sweep)
 
     def _refined(
         self, stretch: UnstableStretch, tried: Sequence[int], best: float, centre: int
@@ -200,21 +236,33 @@ class DepartureSearch:
             spent = self.blade_periods < self._one_start
             return Departure(place, frequency_hz, None, failure=SPENT if spent else failure, spent=spent)
         self.blade_periods -= motion.periods * motion.n_blades
+        found = self._judged(place, frequency_hz, motion, failure)
+        self._highest = max(self._highest, found.new_height)
+        return found
+
+    def _judged(self, place: Place, frequency_hz: float, motion: RingMotion, failure: str) -> Departure:
+        """A motion at a frequency, and whether it is known, or falls."""
+        height = max(self.height_m, self._highest)
         is_high = motion.started_m >= (1.0 - CLEARLY_HIGHER) * height
         if motion.stays and is_high and self._growth(place) * motion.periods < TOLD:
-            motion = replace(motion, stays=False, settled=False)
+            motion = replace(motion, stays=False, settled=False, persistence=0)
         stable = stable_amplitudes(self.branches, frequency_hz)
         near = np.abs(stable - motion.amplitude_m) <= self.tolerance * stable
         known = motion.periodic and motion.settled and bool(np.any(near))
         falls = motion.amplitude_m < FLOOR * height or (_falls(motion) and _end(motion) <= height)
-        found = Departure(place, frequency_hz, motion, known, falls, failure)
-        self._highest = max(self._highest, found.new_height)
-        return found
+        return Departure(place, frequency_hz, motion, known, falls, failure)
 
     def _growth(self, place: Place) -> float:
         """Logarithm of the growth of perturbations of a solution in a period."""
         branch, index = self.branches[place[0]], place[1]
         return float(branch.growth_rate[index] / branch.frequency_hz[index])
+
+
+def _lies_on(sweep: Sweep, departure: Departure) -> bool:
+    """Whether a motion is one of a sweep."""
+    at, places = departure.frequency_hz, sweep.frequency_hz
+    height = float(np.interp(at, places, sweep.amplitude_m))
+    return bool(places[0] <= at <= places[-1]) and abs(departure.new_height - height) <= SAME_SWEEP * height
 
 
 def _end(motion: RingMotion) -> float:
@@ -256,9 +304,9 @@ def searched(
 ) -> str:
     """What was searched (branches, stability, harmonics, time integration), and what was not, by semicolons."""
     parts = [_branches(curve, options), _stability(options, n_blades), f"harmonics 0 to {curve.harmonics}"]
-    motions = [each.motion for each in departures if each.motion is not None]
+    motions = [each.motion for each in departures if each.motion is not None and each.sweep is None]
     if motions:
-        parts.append(_integrated(motions))
+        parts.append(_integrated(motions, sum(each.sweep is not None for each in departures)))
     else:
         unchecked = options.stability != "ring" and not options.time_integration
         left_out = lacking or departures or unchecked
@@ -288,14 +336,15 @@ def _stability(options: SolverOptions, n_blades: int | None) -> str:
     return f"stability against nodal diameters 0 to {n_blades // 2}"
 
 
-def _integrated(motions: Sequence[RingMotion]) -> str:
+def _integrated(motions: Sequence[RingMotion], followed: int) -> str:
     """Where time integration started, and with how many blades."""
     count, rings = len(motions), sorted({motion.n_blades for motion in motions})
     text = f"time integration from {count} unstable solution{'s' if count != 1 else ''}"
     if rings:
         text += f" (ring{'s' if len(rings) > 1 else ''} of {', '.join(map(str, rings))} blades)"
     stayed = sum(motion.stays for motion in motions)
-    return f"{text}, {stayed} of which the ring did not leave" if stayed else text
+    text += f", {stayed} of which the ring did not leave" if stayed else ""
+    return f"{text}, {followed} motion{'s' if followed > 1 else ''} followed in frequency" if followed else text
 
 
 def unresolved(curve: ResponseCurve, departures: Sequence[Departure], left_out: Sequence[float], reason: str) -> str:
@@ -317,13 +366,22 @@ def unresolved(curve: ResponseCurve, departures: Sequence[Departure], left_out: 
         if each.failure:
             failed.setdefault(each.failure, []).append(each.frequency_hz)
     found += [f"time integration at {_list(places)} {failure}" for failure, places in failed.items()]
-    unsettled = [each for each in departures if each.motion and not (each.motion.settled or each.falls)]
+    unsettled = [each for each in departures if each.motion and not (counts(each.motion) or each.falls)]
     restless = {each.frequency_hz: each.motion for each in unsettled if each.motion}
     if restless:
         periods = max(motion.periods for motion in restless.values())
         highest = max(motion.amplitude_m for motion in restless.values())
         found.append(f"not settled within {periods} periods at {_list(restless)}, up to {highest:.3g} m until then")
+    found += _not_followed(departures)
     return "; ".join(found)
+
+
+def _not_followed(departures: Sequence[Departure]) -> Iterator[str]:
+    """What is said of motions that were not followed to the ends of their ranges."""
+    for each in departures:
+        if each.sweep is not None and not each.sweep.complete:
+            low, high = each.sweep.frequency_hz[[0, -1]]
+            yield f"the motion at {each.frequency_hz:.5g} Hz was followed from {low:.5g} to {high:.5g} Hz only"
 
 
 def _list(frequencies_hz: Iterable[float]) -> str:
@@ -368,7 +426,8 @@ def find_worst_motion(problem: ProblemTuple, curve: ResponseCurve) -> WorstMotio
         return integration(Solution.of(branches[place[0]], place[1]), blade_periods, height_m)
 
     reason = _why_not(options)
-    worst = worst_of(curve, options, modal.n_blades, None if reason else integrate, reason)
+    follow = SteppedSweep(integration)
+    worst = worst_of(curve, options, modal.n_blades, None if reason else integrate, reason, follow)
     is_solution = worst.motion == "periodic" and worst.branch >= 0
     if options.stability == "ring" or options.method != "coupled" or not (modal.n_blades and is_solution):
         return worst
@@ -390,7 +449,12 @@ def _checked(worst: WorstMotion, integration: RingIntegration, solution: Solutio
 
 
 def worst_of(
-    curve: ResponseCurve, options: SolverOptions, n_blades: int | None, integrate: Integrate | None, reason: str = ""
+    curve: ResponseCurve,
+    options: SolverOptions,
+    n_blades: int | None,
+    integrate: Integrate | None,
+    reason: str = "",
+    follow: Follow | None = None,
 ) -> WorstMotion:
     """The worst motion with a given time integration; without one, `reason` says why."""
     tolerance = max(options.harmonic_tolerance, TRUNCATION_TOLERATED)
@@ -401,8 +465,9 @@ def worst_of(
     departures: list[Departure] = []
     left_out: Sequence[UnstableStretch] = matter
     if integrate is not None:
-        search = DepartureSearch(branches, integrate, height, _tolerance(curve), options.blade_periods)
+        search = DepartureSearch(branches, integrate, height, _tolerance(curve), options.blade_periods, follow)
         departures = list(search.departures(matter[:MOST_STRETCHES]))
+        departures += search.followed(departures)
         left_out, reason = matter[MOST_STRETCHES:], f"the {MOST_STRETCHES} highest were integrated"
     spoken: dict[str, Any] = {
         "searched": searched(curve, options, n_blades, departures, bool(left_out)),
@@ -449,6 +514,13 @@ def _tolerance(curve: ResponseCurve) -> float:
     return float(np.nanmax([SAME_AMPLITUDE, min(curve.truncation_error, 1.0)]))
 
 
+def _range(sweep: Sweep | None) -> dict[str, Any]:
+    """Frequencies and heights of a motion that was followed."""
+    if sweep is None:
+        return {}
+    return {"followed_hz": tuple(sweep.frequency_hz.tolist()), "followed_m": tuple(sweep.amplitude_m.tolist())}
+
+
 def _reached(departure: Departure, motion: RingMotion, spoken: dict[str, Any]) -> WorstMotion:
     """The motion that the ring reached from an unstable solution."""
     branch, index = departure.place
@@ -458,10 +530,12 @@ def _reached(departure: Departure, motion: RingMotion, spoken: dict[str, Any]) -
         departure.frequency_hz,
         branch if motion.stays or not periodic else -1,
         index,
-        "periodic" if periodic else "quasi-periodic",
+        "periodic" if periodic else "quasi-periodic" if motion.settled else "irregular",
         0.0 if motion.stays else 1.0 - motion.lowest_m / motion.amplitude_m,
         motion.nodal_diameter,
         motion.n_blades,
+        motion.persistence,
+        **_range(departure.sweep),
         **spoken,
         truncation_error=0.0,
     )

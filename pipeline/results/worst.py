@@ -19,7 +19,9 @@ SEARCHED = "searched: "  # beginning of each sentence
 END_MARK = " (end)"  # beside a frequency or an amplitude at an end of the frequency range, where no peak is
 UNSTABLE_MARK = " (unstable)"  # beside the amplitude of a solution that the ring leaves
 _NUMBER = re.compile(r"\d+")
-SHORT_OF_TIME = ("take too long", "left out", "not settled")  # what is open after too short a time integration
+# what is open after too short a time integration
+SHORT_OF_TIME = ("take too long", "left out", "not settled", "was followed")
+STARRED = ("quasi-periodic", "irregular")  # kinds of worst motions that do not repeat
 MOST_NAMED = 10  # curves whose numbers are listed
 NOTICEABLE = 1.03  # ratio of the worst motion to the peak of the main branch above which a run warns
 
@@ -28,8 +30,8 @@ def worst_cells(facts: CurveSummary | None, factor: float) -> tuple[str, str, st
     """Frequency (Hz), amplitude (m times `factor`) and kind of the worst motion, for a table.
 
     An amplitude that the search may have fallen short of has the mark ">=", a solution that the ring leaves, perhaps
-    for a lower one, "(unstable)", a quasi-periodic motion a star, an end of the frequency range "(end)", an amplitude
-    with too few harmonics "(H too small)".
+    for a lower one, "(unstable)", a motion that does not repeat a star, an end of the frequency range "(end)", an
+    amplitude with too few harmonics "(H too small)".
     """
     if facts is None or not math.isfinite(facts.worst_amplitude_m):
         return "-", "unknown" if facts is not None and facts.worst_searched else "-", "-"
@@ -75,11 +77,14 @@ def share(error: float) -> str:
 
 
 def worst_kind(facts: CurveSummary) -> str:
-    """Branch of the worst motion, and whether it is quasi-periodic."""
+    """Branch of the worst motion, and whether it is quasi-periodic or irregular."""
     where = "on no branch found" if facts.worst_branch < 0 else f"{_branch(facts)} branch"
     if facts.worst_branch > 0:
         where = f"detached branch {facts.worst_branch}"
-    return where if facts.worst_motion == "periodic" else f"{facts.worst_motion}, from the {where}"
+    if facts.worst_motion == "periodic":
+        return where
+    seen = f", seen for {facts.worst_periods} periods" if facts.worst_motion == "irregular" else ""
+    return f"{facts.worst_motion}{seen}, from the {where}"
 
 
 def _branch(facts: CurveSummary) -> str:
@@ -129,8 +134,10 @@ def search_notes(curves: Sequence[CurveResult]) -> list[str]:
     notes += end_notes(curves)
     if said and any(curve.carried_from for curve in curves):
         notes.append("branches of neighbouring curves of the sweep were continued to these curves, too")
-    if any(curve.facts is not None and curve.facts.worst_motion == "quasi-periodic" for curve in curves):
-        notes.append("* quasi-periodic: the largest displacement of a long time integration of the ring")
+    if any(curve.facts is not None and curve.facts.worst_motion in STARRED for curve in curves):
+        notes.append("* quasi-periodic or irregular: the largest displacement of a long time integration of the ring")
+    for number, curve in enumerate(curves):
+        notes += [f"curve {number}: {said}" for said in (() if curve.facts is None else seen_remarks(curve.facts))]
     if low := unstable_peak_numbers(curves):
         named = (
             f"{len(low)} curves"
@@ -148,6 +155,15 @@ def search_notes(curves: Sequence[CurveResult]) -> list[str]:
     if short:
         notes.append(f"response.blade_periods above {max(short)} lets time integration go on for longer")
     return notes
+
+
+def seen_remarks(facts: CurveSummary) -> Iterator[str]:
+    """How long an irregular worst motion was seen, and over which frequencies a motion in time was followed."""
+    if facts.worst_motion == "irregular":
+        yield f"the worst motion is irregular, seen for {facts.worst_periods} periods"
+    if facts.worst_followed_hz:
+        low, high = facts.worst_followed_hz[0], facts.worst_followed_hz[-1]
+        yield f"the worst motion, on no branch, was followed in frequency from {low:.6g} to {high:.6g} Hz"
 
 
 def open_remarks(facts: CurveSummary) -> Iterator[str]:

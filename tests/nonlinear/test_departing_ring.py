@@ -18,6 +18,7 @@ from nonlinear import (
     integrate_ring,
 )
 from nonlinear.worst_motion.ring_integration import USUAL_PERIODS, Solution, _persists
+from nonlinear.worst_motion.stepped_sweep import SteppedSweep
 from rom import modal_model
 
 
@@ -61,6 +62,27 @@ def test_what_few_blades_confirm_persists_in_the_whole_ring():
     whole = integrate_ring(integration.ring, solution.omega, motion.final, nodal_diameter=1, limits=limits)
     assert whole.n_blades == 60
     assert whole.amplitude_m == pytest.approx(motion.amplitude_m, rel=0.1)
+
+
+def test_a_motion_is_followed_in_frequency_both_ways():
+    """Where it is highest it is as high with steps half as long; beyond both ends of its range it is lost or low."""
+    integration, solution = unstable()
+    motion, _ = integration(solution, 15 * USUAL_PERIODS - 1, 0.0)
+    start_hz = solution.omega / (2.0 * np.pi)
+    sweep = SteppedSweep(integration)(start_hz, motion, 40_000)
+    assert sweep.complete
+    assert sweep.frequency_hz[0] < start_hz < sweep.frequency_hz[-1]
+    assert np.all(np.diff(sweep.frequency_hz) > 0.0)
+    assert sweep.top is not None
+    assert sweep.top.amplitude_m > 1.02 * motion.amplitude_m
+    assert sweep.amplitude_m.max() == sweep.top.amplitude_m
+    limits = RingLimits(most_periods=200, window=100, finer=2)
+    omega, pattern = 2.0 * np.pi * sweep.top_hz, integration.pattern_of(sweep.top)
+    again = integrate_ring(integration.ring, omega, sweep.top.final, nodal_diameter=pattern, limits=limits)
+    assert again.amplitude_m == pytest.approx(sweep.top.amplitude_m, rel=0.05)
+    short = SteppedSweep(integration)(start_hz, motion, 1_000)
+    assert not short.complete
+    assert short.frequency_hz.size < sweep.frequency_hz.size
 
 
 @pytest.mark.parametrize(

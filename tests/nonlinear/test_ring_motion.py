@@ -18,7 +18,7 @@ from nonlinear import (
 )
 from nonlinear.harmonic_balance.initial_solution import periodic_start
 from nonlinear.stability.floquet import FloquetAnalysis
-from nonlinear.time_integration.ring_motion import _grows_no_more
+from nonlinear.time_integration.ring_motion import _grows_no_more, keeps_height_for
 from rom import modal_model
 
 LIMITS = RingLimits(most_periods=500, window=40, settling=60)
@@ -33,6 +33,14 @@ def test_a_departure_that_ends_in_a_motion_close_by_is_told_from_one_that_grows(
     judged = [_grows_no_more(list(distance[:n]), rate, 40) for n in range(1, 600)]
     assert judged[-1] is ended
     assert not any(judged[:300])
+
+
+def test_a_motion_persists_from_where_it_keeps_its_height():
+    """Two blades; the first 50 periods are lower, and 7 of them begin no window."""
+    envelope = np.tile([1.0, 0.1], (167, 1)) * (1.0 + 0.2 * np.sin(np.arange(167)))[:, None]
+    envelope[:50] *= 0.6
+    assert keeps_height_for(envelope, 20) == 120
+    assert keeps_height_for(np.ones((90, 2)), 40) == 80
 
 
 @lru_cache

@@ -11,6 +11,7 @@ from nonlinear import OptionsError, Peak, ResponseCurve, SolverOptions, Terminat
 from nonlinear.time_integration.ring_motion import RingMotion
 from nonlinear.worst_motion.candidates import branches_of, stable_amplitudes, unstable_stretches
 from nonlinear.worst_motion.ring_integration import Integrated
+from nonlinear.worst_motion.stepped_sweep import Sweep
 from nonlinear.worst_motion.worst_motion import MOST_FURTHER, MOST_STRETCHES, worst_of
 
 OPTIONS = SolverOptions((1.0, 9.0), harmonics=3)
@@ -71,6 +72,7 @@ def ring_to(amplitude, **changes):
         periods=300,
         envelope_m=np.full((300, 4), amplitude),
         final=None,
+        persistence=300,
     )
 
     def integrate(place, blade_periods, floor):
@@ -117,6 +119,39 @@ def test_an_unstable_top_is_integrated_in_time(height):
         assert worst.scatter == pytest.approx(0.2)
     else:
         assert (worst.amplitude_m, worst.index, worst.motion) == (4.0, 4, "periodic")
+
+
+def test_an_irregular_motion_that_persists_counts():
+    """45.0 um seen for 1500 periods stood at zero, as no two of its windows agreed."""
+    curve = curve_of(SEVEN, HILL, [True, True, True, False, True, True, True])
+    integrate, _ = ring_to(15.0, settled=False, persistence=840)
+    worst = worst_of(curve, OPTIONS, 72, integrate)
+    assert (worst.amplitude_m, worst.motion, worst.periods) == (15.0, "irregular", 840)
+    assert worst.scatter == pytest.approx(0.2)
+    assert worst.unresolved == ""
+
+
+@pytest.mark.parametrize("complete", [True, False])
+def test_a_motion_is_followed_in_frequency(complete):
+    """Its highest point counts, its range is kept; a motion on the one that was followed is not followed again."""
+    curve = curve_of(SEVEN, [1.0, 6.0, 7.0, 8.0, 9.0, 2.0, 1.0], [True, False, False, False, False, True, True])
+    integrate, starts = ring_to(9.5)
+    followed = []
+
+    def follow(frequency_hz, motion, blade_periods):
+        followed.append((frequency_hz, blade_periods))
+        top = replace(motion, amplitude_m=21.0, persistence=320)
+        places = np.array([2.5, 6.0, 7.5])
+        return Sweep(places, np.array([9.0, 9.6, 21.0]), 7.5, top, 5_000, complete)
+
+    worst = worst_of(curve, OPTIONS, 72, integrate, follow=follow)
+    assert len(starts) > 1
+    assert followed == [(6.0, OPTIONS.blade_periods)]
+    assert (worst.amplitude_m, worst.frequency_hz, worst.periods) == (21.0, 7.5, 320)
+    assert (worst.followed_hz, worst.followed_m) == ((2.5, 6.0, 7.5), (9.0, 9.6, 21.0))
+    assert "1 motion followed in frequency" in worst.searched
+    only = "" if complete else "the motion at 7.5 Hz was followed from 2.5 to 7.5 Hz only"
+    assert worst.unresolved == only
 
 
 def test_an_unstable_solution_below_a_stable_one_is_left_alone():
@@ -188,7 +223,7 @@ def test_what_is_left_open_is_said():
     places = [1.0 + 0.1 * n for n in range(len(tops))]
     unstable = [curve_of([f, f + 0.05], [top, top], [False] * 2) for f, top in zip(places, tops, strict=True)]
     main = curve_of(SEVEN, HILL, [True] * 7, *unstable, complete=False)
-    integrate, _ = ring_to(15.0, settled=False)
+    integrate, _ = ring_to(15.0, settled=False, persistence=80)
     worst = worst_of(main, OPTIONS, 72, integrate)
     for said in (
         "incomplete",
@@ -272,11 +307,11 @@ def test_a_motion_that_falls_but_is_the_highest_at_the_end_is_said():
     """Where it ends is not known: it may settle above the worst motion known."""
     curve = curve_of(SEVEN, HILL, [True, True, True, False, True, True, True])
     falling = np.repeat(np.linspace(9.0, 6.0, 300)[:, None], 4, axis=1)
-    open_ring, _ = ring_to(9.0, settled=False, envelope_m=falling)
+    open_ring, _ = ring_to(9.0, settled=False, envelope_m=falling, persistence=80)
     worst = worst_of(curve, OPTIONS, 72, open_ring)
     assert worst.amplitude_m == 4.0
     assert worst.unresolved.startswith("not settled within 300 periods at 5 Hz")
-    fallen, _ = ring_to(9.0, settled=False, envelope_m=falling / 2.0)
+    fallen, _ = ring_to(9.0, settled=False, envelope_m=falling / 2.0, persistence=80)
     assert worst_of(curve, OPTIONS, 72, fallen).unresolved == ""
 
 

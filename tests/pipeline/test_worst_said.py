@@ -53,13 +53,19 @@ def periodic(amplitude: float, branch: int = 0, said: str = "time integration no
 
 @pytest.fixture
 def curves(tmp_path: Path) -> list[CurveResult]:
-    """As high as the peak; a detached branch far above it; a quasi-periodic motion; one that may be higher; none."""
+    """As high as the peak; a detached branch far above it; an irregular motion; one that may be higher; none."""
     sweep = {"contact.interference": [1e-5, 2e-5, 3e-5, 4e-5, 5e-5]}
     members = read_scene(write_scene(tmp_path / "s.toml", small_scene(sweep=sweep))).members
     facts = [
         periodic(PEAK),
         periodic(104.3e-6, branch=1),
-        replace(periodic(8e-6, said="time integration from 1 unstable solution"), worst_motion="quasi-periodic"),
+        replace(
+            periodic(8e-6, said="time integration from 1 unstable solution"),
+            worst_motion="irregular",
+            worst_periods=840,
+            worst_followed_hz=(430.0, 440.0, 445.5),
+            worst_followed_m=(7e-6, 8e-6, 6e-6),
+        ),
         replace(periodic(2e-6), worst_unresolved="not settled within 1000 periods at 300 Hz"),
         facts_with(searched=SEARCHED.format("no time integration"), unresolved="1 unstable part"),
     ]
@@ -178,7 +184,9 @@ def test_notes_say_what_was_searched_and_what_was_left_open(curves: list[CurveRe
     for text in (
         "time integration not needed or time integration from 1 unstable solution or no time integration",
         "not searched: mistuning",
-        "* quasi-periodic",
+        "* quasi-periodic or irregular",
+        "curve 2: the worst motion is irregular, seen for 840 periods",
+        "curve 2: the worst motion, on no branch, was followed in frequency from 430 to 445.5 Hz",
         "curve 3: the peak of the main branch is unstable and does not persist",
         "curve 3: the worst motion may be higher: not settled within 1000 periods at 300 Hz",
         "curve 4: the worst motion may be higher: 1 unstable part",
@@ -192,7 +200,8 @@ def test_notes_say_what_was_searched_and_what_was_left_open(curves: list[CurveRe
 def test_the_summary_has_the_numbers_or_null(curves: list[CurveResult], tmp_path: Path) -> None:
     found = [curve_summary(curve, tmp_path) for curve in curves]
     assert (found[1]["worst_amplitude_m"], found[1]["worst_branch"]) == (104.3e-6, 1)
-    assert found[2]["worst_motion"] == "quasi-periodic"
+    assert (found[2]["worst_motion"], found[2]["worst_periods"]) == ("irregular", 840)
+    assert found[2]["worst_followed_hz"] == [430.0, 440.0, 445.5]
     assert found[4]["worst_amplitude_m"] is None
     assert found[4]["worst_motion"] is None
     assert found[4]["worst_unresolved"] == "1 unstable part"

@@ -67,6 +67,9 @@ class CurveSummary:
     worst_scatter: float = math.nan
     worst_nodal_diameter: int = 0
     worst_ring_blades: int = 0
+    worst_periods: int = 0
+    worst_followed_hz: tuple[float, ...] = ()
+    worst_followed_m: tuple[float, ...] = ()
     worst_searched: str = ""
     worst_unresolved: str = ""
     worst_at_end: bool = False

@@ -1,0 +1,136 @@
+"""Stepped frequency sweep of a motion in time: from step to step the ring starts in the state that it has reached.
+
+A motion that no branch holds has no equation to be continued by. It is followed both ways until its height drops, the
+step halved there; where it is highest it has to persist.
+"""
+
+import math
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from nonlinear.contact.parameters import Array
+from nonlinear.time_integration.ring import RingState
+from nonlinear.time_integration.ring_integrator import RingIntegrator
+from nonlinear.time_integration.ring_motion import KEEPS, RingMotion
+from nonlinear.worst_motion.ring_integration import WINDOW, RingIntegration, counts
+
+FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 3e-3, 6e-3, 4e-4  # relative to the frequency
+LONGER_STEP = 1.4  # factor on a step after one that kept the motion
+SETTLING = 20  # periods of a step before its window
+FIRST_WAY = 0.75  # share of the periods times blades for the way in which the motion gets higher
+LOW = 0.5  # of the highest point of a sweep, below which it ends
+MOST_TOPS = 3  # highest points that are integrated for longer, until no other was higher
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """A motion over a range of frequencies."""
+
+    frequency_hz: Array  # (P,), rising
+    amplitude_m: Array  # (P,), largest displacement of the window of a step
+    top_hz: float  # frequency of the highest motion that persists
+    top: RingMotion | None  # that motion; None where none of the highest points persists
+    blade_periods: int  # integrated
+    complete: bool  # whether the motion was followed to both its ends
+
+
+@dataclass
+class SteppedSweep:
+    """Follows motions of one curve in frequency."""
+
+    integration: RingIntegration
+
+    def __call__(self, frequency_hz: float, motion: RingMotion, blade_periods: int) -> Sweep:
+        """Follow a motion both ways with at most so many blades times periods, and settle where it is highest."""
+        walk = _Walk(self.integration, motion, frequency_hz)
+        way = 1.0 if walk.rises() else -1.0
+        complete = walk.go(way, round(FIRST_WAY * blade_periods))
+        complete &= walk.go(-way, blade_periods)
+        top_hz, top = walk.top()
+        places = sorted(walk.points)
+        heights = [walk.points[place][0] for place in places]
+        return Sweep(np.array(places), np.array(heights), top_hz, top, walk.spent, complete)
+
+
+@dataclass
+class _Walk:
+    """A sweep as it goes."""
+
+    integration: RingIntegration
+    start: RingMotion
+    start_hz: float
+    points: dict[float, tuple[float, RingState]] = field(default_factory=dict)  # height and state by frequency
+    spent: int = 0
+
+    def __post_init__(self) -> None:
+        """The first point."""
+        self.points[self.start_hz] = self.start.amplitude_m, self.start.final
+
+    @property
+    def highest(self) -> float:
+        """The largest height so far, m."""
+        return max(height for height, _ in self.points.values())
+
+    def rises(self) -> bool:
+        """Whether the motion is higher after a step to a higher frequency."""
+        place = self.start_hz + FIRST_STEP * self.start_hz
+        found = self._step(place, self.start.final) if place <= self.integration.options.frequency_hz[1] else None
+        if found is None or found[0] < self.start.amplitude_m:
+            return False
+        self.points[place] = found
+        return True
+
+    def go(self, sign: float, most: int) -> bool:
+        """Step one way until the motion is lost or low or the range ends; False: `most` was spent before."""
+        at, step = self.start_hz, FIRST_STEP
+        while step >= SMALLEST_STEP:
+            height, state = self.points[at]
+            place = at + sign * step * self.start_hz
+            low, high = self.integration.options.frequency_hz
+            if height < LOW * self.highest or not low <= place <= high:
+                return True
+            if self.spent >= most:
+                return False
+            found = self.points.get(place) or self._step(place, state)
+            if found is None or found[0] < KEEPS * height:
+                step *= 0.5
+                continue
+            self.points[place], at = found, place
+            step = min(LONGER_STEP * step, LARGEST_STEP)
+        return True
+
+    def _step(self, frequency_hz: float, state: RingState) -> tuple[float, RingState] | None:
+        """Height and state after a step to a frequency; None where the time integration fails."""
+        self.spent += (SETTLING + WINDOW) * self.start.n_blades
+        omega = 2.0 * math.pi * frequency_hz
+        try:
+            pattern = self.integration.pattern_of(self.start)
+            record = RingIntegrator.of(self.integration.ring, omega, nodal_diameter=pattern).march(
+                state, SETTLING + WINDOW
+            )
+        except ArithmeticError:
+            return None
+        return float(record.envelope_m[SETTLING:].max()), record.final
+
+    def top(self) -> tuple[float, RingMotion | None]:
+        """The highest motion that persists, and its frequency; points whose motion does not are removed."""
+        best: tuple[float, RingMotion | None] = math.nan, None
+        reached = 0.0
+        for place in sorted(self.points, key=lambda each: -self.points[each][0])[:MOST_TOPS]:
+            height, state = self.points[place]
+            if place == self.start_hz or height <= max(reached, self.start.amplitude_m):
+                break
+            motion = replace(self.start, amplitude_m=height, final=state, settled=False, persistence=0, periods=0)
+            try:
+                found = self.integration.confirmed(2.0 * math.pi * place, motion, self.start.amplitude_m)
+            except ArithmeticError:
+                continue
+            self.spent += found.periods * found.n_blades
+            if not counts(found):
+                del self.points[place]
+                continue
+            self.points[place] = found.amplitude_m, found.final
+            if found.amplitude_m > reached:
+                best, reached = (place, found), found.amplitude_m
+        return best
