@@ -330,8 +330,7 @@ def integrate_ring(
     if wave is not None:
         amplitude = float(np.abs(integrator.wave_output(wave)).max())
         stays, rate = _stays(march, wave, nodal_diameter, limits)
-    left = 0 if stays else march.periods
-    settled = stays or _settle(march, limits)
+    left, settled = (0, True) if stays else (march.periods, _settle(march, limits))
     return RingMotion(
         stays=stays,
         growth_rate=rate,
@@ -341,13 +340,12 @@ def integrate_ring(
         nodal_diameter=nodal_diameter,
         periods=march.periods,
         final=march.state,
-        persistence=keeps_height_for(march.envelope[left:], min(limits.window, march.periods - left)),
-        **_final_window(march, stays, limits),
+        **_final_window(march, stays, limits, left),
     )
 
 
-def _final_window(march: _March, stays: bool, limits: RingLimits) -> dict[str, Any]:
-    """What `RingMotion` tells about the final window, and the envelope."""
+def _final_window(march: _March, stays: bool, limits: RingLimits, left: int) -> dict[str, Any]:
+    """What `RingMotion` tells about the final window, those before since the ring has left, and the envelope."""
     window, envelope = min(limits.window, march.periods), march.envelope
     vibration = march.integrator.vibration(march.state)
     repeats = 1 if stays else repeats_after(march.last_ends(window), vibration)
@@ -357,6 +355,7 @@ def _final_window(march: _March, stays: bool, limits: RingLimits) -> dict[str, A
         "periodic": repeats > 0,
         "repeats_after": repeats,
         "envelope_m": envelope,
+        "persistence": keeps_height_for(envelope[left:], min(limits.window, march.periods - left)),
     }
 
 

@@ -218,7 +218,17 @@ class RingIntegration:
         return Integrated(motion if motion.stays else self.confirmed(solution.omega, motion, height_m), failure)
 
     def confirmed(self, omega: float, motion: RingMotion, height_m: float) -> RingMotion:
-        """A motion, if it is higher than all known ones followed on until it is clear whether it counts."""
+        """A motion, if it is higher than all known ones followed on until it is clear whether it counts.
+
+        Parameters
+        ----------
+        omega : float
+            Excitation frequency, rad/s.
+        motion : RingMotion
+            The motion.
+        height_m : float
+            Height of the highest motion known, m.
+        """
         if not counts(motion) and motion.amplitude_m > height_m:
             motion = self._continued(omega, motion, height_m)
         if counts(motion) and motion.amplitude_m > height_m:
@@ -263,7 +273,13 @@ class RingIntegration:
         )
 
     def pattern_of(self, motion: RingMotion) -> int:
-        """Nodal diameter that a ring of as many blades as a motion carries."""
+        """Nodal diameter that a ring of as many blades as a motion carries.
+
+        Parameters
+        ----------
+        motion : RingMotion
+            The motion.
+        """
         return self._by_blades(motion)[motion.n_blades]
 
     def _larger(self, motion: RingMotion) -> int:
