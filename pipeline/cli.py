@@ -47,6 +47,7 @@ from pipeline.terminal import (
     NOT_REACHED,
     finish,
     print_error,
+    print_info,
     print_notes,
     print_problems,
     print_verification,
@@ -323,13 +324,16 @@ def info(
 ) -> None:
     """Print the contents of results or a reduced model.
 
-    With an output folder: its reduced models and the peak and the worst motion of each curve.
+    With an output folder: what the run has said at its end, points and errors of each curve, and how sure they are.
     """
-    from pipeline.results.file_info import contents, described
+    from pipeline.results.file_info import contents
     from pipeline.results.outputs import as_json as json_text
 
     found = contents(file)
-    print(json_text(found) if as_json else "\n".join(described(found)))
+    if as_json:
+        print(json_text(found))
+    else:
+        print_info(found)
 
 
 @app.command(

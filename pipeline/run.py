@@ -16,6 +16,7 @@ from pipeline.process.interrupts import Stopped
 from pipeline.process.isolated_reading import read_given_model
 from pipeline.process.progress import Reporter, seconds_since
 from pipeline.report.published_page import PAGE, results_fingerprint, retire_page
+from pipeline.results.conclusion import known_of
 from pipeline.results.frequency_range import Resonance, missing_warnings, stored_resonances
 from pipeline.results.outputs import LISTED, curve_summary, write_results, write_summary
 from pipeline.results.overview import statistics
@@ -275,12 +276,24 @@ def _publish(run: Run, models: Models, outcome: RunOutcome) -> None:
     """Write the response with a summary of it, before the stages that follow, which may fail."""
     out, scene = run.request.out, run.request.scene
     outcome.table = table_of(outcome.curves, scene.swept, out)
+    outcome.known = _known(run, models, outcome)
     unfinished = replace(outcome, problems=[*outcome.problems, UNFINISHED])
     summary, origin = _summary(run, unfinished), provenance(scene)
     outcome.response = write_results(run.store, out, outcome.curves, outcome.table, summary, origin)
     _retire_studies(run, models, outcome)
     if retire_page(out, results_fingerprint(models, outcome)) and Stage.REPORT not in run.request.wanted:
         run.reporter.line(f"{out / PAGE}: was about other results, removed; `shroud report` writes it again")
+
+
+def _known(run: Run, models: Models, outcome: RunOutcome) -> dict[str, Any]:
+    """What the screen says beside the numbers of the curves; the curves stand without it."""
+    try:
+        return known_of(run, models, outcome)
+    except StorageError:
+        raise
+    except Exception as error:
+        outcome.problems.append(f"resonances and contacts: {reason_of(error)}")
+        return {}
 
 
 def _retire_studies(run: Run, models: Models, outcome: RunOutcome) -> None:
@@ -388,6 +401,13 @@ def _report(run: Run, models: Models, outcome: RunOutcome) -> None:
         outcome.problems.append(f"report: {reason_of(error)}")
 
 
+def _entry(outcome: RunOutcome, number: int, out: Path) -> dict[str, Any]:
+    """One entry of `curves` in summary.json."""
+    row = outcome.known.get("rows", {}).get(number, {})
+    more = {name: row.get(name) for name in ("contact", "free_blade_m")}
+    return {**curve_summary(outcome.curves[number], out), **more}
+
+
 def _summary(run: Run, outcome: RunOutcome) -> dict[str, Any]:
     out, table, curves = run.request.out, outcome.table, outcome.curves
     return {
@@ -397,7 +417,9 @@ def _summary(run: Run, outcome: RunOutcome) -> dict[str, Any]:
         "problems": outcome.problems,
         "seconds": round(outcome.seconds, 4),
         "stages": run.log.summary(),
-        "curves": [curve_summary(curve, out) for curve in curves] if len(curves) <= LISTED else None,
+        "subject": outcome.known.get("subject"),
+        "linear": outcome.known.get("linear", []),
+        "curves": [_entry(outcome, number, out) for number in range(len(curves))] if len(curves) <= LISTED else None,
         "statistics": None if table is None else statistics(table),
         "response": outcome.response,
         TABLE_HASH: None if table is None else table.fingerprint(),

@@ -19,13 +19,14 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from pipeline.process.interrupts import Interrupts
+    from pipeline.results.conclusion import ShownCurve
     from pipeline.results.modes import ModelModes
     from pipeline.scene.reading import Member, SceneFile
     from pipeline.stages.request import Request, RunOutcome
     from pipeline.verify.stage import Verification
 
 
-NO_TERMINAL = 150  # characters in a line of a table where stdout is no terminal
+NO_TERMINAL = 120  # characters in a line of a table where stdout is no terminal
 
 
 def print_error(text: str) -> None:
@@ -102,71 +103,53 @@ def print_modes(models: Sequence[ModelModes], campbell: Sequence[dict[str, Any]]
 
 
 def _print_results(request: Request, outcome: RunOutcome) -> None:
-    """The table of the curves, with notes and warnings on them."""
+    """What a reader can say aloud of a run; `shroud info` of its folder says the rest."""
+    from pipeline.results.conclusion import screen_curves
     from pipeline.results.frequency_range import held_point_warning
-    from pipeline.results.overview import abbreviated
     from pipeline.results.stress import stress_lines, stress_warning
-    from pipeline.results.tables import (
-        branch_warning,
-        coriolis_notes,
-        harmonics_warning,
-        measured_errors,
-        mode_notes,
-        motion_notes,
-        opened_warning,
-        residual_notes,
-        sampling_warning,
-        wave_notes,
-    )
-    from pipeline.results.worst import search_notes, worst_warning
 
-    _print_curves(outcome)
+    page = f", {outcome.report}" if outcome.report else ""
+    if outcome.curves:
+        entries = outcome.known.get("rows", {})
+        _print_conclusion(request, outcome, screen_curves(outcome.curves, entries))
     print_modes(outcome.modes, outcome.campbell if outcome.modes else [])
-    searches = [*residual_notes(outcome.curves), *search_notes(outcome.curves)]
-    models = [*mode_notes(outcome), *wave_notes(outcome), *coriolis_notes(outcome)]
-    for note in abbreviated([*models, *motion_notes(outcome), *searches]):
-        print(note)
     for line in stress_lines(outcome.stress):
         print(line)
     for study in outcome.studies.values():
         print("\n".join(study.lines))
-    if warning := stress_warning(outcome.stress):
-        print_notes([warning], "warning")
-    if request.scene.accuracy is not None:
-        print(request.scene.accuracy.text(measured_errors(outcome)))
-    if warning := opened_warning(outcome):
-        print_notes([warning], "warning")
-    if warning := worst_warning(outcome.curves):
-        print_notes([warning], "warning")
-    if warning := harmonics_warning(outcome):
-        print_notes([warning], "warning")
-    if warning := branch_warning(outcome):
-        print_notes([warning], "warning")
-    if warning := sampling_warning(outcome):
-        print_notes([warning], "warning")
-    if warning := held_point_warning(outcome, request.scene.first):
-        print_notes([warning], "warning")
-    page = f", {outcome.report}" if outcome.report else ""
+    for warning in (stress_warning(outcome.stress), held_point_warning(outcome, request.scene.first)):
+        print_notes([warning] if warning else [], "warning")
     print(f"{outcome.seconds:.2f} s, results in {request.out}{page}")
 
 
-def _print_curves(outcome: RunOutcome) -> None:
-    """A row for each curve; of many curves the first, with quantiles, best and worst."""
-    from pipeline.results.overview import FIRST_ROWS, MOST_ROWS, key_table, overview_lines, quantile_table
-    from pipeline.results.tables import curve_table
+def _print_conclusion(request: Request, outcome: RunOutcome, curves: Sequence[ShownCurve]) -> None:
+    """Scene and modes, a row for each curve, the lowest, what is open; of many curves quantiles and best values."""
+    from pipeline.results import conclusion
+    from pipeline.results.overview import key_table, overview_lines, quantile_table
+    from pipeline.results.tables import has_static_load
 
-    if outcome.curves and len(outcome.curves) <= MOST_ROWS:
-        _console().print(curve_table(outcome))
-    if len(outcome.curves) <= MOST_ROWS or outcome.table is None:
-        return
-    console = _console()
-    console.print(curve_table(outcome, FIRST_ROWS))
-    lines, found = overview_lines(outcome.table)
-    print(f"... {lines[0]}")
-    console.print(quantile_table(found))
-    if found["keys"]:
-        console.print(key_table(found))
-    print("\n".join(lines[1:]))
+    console, shown = _console(), conclusion.shown_numbers([curve.height for curve in curves])
+    table = conclusion.conclusion_table(curves, shown, any(map(has_static_load, outcome.curves)))
+    lines = conclusion.wrapped(conclusion.lines_of(outcome.summary), console.width)
+    print("\n".join([*lines, *conclusion.table_lines(table, console.width, console)]))
+    if len(shown) < len(curves) and outcome.table is not None:
+        lines, found = overview_lines(outcome.table)
+        print(f"... {lines[0]}")
+        console.print(quantile_table(found))
+        if found["keys"]:
+            console.print(key_table(found))
+        print("\n".join(lines[1:]))
+    periods, details = request.scene.first.response.blade_periods, f"shroud info {request.out}"
+    open_lines = conclusion.open_lines(outcome.summary, curves, periods, details)
+    said = [line for line in (conclusion.lowest_line(curves), *open_lines) if line]
+    print("\n".join(conclusion.wrapped(said, console.width)))
+
+
+def print_info(found: dict[str, Any]) -> None:
+    """The contents of a file or an output folder."""
+    from pipeline.results.file_info import described
+
+    print("\n".join(described(found, _console().width)))
 
 
 def _console() -> Console:

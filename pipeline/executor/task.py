@@ -160,13 +160,13 @@ class LocalExecutor:
             heapq.heappush(self._here, (task.order, number, task))
         else:
             arguments = (self._memory(), self._folder(), task.function, dict(task.files), task.args)
-            self.pool.submit(number, Call(_run_within, arguments), task.order)
+            self.pool.submit(number, Call(_run_within, arguments, reports=True), task.order)
         return future
 
     def completed(self, within: Callable[[str], None]) -> Iterator[Future[TaskResult]]:
         """The futures as they are done."""
         with self.interrupts.looking():
-            yield from self._in_workers() if self._apart else self._one_by_one(within)
+            yield from self._in_workers(within) if self._apart else self._one_by_one(within)
 
     def close(self) -> None:
         """Nothing is left to do: the processes belong to the run."""
@@ -199,15 +199,23 @@ class LocalExecutor:
     def _progress(self, label: str, within: Callable[[str], None]) -> Progress:
         def progress(frequency_hz: float, points: int) -> None:
             self.interrupts.check()
-            within(f"{label} at {frequency_hz:.5g} Hz, {points} points")
+            within(_state(label, frequency_hz, points))
 
         return progress
 
-    def _in_workers(self) -> Iterator[Future[TaskResult]]:
+    def _in_workers(self, within: Callable[[str], None]) -> Iterator[Future[TaskResult]]:
+        states: dict[int, str] = {}
+
+        def reported(number: int, state: tuple[Any, ...]) -> None:
+            if number in self._futures:
+                states[number] = _state(self._futures[number][0].label, *state)
+                within("; ".join(states.values()))
+
         with workers(self.count, self.interrupts.check) as pool:
             done: Future[TaskResult]
-            for number, done in pool.completed(retried=self._retried):
+            for number, done in pool.completed(retried=self._retried, reported=reported):
                 _, future = self._futures.pop(number)
+                states.pop(number, None)
                 error = done.exception()
                 if error is None:
                     future.set_result(done.result())
@@ -223,8 +231,18 @@ class LocalExecutor:
         return self.scratch / uuid.uuid4().hex
 
 
+def _state(label: str, frequency_hz: float, points: int) -> str:
+    """How far a task has come."""
+    return f"{label}: {frequency_hz:.5g} Hz, {points} points"
+
+
 def _run_within(
-    memory: int, folder: Path, function: Callable[..., None], files: Mapping[str, Path], args: tuple[Any, ...]
+    memory: int,
+    folder: Path,
+    function: Callable[..., None],
+    files: Mapping[str, Path],
+    args: tuple[Any, ...],
+    progress: Progress | None = None,
 ) -> TaskResult:
     """Run a task in a process that may use so many bytes of data; 0: not bounded."""
     if memory:
@@ -233,4 +251,4 @@ def _run_within(
 
             hard = resource.getrlimit(resource.RLIMIT_DATA)[1]
             resource.setrlimit(resource.RLIMIT_DATA, (memory if hard < 0 else min(memory, hard), hard))
-    return run_task(folder, function, files, args)
+    return run_task(folder, function, files, args, progress)

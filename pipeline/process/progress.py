@@ -6,7 +6,7 @@ import math
 import sys
 import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TextIO
@@ -25,6 +25,7 @@ def seconds_since(start: float) -> float:
 _PAUSE = 0.1  # seconds between two updates of a live line
 _FIRST_LINE = 5.0  # seconds after which a plain line reports that a single piece of work still goes on
 _GROWTH = 3.0  # ratio of the pauses between such lines
+_PAUSE_OF_LINES = 30.0  # seconds, the longest of these pauses, and that between lines while pieces are counted
 
 
 @dataclass
@@ -68,15 +69,10 @@ class Reporter:
             pause = _FIRST_LINE
             while not done.wait(pause):
                 self.line(f"{text}: {seconds_since(start):.0f} s so far")
-                pause *= _GROWTH
+                pause = min(pause * _GROWTH, _PAUSE_OF_LINES)
 
-        writer = threading.Thread(target=write, name=text, daemon=True)
-        writer.start()
-        try:
+        with _beside(write, done):
             yield
-        finally:
-            done.set()
-            writer.join()
 
     @contextmanager
     def counting(self, text: str, total: int, at_once: int = 1) -> Iterator[Counter]:
@@ -94,11 +90,31 @@ class Reporter:
                 tasks = {text: progress.add_task(text, total=total, detail="") for text, total in totals.items()}
                 yield {text: LiveCounter(progress, task) for text, task in tasks.items()}
         else:
-            start = time.perf_counter()
-            yield {text: LineCounter(self, text, total, at_once, start) for text, total in totals.items()}
+            start, done = time.perf_counter(), threading.Event()
+            counters = {text: LineCounter(self, text, total, at_once, start) for text, total in totals.items()}
+
+            def write() -> None:
+                while not done.wait(_PAUSE_OF_LINES / 10.0):
+                    if all(counter.silent_for > _PAUSE_OF_LINES for counter in counters.values()):
+                        next(iter(counters.values())).goes_on(seconds_since(start))
+
+            with _beside(write, done):
+                yield dict(counters)
 
     def _live(self) -> bool:
         return not self.quiet and self.stream is not None and (self.live or self.stream.isatty())
+
+
+@contextmanager
+def _beside(write: Callable[[], None], done: threading.Event) -> Iterator[None]:
+    """A thread that writes during the block, until `done`."""
+    writer = threading.Thread(target=write, name="progress", daemon=True)
+    writer.start()
+    try:
+        yield
+    finally:
+        done.set()
+        writer.join()
 
 
 def time_left(elapsed: float, done: int, total: int, at_once: int = 1) -> float:
@@ -121,8 +137,8 @@ class Counter:
     def within(self, detail: str) -> None:
         """Report the state of the piece being worked on."""
 
-    def done(self, detail: str) -> None:
-        """One piece is done."""
+    def done(self, detail: str, *, notable: bool = True) -> None:
+        """One piece is done; without a line of its own where that is not notable."""
 
     def grow(self, count: int) -> None:
         """`count` pieces have been begun or wait so far, which may be more than was expected."""
@@ -130,7 +146,7 @@ class Counter:
 
 @dataclass
 class LineCounter(Counter):
-    """One line for every piece, with the time left."""
+    """A line for every notable piece, with the time left, and one from time to time where none is done."""
 
     reporter: Reporter
     text: str
@@ -139,6 +155,17 @@ class LineCounter(Counter):
     start: float
     count: int = 0
     grown: int = 0
+    state: str = ""  # of the pieces being worked on
+    last: float = field(default_factory=time.perf_counter)  # when the last line was written
+
+    @property
+    def silent_for(self) -> float:
+        """Seconds since the last line."""
+        return seconds_since(self.last)
+
+    def within(self, detail: str) -> None:
+        """Report the state of the pieces being worked on."""
+        self.state = detail
 
     def grow(self, count: int) -> None:
         """More pieces than expected raise the total; the time counts from the first of them."""
@@ -146,12 +173,23 @@ class LineCounter(Counter):
             self.start = time.perf_counter()
         self.grown, self.total = count, max(self.total, count)
 
-    def done(self, detail: str) -> None:
+    def done(self, detail: str, *, notable: bool = True) -> None:
         """One piece is done."""
         self.count += 1
+        if not notable:
+            return
         seconds = time_left(seconds_since(self.start), self.count, self.total, self.at_once)
-        left = f", about {duration(seconds)} left" if seconds > 0.0 else ""
-        self.reporter.line(f"{self.text} {self.count}/{self.total}: {detail}{left}")
+        left = f"; about {duration(seconds)} left" if seconds > 0.0 else ""
+        self._line(f"{detail}{left}")
+
+    def goes_on(self, elapsed: float) -> None:
+        """Say that the work goes on after so many seconds."""
+        state = f", at {self.state}" if self.state else ""
+        self._line(f"{duration(elapsed)} so far{state}")
+
+    def _line(self, text: str) -> None:
+        self.last = time.perf_counter()
+        self.reporter.line(f"{self.text}, {self.count} of {self.total} done: {text}")
 
 
 @dataclass
@@ -173,7 +211,7 @@ class LiveCounter(Counter):
             self.last = time.perf_counter()
             self.progress.update(self.task, detail=detail)
 
-    def done(self, detail: str) -> None:
+    def done(self, detail: str, *, notable: bool = True) -> None:
         """One piece is done."""
         self.progress.update(self.task, advance=1, detail=detail)
 
@@ -188,13 +226,22 @@ def _spinner(stream: TextIO | None) -> Progress:
 
 def _bar(stream: TextIO | None) -> Progress:
     from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+    from rich.table import Column
 
     columns = (
         TextColumn("{task.description}"),
-        BarColumn(),
+        BarColumn(bar_width=16),
         MofNCompleteColumn(),
+        TimeElapsedColumn(),
         TimeRemainingColumn(),
-        TextColumn("{task.fields[detail]}"),
+        TextColumn("{task.fields[detail]}", table_column=Column(no_wrap=True, overflow="ellipsis")),
     )
     return Progress(*columns, console=Console(file=stream))

@@ -25,6 +25,8 @@ from pipeline.errors import reason_of
 from pipeline.process.interrupts import kept_from_children
 from rom import one_blas_thread_in_children
 
+_REPORTED_EVERY = 1.0  # seconds between two reports of a call
+
 
 @contextmanager
 def without_main() -> Iterator[None]:
@@ -55,12 +57,23 @@ def start_process(target: Callable[..., None], *args: Any) -> SpawnProcess:
 
 
 def serve(pipe: Connection) -> None:
-    """In a worker: take calls, send (whether there is a result, result or exception) for each."""
+    """In a worker: take calls, send (whether there is a result, result or exception) for each.
+
+    A call that reports gets `progress`, a function that sends (None, its arguments), at most one a second.
+    """
     end_with_parent()
+    last = 0.0
+
+    def progress(*state: Any) -> None:
+        nonlocal last
+        if time.monotonic() - last >= _REPORTED_EVERY:
+            last = time.monotonic()
+            pipe.send((None, state))
+
     with suppress(EOFError, OSError):
         while True:
-            function, args, kwargs = pipe.recv()
-            pipe.send(_outcome(function, args, kwargs))
+            function, args, kwargs, reports = pipe.recv()
+            pipe.send(_outcome(function, args, {**kwargs, "progress": progress} if reports else kwargs))
 
 
 def end_with_parent() -> None:

@@ -40,6 +40,7 @@ class Call(Generic[T]):
     function: Callable[..., T]
     args: tuple[Any, ...] = ()
     kwargs: Mapping[str, Any] = field(default_factory=dict, hash=False)
+    reports: bool = False  # whether it takes `progress`, a function that tells its state
 
 
 @dataclass
@@ -106,7 +107,7 @@ class Workers:
             while len(self._all) < self.count:
                 worker = _start()
                 self._all.append(worker)
-                worker.pipe.send((call.function, call.args, dict(call.kwargs)))
+                worker.pipe.send((call.function, call.args, dict(call.kwargs), call.reports))
                 worker.key, worker.attempt = _PREPARATION, 1
 
     def submit(self, key: Any, call: Call[Any], order: tuple[float, ...] = ()) -> None:
@@ -118,8 +119,12 @@ class Workers:
         calls: Mapping[K, Call[T]] | None = None,
         attempts: int = ATTEMPTS,
         retried: Callable[[K, str], None] = lambda key, reason: None,
+        reported: Callable[[K, tuple[Any, ...]], None] = lambda key, state: None,
     ) -> Iterator[tuple[K, Future[T]]]:
-        """The keys of the calls as they are completed, each with its result or exception; until none is left."""
+        """The keys of the calls as they are completed, each with its result or exception; until none is left.
+
+        `reported` gets the state of a call meanwhile.
+        """
         for key, call in (calls or {}).items():
             self.submit(key, call)
         while self._waiting or any(worker.busy and worker.key is not _PREPARATION for worker in self._all):
@@ -141,6 +146,8 @@ class Workers:
                 else:
                     if has_result is None:
                         worker.has_begun = True
+                        if value is not None:
+                            reported(key, value)
                         continue
                     worker.attempt = 0
                     if key is _PREPARATION:
@@ -164,7 +171,8 @@ class Workers:
             if worker is None:
                 return
             try:
-                worker.pipe.send((first.call.function, first.call.args, dict(first.call.kwargs)))
+                call = first.call
+                worker.pipe.send((call.function, call.args, dict(call.kwargs), call.reports))
             except (BrokenPipeError, ConnectionResetError):  # it died idle: no fault of the call
                 self._end_of(worker)
                 continue

@@ -7,7 +7,7 @@ as quantiles and as the best and the worst curves.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from operator import itemgetter
 from pathlib import Path
@@ -15,11 +15,12 @@ from typing import Any
 
 import numpy as np
 
+from nonlinear import TRUNCATION_TOLERATED as TOLERATED
 from pipeline.figures.data import PlottedCurve, SweepKey, SweepPoint, sweep_keys
 from pipeline.report.report_source import ReportSource
+from pipeline.results.certainty import error_sentences, search_sentences
 from pipeline.results.overview import MOST_ROWS
 from pipeline.results.tables import (
-    TOLERATED,
     TOLERATED_SAMPLING,
     amplitude_scale,
     change,
@@ -314,7 +315,6 @@ def _verdict(error: float, small: float, fair: float) -> str:
 
 
 MANY = 24  # values
-SHORT = 60  # characters of a finding that the sentence has room for
 
 
 def story(source: ReportSource, points: Sequence[SweepPoint], errors: Sequence[ErrorRow]) -> list[tuple[str, str]]:
@@ -325,7 +325,10 @@ def story(source: ReportSource, points: Sequence[SweepPoint], errors: Sequence[E
         told.append(("Worst motion", _worst(known, len(source.curves))))
     if len(known) > 1:
         told.append(("Best value", _best(known)))
-    told.append(("How sure", _how_sure(errors, len([p for p in known if p.worst_open]), len(known))))
+    facts = {number: curve.facts for number, curve in enumerate(source.curves) if curve.facts is not None}
+    told.append(("How sure", _how_sure(source, facts, errors, [p.index for p in known if p.worst_open])))
+    if searched := search_sentences(facts):
+        told.append(("Search", " ".join(first_few(searched))))
     return told
 
 
@@ -398,16 +401,20 @@ def _best(known: Sequence[SweepPoint]) -> str:
     return f"{text}."
 
 
-def _how_sure(errors: Sequence[ErrorRow], unsure: int, known: int) -> str:
-    named: dict[str, list[str]] = {LARGE: [], FAIR: [], UNKNOWN: [], SMALL: []}
-    for row in errors:
-        said = row.verdict in (LARGE, FAIR) and len(row.found) <= SHORT
-        named[row.verdict].append(f"{row.name} ({row.found})" if said else row.name)
-    text = "; ".join(f"{verdict}: {', '.join(names)}" for verdict, names in named.items() if names)
-    text = f"Errors, as the section Errors judges them: {text}."
+def _how_sure(
+    source: ReportSource, facts: Mapping[int, CurveSummary], errors: Sequence[ErrorRow], unsure: Sequence[int]
+) -> str:
+    """The error budget in sentences, what is too large or not known first, and the curves that may be higher."""
+    sentences = []
     if unsure:
-        text += f" On {unsure} of {known} curves the worst motion may be higher than found."
-    return text
+        which = f"curve{'s' if len(unsure) > 1 else ''} {listed(unsure)}" if len(facts) > 1 else "this curve"
+        sentences.append(f"The worst motion of {which} may be higher than found (>=), for the reasons below its row.")
+    sentences += error_sentences(facts, source.model_rows)
+    of_mesh = {row.name: row for row in errors if row.name in ("mesh error", "contact dofs")}
+    for name, row in of_mesh.items():
+        said = {"mesh error": "The mesh error", "contact dofs": "The error of the contact nodes"}[name]
+        sentences.append(f"{said} {'was' if row.verdict == UNKNOWN else 'is'} {row.found}.")
+    return " ".join(sentences)
 
 
 def _place(point: SweepPoint) -> str:

@@ -32,7 +32,7 @@ from pipeline.report.details import (
     stress_details,
     study_sections,
 )
-from pipeline.report.error_budget import LEVELS, error_rows, first_few, quantile_rows, shown_rows, story
+from pipeline.report.error_budget import LEVELS, error_rows, quantile_rows, shown_rows, story
 from pipeline.report.report_source import ReportSource
 from pipeline.report.rows import (
     blade_rows,
@@ -51,7 +51,7 @@ from pipeline.report.viewer import MOST_MODELS, ViewerData, chosen_evenly
 from pipeline.results.publishing import Attempts
 from pipeline.results.run_folder import origin
 from pipeline.results.stress import SPOT_HEADINGS
-from pipeline.results.worst import END_MARK, search_notes, with_unit
+from pipeline.results.worst import END_MARK, with_unit
 from pipeline.scene.labels import member_label, prefixed
 from pipeline.scene.schema import Scene
 from pipeline.stages.model.build_mesh import SECTOR
@@ -116,7 +116,6 @@ def _content(source: ReportSource, attempts: Attempts) -> dict[str, Any]:
         "quantiles": quantile_rows(source.curves),
         "levels": [f"{100.0 * level:.0f} %" for level in LEVELS],
         "cards": _cards(source, points),
-        "searches": first_few(search_notes(source.curves)),
         "charts": charts_of,
         "chart_data": _json(charts_of),
         "figures": _figures(source, attempts, points),
@@ -181,11 +180,12 @@ def _worst_cards(curves: Sequence[SweepPoint]) -> list[tuple[str, str, str]]:
     if len(closed) == len(curves):
         return cards
     title, value, of = cards[0]
-    cards = [(title, f">= {value}", of)]
+    at_least = f"{len(curves) - len(closed)} of {len(curves)} curves" if len(curves) > 1 else "it"
+    cards = [(title, f">= {value}", f"{of}; >=: {at_least} may be higher than found")]
     if closed and len(curves) > 1:
         marks = [curve.mark for curve in closed]
         title, value, of = _extremes(closed, [curve.worst for curve in closed], "worst motion", marks)[:2][-1]
-        known = f"{len(closed)} of {len(curves)} curves, the others >="
+        known = f"{len(closed)} of {len(curves)} curves, the others may be higher (>=)"
         cards.append(("lowest worst motion", value, f"{of}; {known}"))
     return cards
 

@@ -243,7 +243,8 @@ def _notes(curve: Any, stable: bool) -> Iterable[str]:
         yield said + "; closed at rest, opened by static forces" * facts.static_opened
     if not stable:
         yield "unstable peak"
-    yield from open_remarks(facts)
+    for said in open_remarks(facts):
+        yield f">=: {said}" if facts.worst_unresolved and said.endswith(facts.worst_unresolved) else said
     if facts.truncation_branch == "detached":
         where = f"{facts.truncation_frequency_hz:.6g} Hz"
         yield f"with more harmonics the peak lies on a detached branch, that of the main branch at {where}"

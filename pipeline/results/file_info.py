@@ -3,15 +3,37 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipeline.codec import plain
+from pipeline.codec import from_attributes, plain
 from pipeline.errors import InputError, input_error, one_line, reason_of
 from pipeline.process.isolated_reading import read_apart, read_model
-from pipeline.results.overview import MOST_ROWS, end_lines, statistics
-from pipeline.results.worst import END_MARK, UNSTABLE_MARK, truncation_mark
+from pipeline.results.certainty import (
+    bifurcation_sentences,
+    branch_sentences,
+    error_sentences,
+    open_sentences,
+    residual_sentences,
+    search_sentences,
+)
+from pipeline.results.conclusion import (
+    ROW,
+    ShownCurve,
+    conclusion_table,
+    lines_of,
+    lowest_line,
+    open_lines,
+    shown_numbers,
+    table_lines,
+    technical_table,
+    wrapped,
+)
+from pipeline.results.overview import MOST_ROWS, abbreviated, end_lines, statistics
+from pipeline.results.tables import measured_errors
+from pipeline.results.worst import sentence
+from pipeline.scene.presets import Accuracy
 from pipeline.stages.curve.curve_summary import CurveSummary, read_summary
 from pipeline.stages.curve.curve_table import TABLE, CurveTable, read_table
 
@@ -49,16 +71,12 @@ def _read(path: Path) -> dict[str, Any] | ReducedModel:
     return read_model(path)
 
 
-def described(found: dict[str, Any]) -> list[str]:
-    """The result of `contents` as lines of text."""
+def described(found: dict[str, Any], width: int = 120) -> list[str]:
+    """The result of `contents` as lines of text, of at most `width` characters where words allow that."""
     if found["kind"] == "response":
-        lines = [line for curve in found["curves"][:MOST_ROWS] for line in _curve_lines(curve)]
-        if (more := len(found["curves"]) - MOST_ROWS) > 0:
-            lines.append(f"{more} more curves: --json, or curves.csv beside the file")
-        head = f"{found['file']}: response, {len(found['curves'])} curves"
-        return [head, *end_lines(found["statistics"]), *lines]
+        return [f"{found['file']}: response, {len(found['curves'])} curves", *_curve_lines(found, width)]
     if found["kind"] == "run":
-        return [one_line(line) for line in _run_lines(found)]
+        return [*map(one_line, _run_lines(found)), *_curve_lines(found, width)]
     blades = found["n_blades"]
     lines = [
         f"{found['file']}: reduced model by {found['producer']}, {found['coordinates']} coordinates",
@@ -93,9 +111,30 @@ def _run(folder: Path) -> dict[str, Any]:
     summary, response = read_run_summary(folder), folder / RESPONSE
     has_curves = summary["response"] is not None and response.is_file()
     held = contents(response) if has_curves else {"curves": [], "statistics": None}
-    named = ("scene", "complete", "problems", "seconds", "stages", "models")
+    named = (
+        "scene",
+        "complete",
+        "problems",
+        "seconds",
+        "stages",
+        "models",
+        "subject",
+        "linear",
+        "accuracy",
+        "studies",
+    )
     found = {name: summary[name] for name in named if name in summary}
-    return {**held, "file": str(folder), "kind": "run", **found}
+    listed = summary.get("curves") or []
+    for entry in held["curves"]:
+        if int(entry["curve"]) < len(listed):
+            entry |= {name: listed[int(entry["curve"])].get(name) for name in ROW}
+    solved = {int(entry["curve"]) for entry in held["curves"]}
+    failed = [
+        {"curve": number, "parameters": entry["parameters"], "reason": entry["reason"]}
+        for number, entry in enumerate(listed)
+        if number not in solved
+    ]
+    return {**held, "failed": failed, "file": str(folder), "kind": "run", **found}
 
 
 def _run_lines(found: dict[str, Any]) -> Iterator[str]:
@@ -107,7 +146,70 @@ def _run_lines(found: dict[str, Any]) -> Iterator[str]:
         free = ", ".join(f"{hz:.6g}" for hz in model.get("free_hz") or ())
         yield f"{model.get('rom')}: reduced model, free natural frequencies [Hz]: {free}"
         yield f"  mesh: {model.get('mesh')}"
-    yield from described({**found, "kind": "response"})[1:]
+
+
+def _curve_lines(found: dict[str, Any], width: int) -> Iterator[str]:
+    """The curves: what the screen says at the end of the run, a table of what it leaves out, errors and search."""
+    curves = sorted([*map(_shown, found["curves"]), *map(_failed, found.get("failed", ()))], key=lambda c: c.number)
+    if not curves:
+        return
+    facts = {curve.number: curve.facts for curve in curves if curve.facts is not None}
+    settings = found["curves"][0]["parameters"] if found["curves"] else {}
+    loads = found["subject"]["static_loads"] if found.get("subject") else bool(settings.get("load.speed_rpm"))
+    shown = shown_numbers([curve.height for curve in curves])
+    yield from lines_of(found)
+    yield from table_lines(conclusion_table(curves, shown, loads), width)
+    if len(shown) < len(curves):
+        yield f"... {len(curves)} curves: --json, or curves.csv beside the file"
+        yield from end_lines(found["statistics"])
+    open_ = open_lines(found, curves, settings.get("response.blade_periods"))
+    yield from wrapped(filter(None, [lowest_line(curves), *open_]), width)
+    if not facts:
+        return
+    yield "\nPoints and errors"
+    yield from table_lines(technical_table([curves[place] for place in shown], loads), width)
+    asked = settings.get("response.residual_tractions") == "bounds"
+    paragraphs = {
+        "Parameters of every curve": _shared(found["curves"]),
+        "How sure": [*error_sentences(facts, found.get("models", ())), *_accuracy(found)],
+        "Search for the worst motion": [*search_sentences(facts), *open_sentences(facts), *branch_sentences(facts)],
+        "Bifurcations of the main branches": bifurcation_sentences(facts),
+        "Static tractions": residual_sentences(facts, asked, settings.get("contact.law") == "cone"),
+    }
+    for heading, sentences in paragraphs.items():
+        if sentences:
+            yield f"\n{heading}"
+            yield from wrapped(abbreviated(sentences), width)
+
+
+def _shared(entries: Sequence[dict[str, Any]]) -> list[str]:
+    """Parameters that all curves share, in one line."""
+    first = entries[0]["parameters"]
+    same = [key for key in first if all(entry["parameters"].get(key) == first[key] for entry in entries)]
+    return [", ".join(f"{key} = {first[key]}" for key in same)] if same else []
+
+
+def _shown(entry: dict[str, Any]) -> ShownCurve:
+    """A curve of `contents`."""
+    facts = from_attributes(CurveSummary, _known(entry))
+    row = {name: entry.get(name) for name in ROW}
+    return ShownCurve(int(entry["curve"]), entry.get("swept", entry["parameters"]), facts, entry["reason"], **row)
+
+
+def _known(entry: dict[str, Any]) -> dict[str, Any]:
+    return {name: math.nan if value is None else value for name, value in entry.items()}
+
+
+def _failed(entry: dict[str, Any]) -> ShownCurve:
+    return ShownCurve(entry["curve"], entry["parameters"], None, entry["reason"])
+
+
+def _accuracy(found: dict[str, Any]) -> list[str]:
+    entry = found.get("accuracy")
+    if entry is None:
+        return []
+    accuracy = Accuracy(entry["preset"], entry["values"], tuple(entry["not_by_preset"]))
+    return [sentence(accuracy.text(measured_errors(found.get("models", ()))))]
 
 
 def _response(file: h5py.File) -> dict[str, Any]:
@@ -115,9 +217,10 @@ def _response(file: h5py.File) -> dict[str, Any]:
     if TABLE not in file:  # written by an earlier version
         return {"curves": list(_curves(file["curve"])), "statistics": None}
     table = read_table(file[TABLE])
-    many = len(table) > MOST_ROWS
-    curves = _rows(table) if many else _curves(file["curve"])
-    return {"curves": list(curves), "statistics": statistics(table) if many else None}
+    if len(table) > MOST_ROWS:
+        return {"curves": list(_rows(table)), "statistics": statistics(table)}
+    curves = [{**curve, "swept": table.parameters_of(int(curve["curve"]))} for curve in _curves(file["curve"])]
+    return {"curves": curves, "statistics": None}
 
 
 def _rows(table: CurveTable) -> Iterator[dict[str, Any]]:
@@ -134,28 +237,6 @@ def _curves(group: h5py.Group) -> Iterator[dict[str, Any]]:
         attributes = group[name].attrs
         values = {key: _value(attributes[key]) for key in sorted(attributes) if key not in names}
         yield {"curve": name, "parameters": values, **plain(read_summary(group[name]))}
-
-
-def _curve_lines(curve: dict[str, Any]) -> Iterator[str]:
-    end = "complete" if curve["complete"] else f"incomplete ({curve['reason']})"
-    names = ("peak_amplitude_m", "peak_frequency_hz", "worst_amplitude_m", "worst_frequency_hz")
-    height, frequency, worst, worst_at = (math.nan if curve[name] is None else curve[name] for name in names)
-    yield one_line(
-        f"curve/{curve['curve']}: {end}, {curve['points']} points, {curve['harmonics']} harmonics, "
-        f"peak {height:.6g} m at {frequency:.6g} Hz{END_MARK * bool(curve.get('peak_at_end'))}"
-    )
-    if math.isfinite(worst):
-        yield one_line(
-            f"  worst motion: {worst:.6g} m at {worst_at:.6g} Hz{END_MARK * bool(curve.get('worst_at_end'))}"
-            f"{UNSTABLE_MARK * bool(curve.get('worst_unstable'))}, {curve['worst_motion']}, "
-            f"branch {curve['worst_branch']} (0: main){_harmonics_said(curve)}"
-        )
-    yield one_line("  " + ", ".join(f"{key} = {value}" for key, value in curve["parameters"].items()))
-
-
-def _harmonics_said(curve: dict[str, Any]) -> str:
-    error = curve.get("worst_truncation_error")
-    return truncation_mark(math.nan if error is None else error)
 
 
 def _value(attribute: Any) -> Any:

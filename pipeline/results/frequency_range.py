@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -97,6 +97,29 @@ def proposed_range(resonances: Sequence[Resonance], limits: tuple[float, float])
     low = min(way[FREE].frequency_hz for way in about) * (1.0 - ROOM)
     high = max(way[STUCK].frequency_hz for way in about) * (1.0 + ROOM)
     return _rounded(low, math.floor), _rounded(high, math.ceil)
+
+
+def linear_modes(
+    members: Sequence[Member], resonances: Mapping[int, Sequence[Resonance]]
+) -> tuple[list[dict[str, Any]], dict[int, float]]:
+    """The modes that the range is about, and the amplitude of the free blade at its resonance, m, of each member.
+
+    `resonances` and the amplitudes by index of the member. Entries of `linear` in summary.json, one for each engine
+    order and mode: least and largest frequency with free and with stuck shrouds over the members.
+    """
+    found: dict[tuple[int, int], dict[str, Any]] = {}
+    free_m = {}
+    for member in members:
+        about = _modes_about(resonances[member.index], member.scene.response.frequency)
+        if about:
+            free_m[member.index] = max(way[FREE].amplitude_m for way in about)
+        for way in about:
+            order, mode = way[FREE].engine_order, way[FREE].number
+            entry = found.setdefault((order, mode), {"engine_order": order, "mode": mode})
+            for state in (FREE, STUCK):
+                hertz = [way[state].frequency_hz, *entry.get(f"{state}_hz", ())]
+                entry[f"{state}_hz"] = [min(hertz), max(hertz)]
+    return list(found.values()), free_m
 
 
 def _modes_about(resonances: Sequence[Resonance], limits: tuple[float, float]) -> list[dict[str, Resonance]]:

@@ -91,8 +91,8 @@ def _groups(values: Array) -> list[tuple[Any, Array]]:
 
 
 MOST_ROWS = 40  # curves that have a row each
-FIRST_ROWS = 10  # rows of more curves than that
-MOST_NOTES = 10  # lines about single curves
+FEW_ROWS = 10  # rows of more curves than that: half of them the lowest, half the highest
+MOST_NOTES = 40  # lines about single curves
 ROWS = "curves.csv has all curves"
 
 
@@ -163,8 +163,8 @@ def abbreviated(notes: Iterable[str]) -> list[str]:
     kept: list[str] = []
     single = 0
     for note in notes:
-        single += note.startswith("curve ")
-        if not note.startswith("curve ") or single <= MOST_NOTES:
+        single += note.startswith("Curve ")
+        if not note.startswith("Curve ") or single <= MOST_NOTES:
             kept.append(note)
     left = single - MOST_NOTES
     return kept if left <= 0 else [*kept, f"{left} more lines on single curves; {ROWS}"]

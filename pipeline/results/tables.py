@@ -1,21 +1,15 @@
-"""What a run prints at its end: the table of its curves, and notes on errors, branches, bifurcations and friction."""
+"""Cells and words that screen, `shroud info` and report share: values, errors, static contact, bounds."""
 
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from nonlinear import TRUNCATION_TOLERATED as TOLERATED
-from pipeline.results.worst import END_MARK, MOST_NAMED, branch_said, share, worst_cells
+from pipeline.results.worst import MOST_NAMED, share
 from pipeline.scene.labels import prefixed, quantity, value_label
 from pipeline.stages.curve.curve_summary import CurveSummary
 from pipeline.stages.curve.respond import CurveResult
-from pipeline.stages.request import RunOutcome
-
-if TYPE_CHECKING:
-    from rich.table import Table
 
 
 def branch_remarks(branch: Mapping[str, Any]) -> str:
@@ -34,29 +28,6 @@ def _remarks(branch: Mapping[str, Any]) -> Iterator[str]:
 
 
 _SAME = 1e-9  # of the peak: bounds that differ by less are one
-ESTIMATED = "; an estimate with the friction cone: some tractions may lead a little beyond it"
-
-
-def residual_notes(curves: Sequence[CurveResult]) -> list[str]:
-    """The bounds of the peaks over residual tractions; without them, one line on the peaks that are not unique."""
-    facts = {number: curve.facts for number, curve in enumerate(curves) if curve.facts is not None}
-    notes = [
-        f"curve {number}: {bounds_text(item)}{ESTIMATED if is_estimate(curves[number]) else ''}"
-        for number, item in facts.items()
-        if has_bounds(item)
-    ]
-    open_ = [number for number, item in facts.items() if item.free_nodes > 0 and not has_bounds(item)]
-    failed = [number for number in open_ if curves[number].member.scene.response.residual_tractions == "bounds"]
-    notes += [f"curve {number}: residual tractions: no bounds found" for number in failed]
-    open_ = [number for number in open_ if number not in failed]
-    if not open_:
-        return notes
-    numbers = f"{_listed(open_)}: " if len(curves) > 1 else ""
-    return [
-        *notes,
-        f"{numbers}some contact nodes stick all the time along t1 or t2 at the peak, and friction leaves the static "
-        'traction there undetermined; response.residual_tractions = "bounds" gives the lowest and the highest peak',
-    ]
 
 
 def has_bounds(facts: CurveSummary) -> bool:
@@ -106,7 +77,7 @@ def change(value: float, reference: float) -> str:
     return "0 %" if abs(relative) < 5e-6 else f"{100.0 * relative:+.2g} %"
 
 
-def _listed(numbers: Sequence[int]) -> str:
+def listed(numbers: Sequence[int]) -> str:
     """Numbers of curves, with ranges in place of long lists, or how many they are."""
     if len(numbers) > 2 and list(numbers) == list(range(numbers[0], numbers[-1] + 1)):
         return f"curves {numbers[0]} to {numbers[-1]}"
@@ -116,35 +87,6 @@ def _listed(numbers: Sequence[int]) -> str:
 
 
 TOLERATED_SAMPLING = 0.01  # the same of the sampling error of its amplitude or frequency
-
-
-def curve_table(outcome: RunOutcome, most: int | None = None) -> Table:
-    """One row a curve: swept parameters, worst motion, peak of the main branch, static contact, errors, seconds.
-
-    `most` is the number of curves, the first ones, that have a row; None: all.
-    """
-    from rich.markup import escape
-    from rich.table import Table
-
-    swept = list(outcome.curves[0].member.parameters) if outcome.curves else []
-    table = Table(header_style="bold", pad_edge=False)
-    table.add_column("curve", justify="right")
-    for key in swept:
-        table.add_column(escape(quantity(key).axis()), justify="right")
-    factor, unit = amplitude_scale(outcome.curves)
-    sampled = any(is_sampled(c) for c in outcome.curves)
-    errors = ("trunc.\nerror", *(("sampling\nerror",) * sampled), "energy\nerror")
-    worst = ("worst\n[Hz]", f"worst\n[{unit}]", "on\nbranch")
-    peak = ("main\npeak [Hz]", f"main\npeak [{unit}]")
-    loaded = any(has_static_load(c) for c in outcome.curves)  # otherwise it follows from the interference
-    static = ("static\nforce [N]", "open", "static\nv [µm]") if loaded else ()
-    for heading in (*worst, *peak, *static, "har-\nmonics", *errors, "points", "seconds"):
-        table.add_column(escape(heading), justify="right")
-    for index, curve in enumerate(outcome.curves[:most]):
-        text = bare_value if most is None else short_value
-        values = [text(key, value) for key, value in curve.member.parameters.items()]
-        table.add_row(str(index), *values, *_numbers(curve, factor, sampled, loaded))
-    return table
 
 
 def amplitude_scale(curves: Sequence[CurveResult]) -> tuple[float, str]:
@@ -186,36 +128,6 @@ def has_static_load(curve: CurveResult) -> bool:
     return bool(load.speed_rpm or load.force or load.pressure or load.temperature)
 
 
-def _numbers(curve: CurveResult, factor: float, sampled: bool, loaded: bool) -> list[str]:
-    """Cells of a curve.
-
-    With `sampled` there is one of the sampling error, the larger of amplitude and frequency; with `loaded` those of
-    the static contact.
-    """
-    facts = curve.facts
-    if facts is None:
-        return ["failed", *(["-"] * (6 + 3 * loaded + sampled)), "-", "0", "-"]
-    known = math.isfinite(facts.peak_frequency_hz)
-    frequency = f"{facts.peak_frequency_hz:.6g}" if known else "-"
-    amplitude = f"{facts.peak_amplitude_m * factor:.4g}" if known else "-"
-    if known and not facts.peak_located:
-        frequency += END_MARK
-    mark = "" if facts.complete else " (incomplete)"
-    energy = f"{facts.energy_error:.0e}" if math.isfinite(facts.energy_error) else "-"
-    return [
-        *worst_cells(facts, factor),
-        frequency,
-        amplitude,
-        *(static_cells(facts) if loaded else ()),
-        str(facts.harmonics),
-        truncation_cell(facts.truncation_error, facts.truncation_branch),
-        *([_sampling(curve)] * sampled),
-        energy,
-        f"{facts.points}{mark}",
-        f"{facts.seconds:.2f}",
-    ]
-
-
 def static_cells(facts: CurveSummary) -> tuple[str, str, str]:
     """Static normal force of a face, N, its open share, and the range of v, um (above 0 pressed together)."""
     if not math.isfinite(facts.static_force_n):
@@ -236,131 +148,17 @@ def static_said(curve: CurveResult) -> str:
     return f"static contact {at}: {force} N on a face, {share_open} of it open, v = {span} µm (below 0: gap)"
 
 
-def opened_warning(outcome: RunOutcome) -> str:
-    """A line on the curves whose contacts are closed at rest and open in static equilibrium; "" without any."""
-    opened = [n for n, c in enumerate(outcome.curves) if c.facts is not None and c.facts.static_opened]
-    if not opened:
-        return ""
-    first = opened[0]
-    return (
-        f"{len(opened)} of {len(outcome.curves)} curves: nodes that are closed at rest are open before the blade "
-        f"vibrates; centrifugal load and other static forces take the faces apart. Curve {first}: "
-        f"{static_said(outcome.curves[first])}"
-    )
-
-
-def _sampling(curve: CurveResult) -> str:
-    assert curve.facts is not None
-    worst = max(curve.facts.sampling_error, curve.facts.sampling_frequency_error)
-    return share(worst) if is_sampled(curve) else "none"
-
-
 def truncation_cell(error: float, branch: str) -> str:
     """A truncation error in percent, with a word where the peak detaches or is lost with more harmonics."""
     return share(error) if branch in ("", "kept") else f"{share(error)} ({branch})"
 
 
-def branch_warning(outcome: RunOutcome) -> str:
-    """A line on the curves whose peak is not known to stay on its branch with more harmonics; "" without any."""
-    branches = [c.facts.truncation_branch for c in outcome.curves if c.facts is not None]
-    detached, lost = branches.count("detached"), branches.count("lost")
-    parts = [
-        f"{detached} of {len(outcome.curves)} curves: with more harmonics the peak lies on a detached branch, and "
-        "the truncation error compares with what the main branch reaches (detached)",
-        f"{lost} of {len(outcome.curves)} curves: the peak could not be followed to more harmonics on its branch, "
-        "and the truncation error may be larger than estimated (lost)",
-    ]
-    said = "; ".join(part for part, count in zip(parts, (detached, lost), strict=True) if count)
-    return f"{said}; raise response.harmonics" if said else ""
-
-
-def harmonics_warning(outcome: RunOutcome) -> str:
-    """A line on the curves whose truncation error is too large; "" where there are none."""
-    errors = [c.facts.truncation_error for c in outcome.curves if c.facts is not None]
-    lacking = [error for error in errors if error > TOLERATED]
-    if not lacking:
-        return ""
-    return (
-        f"{len(lacking)} of {len(outcome.curves)} curves: truncation error of the peak above "
-        f"{100.0 * TOLERATED:.0f} % (largest estimate: {share(max(lacking))}); raise response.harmonics"
-    )
-
-
-def sampling_warning(outcome: RunOutcome) -> str:
-    """A line on the curves whose sampling error is too large; "" where there are none."""
-    lacking = [pair for pair in sampling_errors(outcome.curves).values() if max(pair) > TOLERATED_SAMPLING]
-    if not lacking:
-        return ""
-    amplitude, frequency = (share(max(errors)) for errors in zip(*lacking, strict=True))
-    return (
-        f"{len(lacking)} of {len(outcome.curves)} curves: sampling error of the peak above "
-        f"{100.0 * TOLERATED_SAMPLING:.0f} % (largest estimates: {amplitude} of the amplitude, {frequency} of the "
-        'frequency); raise contact.samples or set contact.integration = "exact"'
-    )
-
-
-def measured_errors(outcome: RunOutcome) -> tuple[float, float] | None:
+def measured_errors(models: Sequence[Mapping[str, Any]]) -> tuple[float, float] | None:
     """Largest modal truncation error of receptances and of natural frequencies; None: not known."""
-    known = [model for model in outcome.models if model["modes_error"] is not None]
+    known = [model for model in models if model.get("modes_error") is not None]
     if not known:
         return None
     receptance, frequency = (
         max(model[f"{name}_error"] for model in known) for name in ("receptance", "modes_frequency")
     )
     return receptance, frequency
-
-
-def mode_notes(outcome: RunOutcome) -> list[str]:
-    """A line on the modal truncation error of the reduced models, where it is known."""
-    known = [model for model in outcome.models if model["modes_error"] is not None]
-    if not known:
-        return []
-    modes = sorted({model["modes"] for model in known})
-    number = str(modes[0]) if len(modes) == 1 else f"{modes[0]} to {modes[-1]}"
-    measured = measured_errors(outcome)
-    assert measured is not None
-    receptance, frequency = map(share, measured)
-    on_a_mesh = any(model["mesh"] is not None and "wave_error" not in model for model in known)
-    return [
-        f"{number} fixed-interface modes: modal truncation error {frequency} in natural frequencies, "
-        f"{receptance} in receptances at a fixed frequency (estimated)" + "; mesh error: shroud verify" * on_a_mesh
-    ]
-
-
-def wave_notes(outcome: RunOutcome) -> list[str]:
-    """A line on the error of the motions kept of a disk's cut faces, where there are any."""
-    known = [model for model in outcome.models if "wave_error" in model]
-    if not known:
-        return []
-    worst = max(known, key=lambda model: float(model["wave_error"]))
-    waves = ", ".join(str(number) for number in sorted(worst["wave_error_at"]))
-    return [
-        f"disk: {worst['cut_face_motions']} motions of a cut face; largest error of six frequencies "
-        f"{share(worst['wave_error'])}, against the whole mesh at nodal diameters {waves}"
-    ]
-
-
-def coriolis_notes(outcome: RunOutcome) -> list[str]:
-    """A line on what leaving out the Coriolis forces costs, where a model is at speed."""
-    errors = [model["coriolis_error"] for model in outcome.models]
-    if None in errors:
-        return ["Coriolis forces are neglected, effect not known: the reduced model has no dataset coriolis"]
-    if not any(errors):
-        return []
-    return [f"Coriolis forces are neglected: they change natural frequencies in the range by {share(max(errors))}"]
-
-
-def motion_notes(outcome: RunOutcome) -> list[str]:
-    """A line for every detached branch, and for every curve with bifurcations other than folds."""
-    notes = []
-    for index, curve in enumerate(outcome.curves):
-        if curve.facts is None:
-            continue
-        for branch in curve.facts.detached:
-            stable = "" if branch["stable_points"] else ", unstable"
-            notes.append(f"curve {index}: a detached branch, {branch_said(branch)}{stable}{branch_remarks(branch)}")
-        kinds = Counter(item["kind"] for item in curve.facts.bifurcations if item["kind"] != "fold")
-        if kinds:
-            found = ", ".join(f"{kind} ({count})" for kind, count in kinds.items())
-            notes.append(f"curve {index}: bifurcations other than folds: {found}")
-    return notes

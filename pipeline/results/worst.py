@@ -1,11 +1,11 @@
 """The motions of the curves in words, as table, report, summary and terminal say them: heights with their marks, the
-worst motion, detached branches, what was searched, ends of the range, and a warning."""
+worst motion and the contact there, detached branches, what was searched, ends of the range."""
 
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nonlinear import TRUNCATION_TOLERATED
@@ -13,12 +13,15 @@ from pipeline.scene.labels import prefixed
 
 if TYPE_CHECKING:
     from pipeline.stages.curve.curve_summary import CurveSummary
-    from pipeline.stages.curve.respond import CurveResult
+
+# Contact at the worst motion, and what it is called: no node ever in contact, some node opens at some time, some node
+# slips and none opens, all stick all the time.
+FREE, STUCK, SLIPPING, SEPARATING, UNKNOWN = "free", "stuck", "slipping", "separating", "unknown"
+CONTACT_SAID = {FREE: "open", SEPARATING: "opens and closes", SLIPPING: "slips", STUCK: "sticks", UNKNOWN: "-"}
 
 SEARCHED = "searched: "  # beginning of each sentence
 END_MARK = " (end)"  # beside a frequency or an amplitude at an end of the frequency range, where no peak is
 UNSTABLE_MARK = " (unstable)"  # beside the amplitude of a solution that the ring leaves
-_NUMBER = re.compile(r"\d+")
 # what is open after too short a time integration
 SHORT_OF_TIME = ("take too long", "left out", "not settled", "was followed")
 STARRED = ("quasi-periodic", "irregular")  # kinds of worst motions that do not repeat
@@ -76,85 +79,19 @@ def share(error: float) -> str:
     return "< 0.01 %" if error < 1e-4 else f"{100.0 * error:.2g} %"
 
 
-def worst_kind(facts: CurveSummary) -> str:
-    """Branch of the worst motion, and whether it is quasi-periodic or irregular."""
-    where = "on no branch found" if facts.worst_branch < 0 else f"{_branch(facts)} branch"
-    if facts.worst_branch > 0:
-        where = f"detached branch {facts.worst_branch}"
-    if facts.worst_motion == "periodic":
-        return where
-    seen = f", seen for {facts.worst_periods} periods" if facts.worst_motion == "irregular" else ""
-    return f"{facts.worst_motion}{seen}, from the {where}"
-
-
 def _branch(facts: CurveSummary) -> str:
     if facts.worst_branch < 0:
         return "none"
     return f"detached {facts.worst_branch}" if facts.worst_branch else "main"
 
 
-def exceeds_peak(facts: CurveSummary | None) -> bool:
-    """Whether the worst motion is noticeably higher than the peak of the main branch."""
-    if facts is None or not math.isfinite(facts.worst_amplitude_m) or not math.isfinite(facts.peak_amplitude_m):
-        return False
-    return facts.worst_amplitude_m > NOTICEABLE * facts.peak_amplitude_m
-
-
-def worst_warning(curves: Sequence[CurveResult]) -> str:
-    """A line on the curves whose worst motion is higher than the peak of the main branch; "" where there are none."""
-    higher = {i: c.facts for i, c in enumerate(curves) if c.facts is not None and exceeds_peak(c.facts)}
-    if not higher:
-        return ""
-    number, facts = max(higher.items(), key=lambda item: item[1].worst_amplitude_m / item[1].peak_amplitude_m)
-    worst, peak = with_unit(facts.worst_amplitude_m), with_unit(facts.peak_amplitude_m)
-    count = f"{len(higher)} of {len(curves)} curves: a" if len(curves) > 1 else "a"
-    of = f", on curve {number} {worst}" if len(curves) > 1 else f", {worst}"
-    ratio = facts.worst_amplitude_m / facts.peak_amplitude_m
-    return (
-        f"{count} motion that persists is higher than the peak of the main branch{of} at "
-        f"{facts.worst_frequency_hz:.6g} Hz ({worst_kind(facts)}) beside {peak}, {ratio:.3g} times as high"
-    )
-
-
-def unstable_peak_numbers(curves: Sequence[CurveResult]) -> list[int]:
+def unstable_peaks(facts: Mapping[int, CurveSummary]) -> list[int]:
     """Curves whose worst motion is noticeably lower than the peak of the main branch, which does not persist."""
     return [
         number
-        for number, curve in enumerate(curves)
-        if curve.facts is not None
-        and math.isfinite(curve.facts.worst_amplitude_m)
-        and curve.facts.worst_amplitude_m * NOTICEABLE < curve.facts.peak_amplitude_m
+        for number, item in facts.items()
+        if math.isfinite(item.worst_amplitude_m) and item.worst_amplitude_m * NOTICEABLE < item.peak_amplitude_m
     ]
-
-
-def search_notes(curves: Sequence[CurveResult]) -> list[str]:
-    """What the search for the worst motion covered and what it did not, and what it left open, curve by curve."""
-    said = [curve.facts.worst_searched for curve in curves if curve.facts is not None and curve.facts.worst_searched]
-    notes = [f"worst motion: the highest that persists; {_merged(said)}"] if said else []
-    notes += end_notes(curves)
-    if said and any(curve.carried_from for curve in curves):
-        notes.append("branches of neighbouring curves of the sweep were continued to these curves, too")
-    if any(curve.facts is not None and curve.facts.worst_motion in STARRED for curve in curves):
-        notes.append("* quasi-periodic or irregular: the largest displacement of a long time integration of the ring")
-    for number, curve in enumerate(curves):
-        notes += [f"curve {number}: {said}" for said in (() if curve.facts is None else seen_remarks(curve.facts))]
-    if low := unstable_peak_numbers(curves):
-        named = (
-            f"{len(low)} curves"
-            if len(low) > MOST_NAMED
-            else f"curve{'s' if len(low) > 1 else ''} {', '.join(map(str, low))}"
-        )
-        notes.append(f"{named}: the peak of the main branch is unstable and does not persist")
-    for number, curve in enumerate(curves):
-        notes += [f"curve {number}: {said}" for said in (() if curve.facts is None else open_remarks(curve.facts))]
-    short = {
-        curve.member.scene.response.blade_periods
-        for curve in curves
-        if curve.facts is not None and any(reason in curve.facts.worst_unresolved for reason in SHORT_OF_TIME)
-    }
-    if short:
-        notes.append(f"response.blade_periods above {max(short)} lets time integration go on for longer")
-    return notes
 
 
 def seen_remarks(facts: CurveSummary) -> Iterator[str]:
@@ -173,15 +110,6 @@ def open_remarks(facts: CurveSummary) -> Iterator[str]:
         yield f"{what}: {facts.worst_unresolved}"
     if facts.worst_not_counted:
         yield f"not counted as worst motion: {facts.worst_not_counted}"
-
-
-def end_notes(curves: Sequence[CurveResult]) -> list[str]:
-    """A line for each curve whose highest amplitude lies at an end of the frequency range."""
-    return [
-        f"curve {number}: {said}"
-        for number, curve in enumerate(curves)
-        if curve.facts is not None and (said := end_said(curve.facts))
-    ]
 
 
 def end_said(facts: CurveSummary) -> str:
@@ -219,20 +147,30 @@ def sentence(text: str) -> str:
     return f"{text[:1].upper()}{text[1:]}."
 
 
-def _merged(texts: Sequence[str]) -> str:
-    """Sentences of the same form as one: where only numbers differ from curve to curve their range is given."""
-    columns: dict[int, dict[str, list[list[int]]]] = {}
-    for text in texts:
-        for place, part in enumerate(text.removeprefix(SEARCHED).split("; ")):
-            numbers = [int(number) for number in _NUMBER.findall(part)]
-            columns.setdefault(place, {}).setdefault(_NUMBER.sub("#", part), []).append(numbers)
-    return SEARCHED + "; ".join(
-        " or ".join(_filled(*item) for item in variants.items()) for variants in columns.values()
-    )
+def contact_state(file: Path, facts: CurveSummary) -> str:
+    """Contact state at the worst motion of a curve in a file, or at the peak where that is not known.
+
+    Of a quasi-periodic motion that of the periodic solution that it departs from.
+    """
+    import h5py
+
+    from pipeline.stages.curve.curve_file import BRANCHES
+
+    worst = math.isfinite(facts.worst_amplitude_m)
+    number, index = (facts.worst_branch, facts.worst_index) if worst else (0, facts.peak_index)
+    with h5py.File(file, "r") as source:
+        branches = sorted(source.get(BRANCHES, ()), key=int)
+        if not 0 <= number <= len(branches) or index < 0:
+            return UNKNOWN
+        return _state(source[BRANCHES][branches[number - 1]] if number else source, index)
 
 
-def _filled(form: str, rows: list[list[int]]) -> str:
-    """A form with # for each number, filled in with the numbers, or their ranges, of all rows."""
-    ranges = [(min(column), max(column)) for column in zip(*rows, strict=True)]
-    texts = iter(str(low) if low == high else f"{low}...{high}" for low, high in ranges)
-    return "".join(next(texts) if character == "#" else character for character in form)
+def _state(group: Any, index: int) -> str:
+    """Contact state of one point of a branch, from its nodes and its contact force."""
+    sticking, slipping, separating = (int(group[name][index]) for name in ("sticking", "slipping", "separating"))
+    if separating:
+        force = group["contact_force"][index]  # without contact exactly 0, but for the mean of a preload
+        return SEPARATING if force[1:].any() or force[0, :, :2].any() else FREE
+    if slipping:
+        return SLIPPING
+    return STUCK if sticking else UNKNOWN

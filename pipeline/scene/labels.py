@@ -101,8 +101,13 @@ def fixed_values(scene: Scene, swept: Collection[str]) -> str:
     return ", ".join(text for key, text in said.items() if text and key not in swept)
 
 
+_OF_BLADES = (1e-8, 1e-2)  # displacements, m, that all have one unit, um
+
+
 def prefixed(largest: float, unit: str) -> tuple[float, str]:
-    """Factor and prefixed unit that bring a number between 1 and 1000."""
+    """Factor and prefixed unit that bring a number between 1 and 1000; a displacement of a blade is always in um."""
+    if unit == "m" and _OF_BLADES[0] <= largest < _OF_BLADES[1]:
+        return 1e6, "µm"
     size, prefix = _PREFIXES[0] if largest > 0.0 else (1.0, "")
     for candidate, name in _PREFIXES:
         if largest >= candidate:

@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 
-from pipeline.studies.map.grid import SLIPPING, STUCK, MapGrid, MapPoint
+from pipeline.results.worst import SLIPPING, STUCK
+from pipeline.studies.map.grid import MapGrid, MapPoint
 from rom import ReducedModel
 
 STIFFNESS, DAMPING = 1.0, 0.02  # of a unit mass: frequency 1 / (2 pi) Hz, damping ratio 0.01

@@ -13,7 +13,7 @@ from pipeline_support import shroud, write_scene
 from pipeline import run_scene
 from pipeline.codec import restored
 from pipeline.results.results import Results, read_results
-from pipeline.studies.map.grid import FREE, SEPARATING, SLIPPING, STUCK
+from pipeline.results.worst import FREE, SEPARATING, SLIPPING, STUCK
 from pipeline.studies.map.report import map_section
 from pipeline.studies.map.result import WorstMotionMap
 from rom import write_reduced_model

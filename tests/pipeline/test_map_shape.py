@@ -9,8 +9,9 @@ from map_support import exact_point, peak
 from matplotlib.tri import LinearTriInterpolator, Triangulation
 
 from pipeline.figures.style import styled, subplots
+from pipeline.results.worst import SLIPPING, STUCK
 from pipeline.studies.map.figure import MapShape, draw_contours, levels_of, map_figure
-from pipeline.studies.map.grid import SLIPPING, STUCK, MapAxis, MapGrid, MapPoint, even_in_logarithm, spaced
+from pipeline.studies.map.grid import MapAxis, MapGrid, MapPoint, even_in_logarithm, spaced
 from pipeline.studies.map.result import (
     WorstMotionMap,
     cell_areas,

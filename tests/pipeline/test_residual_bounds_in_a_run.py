@@ -11,7 +11,8 @@ import pytest
 from pipeline_support import ground_scene, shroud, summary_of, without_lines, write_ground_model, write_scene
 
 from pipeline import run_scene
-from pipeline.results.tables import bounds_text, residual_notes
+from pipeline.results.certainty import residual_sentences
+from pipeline.results.tables import bounds_text
 from pipeline.stages.curve.curve_summary import read_summary
 
 pytestmark = pytest.mark.xdist_group("bounds")  # one worker: what the module makes is made once
@@ -61,11 +62,12 @@ def test_files_and_summary_have_the_bounds(bounded: tuple[Path, str]) -> None:
 
 def test_notes_and_figure_show_the_bounds(bounded: tuple[Path, str]) -> None:
     folder, printed = bounded
-    assert "residual tractions" in printed.replace("\n", " ")
     with h5py.File(folder / "response.h5") as file:
         facts = read_summary(file["curve/0"])
         old = {name: value for name, value in file["curve/0"].attrs.items() if "vibration" not in name}
-    assert bounds_text(facts) in printed.replace("\n", " ")
+    assert "by residual tractions" in printed
+    told = " ".join(shroud("info", folder)[1].split())
+    assert bounds_text(facts) in told
     assert f"vibration {1e3 * facts.residual_highest_vibration_m:.4g}, mean" in bounds_text(facts)
     earlier = read_summary(SimpleNamespace(attrs=old))  # type: ignore[arg-type]
     assert np.isnan([earlier.residual_lowest_m, earlier.residual_highest_m]).all()
@@ -82,25 +84,21 @@ def test_a_run_without_bounds_says_what_friction_leaves_open(tmp_path: Path) -> 
         assert "residual" not in file["curve/0"]
         facts = read_summary(file["curve/0"])
 
-    def result(free_nodes: int, asked: str) -> Any:
-        scene = SimpleNamespace(response=SimpleNamespace(residual_tractions=asked))
-        return SimpleNamespace(facts=replace(facts, free_nodes=free_nodes), member=SimpleNamespace(scene=scene))
-
-    open_, unique, failed = result(3, "projected"), result(0, "projected"), result(3, "bounds")
-    (note,) = residual_notes([open_, unique, open_])
-    assert note.startswith("curves 0, 2: ")
+    open_, unique = replace(facts, free_nodes=3), replace(facts, free_nodes=0)
+    (note,) = residual_sentences({0: open_, 1: unique, 2: open_}, asked=False, cone=False)
+    assert note.startswith("Curves 0, 2: ")
     assert "along t1 or t2" in note  # a node that slips along one of them has a free traction along the other
     assert 'response.residual_tractions = "bounds"' in note
-    assert residual_notes([unique]) == []
-    assert residual_notes([unique, failed]) == ["curve 1: residual tractions: no bounds found"]
+    assert residual_sentences({0: unique}, asked=False, cone=False) == []
+    (failed,) = residual_sentences({0: unique, 1: open_}, asked=True, cone=False)
+    assert failed == "Curve 1: no bounds over residual tractions were found."
 
     bounded = replace(
         facts, residual_lowest_m=0.9 * facts.peak_amplitude_m, residual_highest_m=facts.peak_amplitude_m
     )
-    for law, estimated in (("two_sliders", False), ("cone", True)):
-        member = SimpleNamespace(scene=SimpleNamespace(contact=SimpleNamespace(law=law)))
-        (note,) = residual_notes([SimpleNamespace(facts=bounded, member=member)])
-        assert ("estimate" in note) == estimated
+    for cone in (False, True):
+        (note,) = residual_sentences({0: bounded}, asked=True, cone=cone)
+        assert ("estimate" in note) == cone
 
 
 def test_bounds_are_refused_with_a_static_analysis_first(tmp_path: Path) -> None:

@@ -11,11 +11,10 @@ import pytest
 from pipeline_support import shroud, small_scene, summary_of, write_scene
 
 from pipeline.report import error_budget
-from pipeline.results.tables import coriolis_notes
+from pipeline.results.certainty import error_sentences
 from pipeline.scene.reading import read_scene
 from pipeline.stages.model.modal_truncation import stored_coriolis_error
 from pipeline.stages.model.model_chain import BuiltModel
-from pipeline.stages.request import RunOutcome
 from pipeline.store.content_store import Store
 from rom import (
     Material,
@@ -115,8 +114,8 @@ def test_of_a_given_model_without_its_coriolis_matrix_the_effect_is_not_known(
     with h5py.File(rom, "r+") as file:
         del file["coriolis"]
     assert stored_coriolis_error(store, BuiltModel("other", rom, None, {}), scene) is None
-    (note,) = coriolis_notes(RunOutcome(models=[{"coriolis_error": 1e-3}, {"coriolis_error": None}]))
-    assert note == "Coriolis forces are neglected, effect not known: the reduced model has no dataset coriolis"
+    said = error_sentences({}, [{"coriolis_error": 1e-3}, {"coriolis_error": None}])
+    assert said[-1].startswith("Coriolis forces are neglected; their effect is not known")
 
 
 @pytest.mark.parametrize(

@@ -50,7 +50,8 @@ def test_lines_elsewhere_than_at_a_terminal_tell_the_time_left(clock: list[float
             clock[0] = seconds
             counter.done("one")
     lines = stream.getvalue().splitlines()
-    assert lines == ["curves 1/3: one, about 8 s left", "curves 2/3: one, about 5 s left", "curves 3/3: one"]
+    done = "curves, {} of 3 done: one"
+    assert lines == [done.format(1) + "; about 8 s left", done.format(2) + "; about 5 s left", done.format(3)]
 
 
 @pytest.mark.parametrize(("seconds", "text"), [(0.44, "0.4 s"), (12.3, "12 s"), (200.0, "3 min"), (9000.0, "2.5 h")])
@@ -105,7 +106,7 @@ def test_json_of_a_run(tmp_path: Path) -> None:
     status, said, error = shroud(*arguments)
     assert status == 0
     assert json.loads(said) == summary_of(tmp_path / "out")
-    assert "curves 1/2: " in error
+    assert "curves, 1 of 2 done: " in error
     assert " left" in error
     status, said, error = shroud(*arguments, "--quiet")
     assert (status, error) == (0, "")

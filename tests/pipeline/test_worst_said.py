@@ -1,4 +1,4 @@
-"""The worst motion where a user reads it: table, warning, notes, summary, figures."""
+"""The worst motion where a user reads it: screen, `shroud info`, summary, figures, report."""
 
 import math
 from dataclasses import fields, replace
@@ -12,10 +12,19 @@ from pipeline_support import small_scene, write_scene
 from pipeline.figures.curve_line import mark_worst
 from pipeline.figures.style import styled
 from pipeline.report.page import _worst_cards
+from pipeline.results.certainty import error_sentences, open_sentences, search_sentences
+from pipeline.results.conclusion import (
+    ShownCurve,
+    conclusion_table,
+    lowest_line,
+    modes_line,
+    open_lines,
+    table_lines,
+    technical_table,
+)
 from pipeline.results.outputs import curve_summary
 from pipeline.results.overview import overview_lines, statistics
-from pipeline.results.tables import curve_table, opened_warning
-from pipeline.results.worst import height_mark, search_notes, worst_cells, worst_warning
+from pipeline.results.worst import height_mark, worst_cells
 from pipeline.scene.reading import read_scene
 from pipeline.stages.curve.curve_summary import NO_WORST, CurveSummary
 from pipeline.stages.curve.curve_table import table_of
@@ -72,19 +81,39 @@ def curves(tmp_path: Path) -> list[CurveResult]:
     return [CurveResult(member, None, None, found, "") for member, found in zip(members, facts, strict=True)]
 
 
+def shown(curves: list[CurveResult], **more: Any) -> list[ShownCurve]:
+    """The curves as the screen shows them."""
+    return [
+        ShownCurve(number, curve.member.parameters, curve.facts, curve.reason, "slipping", 1e-3, **more)
+        for number, curve in enumerate(curves)
+    ]
+
+
+def facts_of(curves: list[CurveResult]) -> dict[int, CurveSummary]:
+    return {number: curve.facts for number, curve in enumerate(curves) if curve.facts is not None}
+
+
+def screen(curves: list[CurveResult], static: bool = False) -> list[str]:
+    """The lines of the table at the end of a run, without those of its headings."""
+    found = shown(curves)
+    return table_lines(conclusion_table(found, range(len(found)), static), 120)[1:]
+
+
 def test_an_end_of_the_range_is_marked_and_its_inner_peak_named(curves: list[CurveResult]) -> None:
     """85 nm at 600 Hz, where the range ended, stood in a report as the best value."""
     peaks = ({"frequency_hz": 300.0, "amplitude_m": 60e-9},)
     end = replace(periodic(85e-9), worst_frequency_hz=600.0, worst_at_end=True, worst_unresolved="600 Hz is an end")
     end = replace(end, peak_amplitude_m=85e-9, peak_frequency_hz=600.0, peak_at_end=True, peaks=peaks)
     assert worst_cells(end, 1e9) == ("600 (end)", ">= 85", "main")
-    (said,) = (note for note in search_notes([replace(curves[0], facts=end)]) if "no peak" in note)
-    assert said == (
-        "curve 0: 85 nm at 600 Hz, an end of the frequency range, is no peak (the highest inside it: 60 nm at 300 Hz)"
+    assert open_sentences({3: end})[0] == (
+        "Curve 3: 0.085 µm at 600 Hz, an end of the frequency range, is no peak "
+        "(the highest inside it: 0.06 µm at 300 Hz)."
     )
-    assert "none inside it" in "".join(search_notes([replace(curves[0], facts=replace(end, peaks=()))]))
-    assert not any("no peak" in note for note in search_notes(curves))
+    assert "none inside it" in "".join(open_sentences({0: replace(end, peaks=())}))
+    assert not any("no peak" in said for said in open_sentences(facts_of(curves)))
     assert height_mark(end) == " (end)"
+    (line,) = screen([replace(curves[0], facts=end)])
+    assert line.endswith("end of the range, no peak; may be higher")
     row = curve_summary(replace(curves[0], facts=end), Path())
     assert (row["peak_at_end"], row["worst_at_end"]) == (True, True)
 
@@ -106,54 +135,101 @@ def test_best_curve_and_best_value_are_no_end_of_the_range(curves: list[CurveRes
     assert ">= 1 nm" in "".join(overview_lines(table_of(listed[2:], ["contact.interference"], tmp_path))[0])
 
 
-def test_the_static_contact_is_in_the_table_and_a_contact_that_rotation_opens_is_said(
-    curves: list[CurveResult],
-) -> None:
+def test_the_static_contact_is_said_where_loads_act(curves: list[CurveResult]) -> None:
     """100 um were closed at rest and open at 5000 rev/min, and nobody was told."""
     closed = replace(periodic(PEAK), static_force_n=12.34, static_open_share=0.0, static_lowest_m=1e-6)
     closed = replace(closed, static_highest_m=4e-6)
     opened = replace(closed, static_force_n=0.0, static_open_share=1.0, static_opened=True)
     opened = replace(opened, static_lowest_m=-33e-6, static_highest_m=-33e-6)
-    outcome: Any = SimpleNamespace(
-        curves=[replace(c, facts=f) for c, f in zip(curves, (closed, opened), strict=False)]
-    )
-    assert "open" not in [column.header for column in curve_table(outcome).columns]  # no static load
-    scene = curves[1].member.scene
-    rotating = scene.model_copy(update={"load": scene.load.model_copy(update={"speed_rpm": 5000.0})})
-    outcome.curves[1] = replace(outcome.curves[1], member=replace(curves[1].member, scene=rotating))
-    table = curve_table(outcome)
-    columns = {str(column.header).replace("\n", " "): list(column.cells) for column in table.columns}
-    assert (columns["static force [N]"], columns["open"]) == (["12.34", "0"], ["0 %", "100 %"])
+    two = [replace(c, facts=f) for c, f in zip(curves, (closed, opened), strict=False)]
+    assert " %" not in "".join(screen(two))  # no static load
+    assert ["0 %" in screen(two, static=True)[0], "100 %" in screen(two, static=True)[1]] == [True, True]
+    columns = columns_of(technical_table(shown(two), static=True))
+    assert columns["static force [N]"] == ["12.34", "0"]
     assert columns["static v [µm]"] == ["1 to 4", "-33"]
-    said = opened_warning(outcome)
-    assert said.startswith("1 of 2 curves: nodes that are closed at rest are open before the blade vibrates")
-    assert said.endswith("0 N on a face, 100 % of it open, v = -33 µm (below 0: gap)")
-    assert opened_warning(cast(Any, SimpleNamespace(curves=outcome.curves[:1]))) == ""
-    row = curve_summary(outcome.curves[1], Path())
+    row = curve_summary(two[1], Path())
     assert (row["static_force_n"], row["static_open_share"], row["static_opened"]) == (0.0, 1.0, True)
+
+
+def columns_of(table: Any) -> dict[str, list[str]]:
+    """The cells of a table by its headings."""
+    found = {str(column.header).replace("\n", " "): list(column.cells) for column in table.columns}
+    assert len({len(cells) for cells in found.values()}) == 1
+    return found
 
 
 def test_too_few_harmonics_and_instability_are_said_beside_the_number(curves: list[CurveResult]) -> None:
     facts = replace(periodic(5e-6), worst_truncation_error=0.24)
     assert worst_cells(facts, 1e6)[1] == "5 (H too small)"
     assert height_mark(facts) == " (H too small: truncation error 24 %)"
+    assert "too few harmonics: truncation error 24 %" in screen([replace(curves[0], facts=facts)])[0]
     beside = replace(facts, worst_truncation_error=0.01, worst_not_counted="detached branch 1, up to 1.2e-04 m")
     assert worst_cells(beside, 1e6)[1] == "5"
     unstable = replace(periodic(5e-6), worst_unstable=True, worst_unresolved="unstable against nodal diameter 7")
     assert (worst_cells(unstable, 1e6)[1], height_mark(unstable)) == ("5 (unstable)", " (unstable)")
-    notes = search_notes([replace(curves[0], facts=beside), replace(curves[1], facts=unstable)])
-    assert "curve 1: the worst motion is not known: unstable against nodal diameter 7" in notes
-    assert "curve 0: not counted as worst motion: detached branch 1, up to 1.2e-04 m" in notes
+    assert "Curve 1: the worst motion is not known: unstable against nodal diameter 7." in open_sentences(
+        {1: unstable}
+    )
+    (line,) = screen([replace(curves[1], facts=unstable)])
+    assert line.endswith("UNSTABLE, the ring leaves it for a motion not known")
+    assert ">=" not in line
+    assert "Curve 0: not counted as worst motion: detached branch 1, up to 1.2e-04 m." in open_sentences({0: beside})
+    lost = {0: replace(facts, truncation_branch="lost"), 1: replace(facts, truncation_branch="detached")}
+    said = " ".join(error_sentences(lost, []))
+    assert "Curve 0: the peak could not be followed" in said
+    assert "Curve 1: with more harmonics the peak lies on a detached branch" in said
 
 
-def test_a_warning_where_a_motion_is_higher_than_the_main_branch(curves: list[CurveResult]) -> None:
-    assert worst_warning(curves[:1]) == ""
-    alone = worst_warning(curves[1:2])
-    for said in ("104.3 µm", "440 Hz", "detached branch 1", "5.73 µm", "18.2 times"):
-        assert said in alone
-    together = worst_warning(curves)
-    assert together.startswith("2 of 5 curves: ")
-    assert "on curve 1 104.3 µm" in together
+def test_the_screen_says_in_words_what_the_number_of_a_curve_is(curves: list[CurveResult]) -> None:
+    lines = screen(curves)
+    assert [line.split()[:3] for line in lines] == [
+        ["0", "10", "5.73"],
+        ["1", "20", "104.3"],
+        ["2", "30", "8"],
+        ["3", "40", ">="],
+        ["4", "50", ">="],
+    ]
+    ends = (
+        "slips    lowest",
+        "detached branch 1; a response curve shows only 5.73",
+        "irregular; a response curve shows only 5.73",
+        "NOT SETTLED, may be higher; peak 5.73 is unstable",
+        "may be higher",
+    )
+    for line, end in zip(lines, ends, strict=True):
+        assert line.endswith(end)
+    failed = replace(curves[0], facts=None, reason="the model could not be made")
+    assert screen([curves[0], failed])[1].endswith("FAILED: the model could not be made")
+    assert "lowest" not in screen(curves[:1])[0]
+
+
+def test_the_lines_below_the_table(curves: list[CurveResult]) -> None:
+    """The lowest of the curves that nothing was left open on, how far below the free blade, what to do next."""
+    assert lowest_line(shown(curves)) == (
+        "lowest: v0 = 10 µm, 5.73 µm (170 times below the free blade); end of the sweep, go further; "
+        "lower so far: curve 3"
+    )
+    assert lowest_line(shown([curves[1], curves[0], curves[2]])).endswith("go further")
+    assert lowest_line(shown(curves[3:4])).startswith("worst motion: at least 2 µm (500 times below the free blade)")
+    assert lowest_line(shown(curves[3:])) == "lowest: not known, every curve may be higher"
+    model = {"mesh": "m.vtu", "coriolis_error": 0.0}
+    said = list(open_lines({"models": [model]}, shown(curves), 10000))
+    assert said == [
+        "open: curves 3, 4 (response.blade_periods above 10000 may settle them)",
+        "not included: mistuning, mesh error (shroud verify)",
+    ]
+    studied = {"studies": {"mistuning": {}}, "models": [{"mesh": None, "coriolis_error": None}]}
+    assert list(open_lines(studied, shown(curves[:1]), 10000)) == ["not included: Coriolis forces"]
+
+
+def test_the_modes_of_the_range_are_said_in_one_line() -> None:
+    entry = {"engine_order": 6, "mode": 1, "name": "1F", "free_hz": [204.3, 204.3], "stuck_hz": [437.46, 437.46]}
+    said = "mode 1 (1F): 204 Hz free, 437 Hz stuck; "
+    assert modes_line([entry], (150, 600)) == f"{said}both inside the range 150 to 600 Hz"
+    assert modes_line([entry], (150, 400)) == f"{said}437 Hz outside the range 150 to 400 Hz"
+    other = {**entry, "engine_order": 7, "stuck_hz": [440.0, 450.2]}
+    assert "204 Hz free, 437 to 450 Hz stuck; both" in modes_line([entry, other], (150, 600))
+    assert modes_line([], (150, 600)) == ""
 
 
 def test_cells_tell_branch_bound_and_kind(curves: list[CurveResult]) -> None:
@@ -168,33 +244,34 @@ def test_cells_tell_branch_bound_and_kind(curves: list[CurveResult]) -> None:
     assert worst_cells(None, 1.0) == ("-", "-", "-")
 
 
-def test_the_table_has_the_worst_motion_first_and_the_main_branch_beside(curves: list[CurveResult]) -> None:
-    outcome: Any = SimpleNamespace(curves=[*curves, replace(curves[0], facts=None)])
-    table = curve_table(outcome)
-    headings = [str(column.header).replace("\n", " ") for column in table.columns]
-    assert headings[2:7] == ["worst [Hz]", "worst [µm]", "on branch", "main peak [Hz]", "main peak [µm]"]
-    columns = {heading: list(column.cells) for heading, column in zip(headings, table.columns, strict=True)}
-    assert columns["worst [µm]"][1] == "104.3"
-    assert columns["main peak [µm]"][1] == "5.73"
-    assert len({len(cells) for cells in columns.values()}) == 1
+def test_the_table_of_info_has_the_main_branch_and_its_errors(curves: list[CurveResult]) -> None:
+    columns = columns_of(technical_table(shown([*curves, replace(curves[0], facts=None)]), static=False))
+    assert list(columns)[:5] == ["#", "v0 [µm]", "worst on branch", "main peak [Hz]", "main peak [µm]"]
+    assert columns["worst on branch"] == ["main", "detached 1", "main*", "main", "-"]
+    assert columns["main peak [µm]"] == ["5.73"] * 5
 
 
-def test_notes_say_what_was_searched_and_what_was_left_open(curves: list[CurveResult]) -> None:
-    said = "\n".join(search_notes(curves))
-    for text in (
-        "time integration not needed or time integration from 1 unstable solution or no time integration",
-        "not searched: mistuning",
-        "* quasi-periodic or irregular",
-        "curve 2: the worst motion is irregular, seen for 840 periods",
-        "curve 2: the worst motion, on no branch, was followed in frequency from 430 to 445.5 Hz",
-        "curve 3: the peak of the main branch is unstable and does not persist",
-        "curve 3: the worst motion may be higher: not settled within 1000 periods at 300 Hz",
-        "curve 4: the worst motion may be higher: 1 unstable part",
-        "response.blade_periods above 10000 lets time integration go on for longer",
+def test_sentences_say_what_was_searched_and_what_was_left_open(curves: list[CurveResult]) -> None:
+    facts = facts_of(curves)
+    searched = search_sentences(facts)
+    for said in (
+        "Searched on every curve: main branch and 1 detached branch; stability; harmonics 0 to 3.",
+        "Curves 0, 1, 3: time integration not needed.",
+        "Curve 2: time integration from 1 unstable solution.",
+        "Curve 4: no time integration.",
+        "Not searched: mistuning.",
     ):
-        assert text in said
-    assert said.count("searched: main branch and 1 detached branch") == 1
-    assert "blade_periods" not in "\n".join(search_notes(curves[4:]))
+        assert said in searched
+    assert any("irregular motion is the largest displacement" in said for said in searched)
+    assert open_sentences(facts) == [
+        "Curve 2: the worst motion is irregular, seen for 840 periods.",
+        "Curve 2: the worst motion, on no branch, was followed in frequency from 430 to 445.5 Hz.",
+        "Curve 3: the worst motion may be higher: not settled within 1000 periods at 300 Hz.",
+        "Curve 4: the worst motion may be higher: 1 unstable part.",
+    ]
+    assert "Curve 3: the peak of the response curve is unstable and does not persist." in error_sentences(facts, [])
+    alone = search_sentences({0: facts[0]})
+    assert not any(said.startswith("Curve") for said in alone)
 
 
 def test_the_summary_has_the_numbers_or_null(curves: list[CurveResult], tmp_path: Path) -> None:
@@ -232,14 +309,6 @@ def test_the_response_figure_marks_worst_motions_that_are_no_peaks() -> None:
         plt.close(figure)
     assert places == [(440.0, pytest.approx(100.0)), (9.0, pytest.approx(2.0))]
     assert labels == ["worst motion"]
-
-
-def test_sentences_that_differ_in_numbers_only_give_their_range(curves: list[CurveResult]) -> None:
-    def searched(text: str) -> CurveResult:
-        return replace(curves[0], facts=replace(curves[0].facts, worst_searched=text))
-
-    said = search_notes([searched(f"searched: main branch; harmonics 0 to {most}") for most in (1, 9, 7)])
-    assert said[0].endswith("searched: main branch; harmonics 0 to 1...9")
 
 
 def test_tiles_of_the_report_do_not_praise_a_curve_whose_search_is_open() -> None:

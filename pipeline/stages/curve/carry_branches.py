@@ -423,10 +423,9 @@ def extension_task(item: Extension) -> Task:
     return Task(member_label(member), _extend, files, (member.scene, labels), order)
 
 
-def extension_line(entry: Entry) -> str:
-    """What to say of a curve that has been extended."""
-    added = ExtensionFacts.read(entry.folder).added
-    return (f"{added} more" if added else "no more") + f", {entry.seconds:.2f} s"
+def added_branches(entry: Entry) -> int:
+    """Number of branches that an extension of a curve has found."""
+    return ExtensionFacts.read(entry.folder).added
 
 
 def _extend(

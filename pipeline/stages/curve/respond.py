@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.executor.task import Progress, Task
-from pipeline.scene.labels import member_label
+from pipeline.scene.labels import member_label, prefixed
 from pipeline.scene.reading import Member
 from pipeline.scene.schema import Scene
 from pipeline.stages.curve.curve_file import CURVE
@@ -117,7 +117,8 @@ def curve_line(found: CurveResult) -> str:
     facts = found.facts
     assert facts is not None
     name = "end of the range" if facts.peak_at_end else "peak"
-    peak = f"{name} {facts.peak_frequency_hz:.6g} Hz {facts.peak_amplitude_m:.4g} m"
+    factor, unit = prefixed(facts.peak_amplitude_m, "m")
+    peak = f"{name} {facts.peak_amplitude_m * factor:.4g} {unit} at {facts.peak_frequency_hz:.6g} Hz"
     return f"{peak}, {facts.points} points, {facts.seconds:.2f} s" + (
         "" if facts.complete else f" (incomplete: {facts.reason})"
     )

@@ -15,7 +15,7 @@ from pipeline.executor.task import Task, TaskFailed, TaskResult
 from pipeline.process.progress import Counter
 from pipeline.process.workers import WorkerDied
 from pipeline.stages.cache_keys import curve_key
-from pipeline.stages.curve.carry_branches import EXTENDED, BranchCarrier, Extension, extension_line, extension_task
+from pipeline.stages.curve.carry_branches import EXTENDED, BranchCarrier, Extension, added_branches, extension_task
 from pipeline.stages.curve.curve_file import CURVE
 from pipeline.stages.curve.respond import (
     KIND,
@@ -55,6 +55,7 @@ class SweepCurves:
         self.solved: dict[str, CurveResult] = {}  # so far, without branches of neighbours
         self._tasks: dict[Future[TaskResult], tuple[Task, CurveJob | Extension]] = {}
         self._submitted = 0  # extensions
+        self._added: list[int] = []  # branches that each of them has found
         self._counters: Mapping[str, Counter] = {}
 
     @property
@@ -93,6 +94,9 @@ class SweepCurves:
             for future in executor.completed(self._counters[CURVES].within):
                 for extension in self._not_stored(self._finished(future)):
                     self._submit(extension_task(extension), extension)
+        if self._added:
+            found, curves = sum(self._added) or "none", len(self._added)
+            reporter.line(f"branches carried from neighbours: {found} further in {curves} curve{'s' * (curves > 1)}")
 
     def _submit(self, task: Task, item: CurveJob | Extension) -> None:
         self._tasks[self._run.executor.submit(task)] = task, item
@@ -132,8 +136,10 @@ class SweepCurves:
 
     def _extended(self, task: Task, item: Extension, result: TaskResult | None, reason: str) -> list[Extension]:
         entry = None if result is None else self._kept(EXTENDED, item.key, result)
-        said = reason if entry is None else extension_line(entry)
-        self._counters[BRANCHES].done(f"{task.label}: {said}")
+        added = 0 if entry is None else added_branches(entry)
+        said = reason if entry is None else f"{added or 'none'} further"
+        self._added.append(added)
+        self._counters[BRANCHES].done(f"{task.label}: {said}", notable=bool(added or reason))
         return self._carrier.extended(item, entry, reason)
 
     def _kept(self, kind: str, key: str, result: TaskResult) -> Entry:

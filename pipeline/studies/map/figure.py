@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from nonlinear import NEARLY_LOWEST
 from pipeline.figures.data import SweepKey
 from pipeline.figures.style import LOG_FROM, scale, subplots, write_heading
+from pipeline.results.worst import FREE, SEPARATING, SLIPPING, STUCK, UNKNOWN
 from pipeline.scene.labels import quantity, value_label
-from pipeline.studies.map.grid import FREE, SEPARATING, SLIPPING, STUCK, UNKNOWN, MapAxis, known_heights
+from pipeline.studies.map.grid import MapAxis, known_heights
 from pipeline.studies.map.result import (
     WorstMotionMap,
     continuing,

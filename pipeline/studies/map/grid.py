@@ -11,11 +11,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pipeline.results.worst import number_error
+from pipeline.results.worst import FREE, SEPARATING, SLIPPING, STUCK, UNKNOWN, contact_state, number_error
 from pipeline.stages.curve.curve_file import BRANCHES
 from pipeline.stages.curve.curve_summary import CurveSummary
 
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from pipeline.stages.curve.respond import CurveResult
 
 
-FREE, STUCK, SLIPPING, SEPARATING, UNKNOWN = "free", "stuck", "slipping", "separating", "unknown"
 STATES = (FREE, SEPARATING, SLIPPING, STUCK, UNKNOWN)
 
 
@@ -75,17 +74,16 @@ def map_point(curve: CurveResult, place: tuple[float, float], values: tuple[floa
     if curve.file is None or facts is None or not facts.points:
         return MapPoint(place, values, None, None, may_be_higher=curve.reason or "no point was solved")
     worst = math.isfinite(facts.worst_amplitude_m)
-    state, peaks = _read(curve.file, facts, worst)
     return MapPoint(
         place,
         values,
         amplitude_m=_finite(facts.worst_amplitude_m if worst else facts.peak_amplitude_m),
         frequency_hz=_finite(facts.worst_frequency_hz if worst else facts.peak_frequency_hz),
-        state=state,
+        state=contact_state(curve.file, facts),
         branch=facts.worst_branch if worst else 0,
         motion=facts.worst_motion if worst else "",
         may_be_higher=_left_open(facts, worst),
-        peaks=peaks,
+        peaks=_peaks(curve.file),
         at_end=facts.at_end,
         truncation_error=number_error(facts),
     )
@@ -97,30 +95,14 @@ def _left_open(facts: CurveSummary, worst: bool) -> str:
     return facts.worst_unresolved if worst else "the worst motion is not known"
 
 
-def _read(file: Path, facts: CurveSummary, worst: bool) -> tuple[str, tuple[tuple[float, float], ...]]:
-    """Contact state of the worst motion, and the peaks of all branches."""
+def _peaks(file: Path) -> tuple[tuple[float, float], ...]:
+    """The peaks of all branches of a curve, Hz and m."""
     import h5py
 
-    number, index = (facts.worst_branch, facts.worst_index) if worst else (0, facts.peak_index)
     with h5py.File(file, "r") as source:
         groups = [source, *(source[BRANCHES][name] for name in sorted(source.get(BRANCHES, ()), key=int))]
         listed = [json.loads(group.attrs.get("peaks", "[]")) for group in groups]
-        known = 0 <= number < len(groups) and index >= 0
-        state = _state(groups[number], index) if known else UNKNOWN
-    return state, tuple(
-        (float(peak["frequency_hz"]), float(peak["amplitude_m"])) for found in listed for peak in found
-    )
-
-
-def _state(group: Any, index: int) -> str:
-    """Contact state of one point of a branch, from its nodes and its contact force."""
-    sticking, slipping, separating = (int(group[name][index]) for name in ("sticking", "slipping", "separating"))
-    if separating:
-        force = group["contact_force"][index]  # without contact exactly 0, but for the mean of a preload
-        return SEPARATING if force[1:].any() or force[0, :, :2].any() else FREE
-    if slipping:
-        return SLIPPING
-    return STUCK if sticking else UNKNOWN
+    return tuple((float(peak["frequency_hz"]), float(peak["amplitude_m"])) for found in listed for peak in found)
 
 
 def known_heights(points: Sequence[MapPoint]) -> np.ndarray:

@@ -1,0 +1,449 @@
+"""What the screen says at the end of a run: scene, modes, a row for each curve, the lowest, what is open.
+
+`shroud info` says the same of an output folder. Every number stands in summary.json.
+"""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from nonlinear import TRUNCATION_TOLERATED
+from pipeline.results.frequency_range import MOST, linear_modes, stored_resonances
+from pipeline.results.overview import FEW_ROWS, MOST_ROWS
+from pipeline.results.tables import (
+    TOLERATED_SAMPLING,
+    has_bounds,
+    has_static_load,
+    listed,
+    measured_errors,
+    short_value,
+    static_cells,
+    truncation_cell,
+)
+from pipeline.results.worst import (
+    CONTACT_SAID,
+    END_MARK,
+    NOTICEABLE,
+    SHORT_OF_TIME,
+    contact_state,
+    number_error,
+    share,
+    worst_cells,
+)
+from pipeline.scene.labels import prefixed, quantity, value_label
+from pipeline.scene.reading import SceneFile
+from pipeline.stages.curve.curve_summary import CurveSummary
+from pipeline.stages.model.natural_frequencies import stored_frequencies
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+    from pipeline.stages.curve.respond import CurveResult
+    from pipeline.stages.model.sweep_models import Models
+    from pipeline.stages.request import Run, RunOutcome
+
+ROW = ("contact", "free_blade_m")  # what summary.json adds to the entry of a curve that has a row
+MOST_MODES = 3  # modes in the line about them
+
+
+@dataclass(frozen=True)
+class ShownCurve:
+    """One curve as the screen shows it."""
+
+    number: int  # from 0, as in files and in Python
+    parameters: Mapping[str, Any]  # swept keys and their values
+    facts: CurveSummary | None  # None where the curve failed
+    reason: str  # how it ended, or why there is none
+    contact: str | None = None  # contact at the worst motion; None where it was not looked at
+    free_blade_m: float | None = None  # amplitude of the free blade at its resonance, m
+
+    @property
+    def height(self) -> float:
+        """Amplitude of the worst motion, m, or of the peak where that is not known; NaN without either."""
+        return math.nan if self.facts is None else self.facts.height
+
+    @property
+    def closed(self) -> bool:
+        """Whether nothing was left open that may be higher."""
+        facts = self.facts
+        known = facts is not None and facts.complete and math.isfinite(facts.worst_amplitude_m)
+        return known and facts is not None and not facts.worst_unresolved and not facts.at_end
+
+    @property
+    def label(self) -> str:
+        """Its swept values."""
+        return ", ".join(value_label(key, value) for key, value in self.parameters.items())
+
+
+def known_of(run: Run, models: Models, outcome: RunOutcome) -> dict[str, Any]:
+    """What summary.json has beside the curves: `subject`, `linear`, and by number of a curve what its row adds.
+
+    The rows are those of `shown_numbers`: contact at the worst motion, amplitude of the free blade.
+    """
+    members = run.request.scene.members
+    sampled = [*members[:: -(-len(members) // MOST)]]
+    resonances, blades = {}, None
+    shown = shown_numbers([math.nan if c.facts is None else c.facts.height for c in outcome.curves])
+    for member in {member.index: member for member in [*sampled, *(members[number] for number in shown)]}.values():
+        model = models.get(member.index)
+        if model is not None:
+            resonances[member.index] = stored_resonances(run.store, model.key, member.scene, model.rom)
+            blades = blades or stored_frequencies(run.store, model, member.scene)["n_blades"]
+    linear, free_m = linear_modes([member for member in members if member.index in resonances], resonances)
+    names = {order: called for model in outcome.models for order, called in model.get("free_names", {}).items()}
+    for entry in linear:
+        entry["name"] = (names.get(str(entry["engine_order"])) or [""] * entry["mode"])[entry["mode"] - 1]
+    rows, loads = {}, any(map(has_static_load, outcome.curves))
+    for number in shown:
+        curve = outcome.curves[number]
+        contact = None if curve.file is None or curve.facts is None else contact_state(curve.file, curve.facts)
+        rows[number] = {"contact": contact, "free_blade_m": free_m.get(members[number].index)}
+    return {"subject": _subject(run.request.scene, blades, loads), "linear": linear, "rows": rows}
+
+
+def _subject(file: SceneFile, n_blades: int | None, loads: bool) -> dict[str, Any]:
+    """What all curves have in common; null: swept, or not known."""
+    from rom import excited_nodal_diameter
+
+    scene, swept = file.first, set(file.swept)
+    wave, friction = scene.excitation, scene.contact.friction
+    angle_is_swept = bool(swept & {"shroud.angle", "mesh.file"})
+    order_is_swept = bool(swept & {"blade.n_blades", "excitation.engine_order"})
+    found = {
+        "n_blades": None if "blade.n_blades" in swept else n_blades,
+        "engine_order": None if "excitation.engine_order" in swept else wave.engine_order,
+        "nodal_diameter": None
+        if order_is_swept or n_blades is None
+        else excited_nodal_diameter(wave.engine_order, n_blades),
+        "force_n": None if "excitation.force" in swept else wave.force,
+        "speed_rpm": None if "load.speed_rpm" in swept else scene.load.speed_rpm,
+        "shroud_angle": None if angle_is_swept or scene.shroud is None else scene.shroud.angle,
+        "friction": None if "contact.friction" in swept or not isinstance(friction, float) else friction,
+    }
+    return {
+        "title": scene.title or scene.name,
+        "at_tip": wave.at == "tip" and not wave.load,
+        "frequency_hz": list(scene.response.frequency),
+        "static_loads": loads,
+        **found,
+    }
+
+
+def screen_curves(curves: Sequence[CurveResult], rows: Mapping[int, Mapping[str, Any]]) -> list[ShownCurve]:
+    """The curves of a run with what `known_of` adds to the rows."""
+    return [
+        ShownCurve(number, curve.member.parameters, curve.facts, curve.reason, **rows.get(number, {}))
+        for number, curve in enumerate(curves)
+    ]
+
+
+def heading(subject: Mapping[str, Any]) -> str:
+    """Title, blades, excitation, speed, shroud angle and friction, as far as they are not swept."""
+    parts = []
+    if subject["n_blades"] is not None:
+        parts.append(f"{subject['n_blades']} blades")
+    if subject["engine_order"] is not None:
+        diameter = subject["nodal_diameter"]
+        parts.append(f"EO {subject['engine_order']}{'' if diameter is None else f' (nodal diameter {diameter})'}")
+    if subject["force_n"] is not None:
+        parts.append(f"{subject['force_n']:g} N{' at the tip' * subject['at_tip']}")
+    for name, form in (
+        ("speed_rpm", "{:g} rev/min"),
+        ("shroud_angle", "shroud {:g} deg"),
+        ("friction", "friction {:g}"),
+    ):
+        if subject[name] is not None:
+            parts.append(form.format(subject[name]))
+    return f"{subject['title']}: {', '.join(parts)}"
+
+
+def modes_line(linear: Sequence[Mapping[str, Any]], limits: Sequence[float]) -> str:
+    """Resonances with free and with stuck shrouds of the modes that the range is about; "" where none is known."""
+    modes: dict[tuple[int, str], list[Mapping[str, Any]]] = {}
+    for entry in linear:
+        modes.setdefault((entry["mode"], entry["name"]), []).append(entry)
+    if not modes:
+        return ""
+    said, outside, count = [], [], 0
+    for (number, name), entries in list(modes.items())[:MOST_MODES]:
+        states = []
+        for state in ("free", "stuck"):
+            low = min(entry[f"{state}_hz"][0] for entry in entries)
+            high = max(entry[f"{state}_hz"][1] for entry in entries)
+            text = " to ".join(dict.fromkeys(map(_hertz, (low, high)))) + " Hz"
+            states.append(f"{text} {state}")
+            count += 1
+            if low < limits[0] or high > limits[1]:
+                outside.append(text)
+        said.append(f"mode {number}{f' ({name})' if name else ''}: {', '.join(states)}")
+    within = f"the range {limits[0]:g} to {limits[1]:g} Hz"
+    if outside:
+        end = f"{' and '.join(outside)} outside {within}"
+    else:
+        end = f"{'both' if count == 2 else 'all'} inside {within}"
+    return "; ".join([*said, end])
+
+
+def _hertz(value: float) -> str:
+    return f"{value:.0f}" if value >= 100.0 else f"{value:.3g}"
+
+
+def shown_numbers(heights: Sequence[float]) -> list[int]:
+    """Places of the curves that have a row: all, or of many the lowest and the highest, in their order."""
+    if len(heights) <= MOST_ROWS:
+        return list(range(len(heights)))
+    order = sorted((k for k, height in enumerate(heights) if math.isfinite(height)), key=lambda k: heights[k])
+    half = FEW_ROWS // 2
+    return sorted({*order[:half], *order[-half:]})
+
+
+def amplitude_unit(curves: Sequence[ShownCurve]) -> tuple[float, str]:
+    """Factor and unit of the amplitudes of all curves."""
+    return prefixed(max((c.height for c in curves if math.isfinite(c.height)), default=0.0), "m")
+
+
+def conclusion_table(curves: Sequence[ShownCurve], shown: Sequence[int], static: bool) -> Table:
+    """One row a curve: swept values, worst motion, contact there, static contact where it acts, remark in words."""
+    from rich.markup import escape
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
+    factor, unit = amplitude_unit(curves)
+    swept = list(curves[0].parameters) if curves else []
+    headings = ["#", *(quantity(key).axis() for key in swept), f"worst [{unit}]", "at [Hz]"]
+    for name in headings:
+        table.add_column(escape(name), justify="right", no_wrap=True)
+    table.add_column("contact", no_wrap=True)
+    if static:
+        table.add_column("static open", justify="right")
+    table.add_column("remark")
+    best = lowest(curves)
+    for curve in (curves[number] for number in shown):
+        values = [short_value(key, value) for key, value in curve.parameters.items()]
+        said = "; ".join(_remarks(curve, factor, curve is best and len(curves) > 1))
+        cells = _motion(curve.facts, factor)
+        open_share = [] if not static else [_open_share(curve.facts)]
+        contact = CONTACT_SAID.get(curve.contact or "", "-")
+        table.add_row(str(curve.number), *values, *cells, contact, *open_share, escape(said))
+    return table
+
+
+def technical_table(curves: Sequence[ShownCurve], static: bool) -> Table:
+    """One row a curve: peak of the main branch, static contact where loads act, errors, points, seconds."""
+    from rich.markup import escape
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
+    factor, unit = amplitude_unit(curves)
+    sampled = any(curve.facts is not None and curve.facts.sampling_error > 0.0 for curve in curves)
+    headings = ["#", *(quantity(key).axis() for key in curves[0].parameters), "worst on\nbranch"]
+    headings += ["main\npeak [Hz]", f"main\npeak [{unit}]", *("static\nforce [N]", "static\nv [µm]") * static]
+    headings += [
+        "har-\nmonics",
+        "trunc.\nerror",
+        *("sampling\nerror",) * sampled,
+        "energy\nerror",
+        "points",
+        "seconds",
+    ]
+    for name in headings:
+        table.add_column(escape(name), justify="right")
+    for curve in curves:
+        if curve.facts is not None:
+            values = [short_value(key, value) for key, value in curve.parameters.items()]
+            table.add_row(str(curve.number), *values, *_technical(curve.facts, factor, sampled, static))
+    return table
+
+
+def _technical(facts: CurveSummary, factor: float, sampled: bool, static: bool) -> list[str]:
+    force, _, span = static_cells(facts)
+    sampling = max(facts.sampling_error, facts.sampling_frequency_error)
+    known = math.isfinite(facts.peak_frequency_hz)
+    return [
+        worst_cells(facts, factor)[2],
+        f"{facts.peak_frequency_hz:.6g}{END_MARK * facts.peak_at_end}" if known else "-",
+        f"{facts.peak_amplitude_m * factor:.4g}" if known else "-",
+        *((force, span) * static),
+        str(facts.harmonics),
+        truncation_cell(facts.truncation_error, facts.truncation_branch),
+        *((share(sampling),) * sampled),
+        f"{facts.energy_error:.0e}" if math.isfinite(facts.energy_error) else "-",
+        str(facts.points),
+        f"{facts.seconds:.2f}",
+    ]
+
+
+def table_lines(table: Table, width: int, console: Console | None = None) -> list[str]:
+    """A table as lines of text without spaces at their ends; a console gives them its colours."""
+    from rich.console import Console
+
+    console = console or Console(width=width, color_system=None)
+    with console.capture() as captured:
+        console.print(table)
+    return [line.rstrip() for line in captured.get().splitlines()]
+
+
+def wrapped(lines: Iterable[str], width: int) -> list[str]:
+    """Lines of text, broken between words where they are longer; no path is broken."""
+    shape: dict[str, Any] = {"subsequent_indent": "  ", "break_long_words": False, "break_on_hyphens": False}
+    return [textwrap.fill(line, width, **shape) for line in lines]
+
+
+def _motion(facts: CurveSummary | None, factor: float) -> tuple[str, str]:
+    """Height of a curve, with its mark, and its frequency."""
+    if facts is None or not math.isfinite(facts.height):
+        return "-", "-"
+    known = math.isfinite(facts.worst_amplitude_m)
+    at = facts.worst_frequency_hz if known else facts.peak_frequency_hz
+    least = ">= " * (not facts.worst_unstable and (not known or bool(facts.worst_unresolved) or facts.at_end))
+    return f"{least}{facts.height * factor:.4g}", f"{at:.1f}" if at >= 100.0 else f"{at:.4g}"
+
+
+def _open_share(facts: CurveSummary | None) -> str:
+    known = facts is not None and math.isfinite(facts.static_force_n)
+    return f"{100.0 * facts.static_open_share:.3g} %" if known and facts is not None else "-"
+
+
+def _remarks(curve: ShownCurve, factor: float, is_lowest: bool) -> Iterator[str]:
+    """What a reader must know of the number of a curve, in words; the most important first."""
+    facts = curve.facts
+    if facts is None:
+        yield f"FAILED: {curve.reason}"
+        return
+    if not facts.complete:
+        yield f"INCOMPLETE: {curve.reason}"
+    if is_lowest:
+        yield "lowest"
+    if facts.at_end:
+        yield "end of the range, no peak; may be higher"
+    elif facts.worst_unstable:
+        yield "UNSTABLE, the ring leaves it for a motion not known"
+    elif facts.worst_unresolved:
+        short = any(reason in facts.worst_unresolved for reason in SHORT_OF_TIME)
+        yield f"{'NOT SETTLED, ' * short}may be higher"
+    elif not math.isfinite(facts.worst_amplitude_m):
+        yield "peak of the response curve; the worst motion is not known"
+    yield from _beside_peak(facts, factor)
+    if number_error(facts) > TRUNCATION_TOLERATED:
+        yield f"too few harmonics: truncation error {share(number_error(facts))}"
+    elif facts.truncation_branch in ("detached", "lost"):
+        yield {"detached": "on a detached branch with more harmonics", "lost": "truncation error not known"}[
+            facts.truncation_branch
+        ]
+    if (error := max(facts.sampling_error, facts.sampling_frequency_error)) > TOLERATED_SAMPLING:
+        yield f"sampling error {share(error)}"
+    if has_bounds(facts):
+        low, high = (f"{bound * factor:.4g}" for bound in (facts.residual_lowest_m, facts.residual_highest_m))
+        yield f"peak {low} to {high} by residual tractions"
+
+
+def _beside_peak(facts: CurveSummary, factor: float) -> Iterator[str]:
+    """Kind of the worst motion, and the peak of the response curve where that says something else."""
+    worst, peak, settled = facts.worst_amplitude_m, facts.peak_amplitude_m, not facts.worst_unresolved
+    if settled and facts.worst_motion not in ("", "periodic"):
+        yield facts.worst_motion
+    if facts.worst_branch > 0:
+        yield f"detached branch {facts.worst_branch}"
+    if worst > NOTICEABLE * peak:
+        yield f"{'a response curve shows' if settled else 'peak'} only {peak * factor:.4g}"
+    elif worst * NOTICEABLE < peak:
+        yield f"peak {peak * factor:.4g} is unstable"
+
+
+def lowest(curves: Sequence[ShownCurve]) -> ShownCurve | None:
+    """The curve with the lowest worst motion of those that nothing was left open on."""
+    return min((c for c in curves if c.closed), key=lambda c: c.height, default=None)
+
+
+def lowest_line(curves: Sequence[ShownCurve]) -> str:
+    """The lowest curve, its ratio to the free blade, and what to do next; of a single curve its worst motion."""
+    if not any(math.isfinite(c.height) for c in curves):
+        return ""
+    best, factor_unit = lowest(curves), amplitude_unit(curves)
+    if len(curves) == 1:
+        curve = curves[0]
+        least = "" if curve.closed else "at least "
+        text = f"worst motion: {least}{_height(curve, factor_unit)}{_below_free(curve)}"
+        return f"{text}; compare values with [sweep] or shroud optimise"
+    if best is None:
+        return "lowest: not known, every curve may be higher"
+    parts = [f"lowest: {best.label}, {_height(best, factor_unit)}{_below_free(best)}"]
+    parts.append("end of the sweep, go further" if _at_end_of_sweep(best, curves) else "refine with shroud optimise")
+    if lower := [c.number for c in curves if not c.closed and c.height < best.height]:
+        parts.append(f"lower so far: {listed(lower)}")
+    return "; ".join(parts)
+
+
+def _at_end_of_sweep(best: ShownCurve, curves: Sequence[ShownCurve]) -> bool:
+    """Whether a curve has the smallest or largest value of the one number that is swept."""
+    values = list(best.parameters.values())
+    if len(values) != 1 or not isinstance(values[0], int | float):
+        return False
+    numbers = [next(iter(curve.parameters.values())) for curve in curves]
+    return len(numbers) > 2 and values[0] in (min(numbers), max(numbers))
+
+
+def _height(curve: ShownCurve, factor_unit: tuple[float, str]) -> str:
+    return f"{curve.height * factor_unit[0]:.4g} {factor_unit[1]}"
+
+
+def _below_free(curve: ShownCurve) -> str:
+    """How far a curve is below the free blade."""
+    if not curve.free_blade_m or not curve.height > 0.0:
+        return ""
+    ratio = curve.free_blade_m / curve.height
+    return (
+        f" ({float(f'{ratio:.2g}'):g} times below the free blade)"
+        if ratio >= 1.05
+        else " (no lower than the free blade)"
+    )
+
+
+def open_lines(
+    summary: Mapping[str, Any], curves: Sequence[ShownCurve], periods: int | None, details: str = ""
+) -> Iterator[str]:
+    """What was left open, with the response.blade_periods of the curves, and what the numbers do not include."""
+    failed = [c.number for c in curves if c.facts is None or not c.facts.complete]
+    parts = [f"not complete: {listed(failed)}"] * bool(failed)
+    open_ = [c for c in curves if not c.closed and c.number not in failed]
+    if open_:
+        more = any(c.facts and any(reason in c.facts.worst_unresolved for reason in SHORT_OF_TIME) for c in open_)
+        which = "them" if len(open_) > 1 else "it"
+        hint = f" (response.blade_periods above {periods} may settle {which})" * bool(more and periods)
+        parts.append(f"open: {listed([c.number for c in open_])}{hint}")
+    if parts:
+        yield "; ".join(parts)
+    left = list(_not_included(summary))
+    parts = [f"not included: {', '.join(left)}"] * bool(left) + [f"details: {details}"] * bool(details)
+    if parts:
+        yield "; ".join(parts)
+
+
+def _not_included(summary: Mapping[str, Any]) -> Iterator[str]:
+    if "mistuning" not in summary.get("studies", {}):
+        yield "mistuning"
+    models = summary.get("models", ())
+    if any(model.get("mesh") is not None for model in models):
+        yield "mesh error (shroud verify)"
+    errors = [model.get("coriolis_error") for model in models]
+    if None in errors:
+        yield "Coriolis forces"
+    elif any(error > TRUNCATION_TOLERATED for error in errors):
+        yield f"Coriolis forces ({share(max(errors))} of a frequency)"
+    if (accuracy := summary.get("accuracy")) is not None:
+        expected, found = accuracy["expected_error"]["peak_amplitude"], measured_errors(models) or (0.0,)
+        yield f'accuracy "{accuracy["preset"]}" ({share(max(expected, found[0]))} of a peak)'
+
+
+def lines_of(summary: Mapping[str, Any]) -> list[str]:
+    """The lines above the table."""
+    subject = summary.get("subject")
+    if subject is None:  # written by an earlier version
+        return []
+    modes = modes_line(summary.get("linear", ()), subject["frequency_hz"])
+    return [heading(subject), *([modes] if modes else [])]
