@@ -260,6 +260,32 @@ def test_many_curves_are_a_few_lines(
         assert text in said
 
 
+def test_eight_curves_are_fifteen_lines_with_the_numbers_of_the_summary(
+    ran: Path, file: SceneFile, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from pipeline.results.outputs import curve_summary
+    from pipeline.stages.request import Request, RunOutcome
+
+    curves = copies(ran, file, [{GAP: 1e-5 * (n - 2)} for n in range(8)])
+    subject = {"title": "Ground", "n_blades": None, "engine_order": 0, "nodal_diameter": None, "force_n": 0.5}
+    subject |= {"at_tip": True, "speed_rpm": 0.0, "shroud_angle": 70.0, "friction": 0.4, "frequency_hz": [0.1, 0.3]}
+    linear = {"engine_order": 0, "mode": 1, "name": "1F", "free_hz": [0.11, 0.11], "stuck_hz": [0.2, 0.25]}
+    outcome = RunOutcome(curves=curves, summary={"subject": subject, "linear": [linear], "models": []})
+    print_outcome(Request(file, tmp_path), outcome, quiet=False, as_json=False)
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) <= 15
+    assert max(map(len, lines)) <= 120 + len(str(tmp_path))
+    assert lines[0] == "Ground: EO 0, 0.5 N at the tip, 0 rev/min, shroud 70 deg, friction 0.4"
+    assert lines[1] == "mode 1 (1F): 0.11 Hz free, 0.2 to 0.25 Hz stuck; both inside the range 0.1 to 0.3 Hz"
+    assert "worst [µm]" in lines[2]
+    for number, (curve, line) in enumerate(zip(curves, lines[3:11], strict=True)):
+        values = curve_summary(curve, tmp_path)
+        cells = line.replace(">= ", "").split()
+        assert cells[:2] == [str(number), f"{10 * (number - 2)}"]
+        assert float(cells[2]) == pytest.approx(1e6 * values["worst_amplitude_m"], rel=1e-3)
+        assert float(cells[3]) == pytest.approx(values["worst_frequency_hz"], rel=1e-3)
+
+
 def test_info_on_many_curves(ran: Path, file: SceneFile, tmp_path: Path) -> None:
     written(tmp_path, file, copies(ran, file, [{FRICTION: 1e-3 * n} for n in range(100)]))
     status, said, _ = shroud("info", tmp_path / "response.h5")

@@ -38,6 +38,8 @@ POINT_COLUMNS = [
     "growth_nodal_diameter",
 ]
 CURVE_KEYS = {
+    "contact",
+    "free_blade_m",
     "parameters",
     "rom",
     "peak_frequency_hz",
