@@ -144,10 +144,10 @@ class Workers:
                         continue
                     future.set_exception(WorkerDied(reason + _in_attempts(attempts)))
                 else:
+                    if has_result is None and value is not None:
+                        reported(key, value)
                     if has_result is None:
                         worker.has_begun = True
-                        if value is not None:
-                            reported(key, value)
                         continue
                     worker.attempt = 0
                     if key is _PREPARATION:
