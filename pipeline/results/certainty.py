@@ -12,7 +12,23 @@ from typing import Any
 
 from nonlinear import TRUNCATION_TOLERATED
 from pipeline.results.tables import TOLERATED_SAMPLING, bounds_text, branch_remarks, has_bounds, listed
-from pipeline.results.worst import SEARCHED, STARRED, branch_said, end_said, open_remarks, seen_remarks, sentence, share, unstable_peaks -> list[str]:
+from pipeline.results.worst import (
+    SEARCHED,
+    STARRED,
+    branch_said,
+    end_said,
+    open_remarks,
+    seen_remarks,
+    sentence,
+    share,
+    unstable_peaks,
+)
+from pipeline.stages.curve.curve_summary import CurveSummary
+
+Facts = Mapping[int, CurveSummary]
+
+
+def error_sentences(facts: Facts, models: Sequence[Mapping[str, Any]]) -> list[str]:
     """The error budget: harmonics, samples, energy, modes, cut faces, Coriolis forces, branches."""
     return [*_of_peaks(facts), *_of_models(models), *_of_branches(facts)]
 
