@@ -309,8 +309,8 @@ def _base(file: SceneFile, over: Iterable[str], given_model: bool) -> SceneFile:
         point = {key: member.parameters[key] for key in cases}
         if point not in points:
             points.append(point)
-    sweep = {"points": points} if cases and len(points) > 1 else None
-    return given_scene(file, {"sweep": sweep, **first, **({} if sweep else points[0])}, given_model)
+    single = given_scene(file, {"sweep": None, **first, **points[0]}, given_model)
+    return given_scene(single, {"sweep": {"points": points}}, given_model) if len(points) > 1 else single
 
 
 def _without_optimum(scene: Any) -> Any:

@@ -397,6 +397,20 @@ def test_an_optimum_with_a_tolerance_is_as_high_at_both_ends(folder: Path, prelo
     assert (folder / "robust" / "figures" / "optimum.png").is_file()
 
 
+def test_the_highest_of_the_load_cases_counts(folder: Path) -> None:
+    """A swept force; the normal stiffness, swept as well, is no load case: its first value is taken."""
+    sweep = {"contact.normal_stiffness": [1.0, 2.0], "excitation.force": [0.7, 1.0]}
+    write_scene(folder / "cases.toml", {**RUB, "sweep": sweep})
+    asked = ("contact.preload=1.4:2", "--tolerance", "contact.preload=0.4")
+    status, said, error = optimise(folder, *asked, scene="cases.toml", out="cases")
+    assert (status, error) == (0, "")
+    found = json.loads(said)
+    values = found["values"] | found["where"]
+    assert values["excitation.force"] == 1.0
+    assert found["amplitude_m"] == pytest.approx(worst(folder, contact__preload=values["contact.preload"]), rel=1e-6)
+    assert any("highest of 2 load cases" in remark for remark in found["remarks"])
+
+
 class StopsAt(Reporter):
     """Receives a signal after a line with some words."""
 

@@ -181,7 +181,8 @@ class OptimumResult:
 
 def message_of(result: OptimumResult) -> str:
     """One line that says what was found."""
-    values = ", ".join(f"{key} = {shown(key, value)}" for key, value in result.values.items())
+    digits = 6 if result.robust is None else 4
+    values = ", ".join(f"{key} = {shown(key, value, digits)}" for key, value in result.values.items())
     if result.robust is not None:
         return f"{values}: {_within_tolerance(result, result.robust)}"
     if result.kind == "flat":
