@@ -20,7 +20,7 @@ from pipeline.results.tables import (
     static_said,
     truncation_cell,
 )
-from pipeline.results.worst import END_MARK, branch_said, end_said, open_remarks, share, worst_cells
+from pipeline.results.worst import END_MARK, branch_said, end_said, open_remarks, seen_remarks, share, worst_cells
 from pipeline.scene.geometry_parameters import geometry_parameters
 from pipeline.scene.labels import member_label, prefixed, quantity, value_label
 from pipeline.scene.schema import Scene
@@ -243,6 +243,7 @@ def _notes(curve: Any, stable: bool) -> Iterable[str]:
         yield said + "; closed at rest, opened by static forces" * facts.static_opened
     if not stable:
         yield "unstable peak"
+    yield from seen_remarks(facts)
     for said in open_remarks(facts):
         yield f">=: {said}" if facts.worst_unresolved and said.endswith(facts.worst_unresolved) else said
     if facts.truncation_branch == "detached":

@@ -349,6 +349,8 @@ def _beside_peak(facts: CurveSummary, factor: float) -> Iterator[str]:
         yield facts.worst_motion
     if facts.worst_branch > 0:
         yield f"detached branch {facts.worst_branch}"
+    elif facts.worst_branch < 0 and math.isfinite(worst):
+        yield "on no branch, found in time"
     if worst > NOTICEABLE * peak:
         yield f"{'a response curve shows' if settled else 'peak'} only {peak * factor:.4g}"
     elif worst * NOTICEABLE < peak:
