@@ -342,8 +342,8 @@ def counts(motion: RingMotion) -> bool:
 
 
 def _persists(amplitude: float, before: Array, after: Array) -> bool:
-    """Whether a motion of an amplitude keeps its height and scatter, in two windows (P, q) after a disturbance."""
-    keeps_height = after.max() >= FALLS * amplitude and max(before.max(), after.max()) <= CLIMBS * amplitude
+    """Whether a motion of an amplitude keeps its height, to the end, and its scatter in two windows (P, q)."""
+    keeps_height = after[-WINDOW:].max() >= FALLS * amplitude and max(before.max(), after.max()) <= CLIMBS * amplitude
     spread = [float(window.max() - window.min()) for window in (before, after)]
     return bool(keeps_height and spread[1] <= SPREADS * spread[0] + SCATTER * amplitude)
 

@@ -97,7 +97,10 @@ def test_a_motion_is_followed_in_frequency_both_ways():
 )
 def test_a_motion_persists_if_it_keeps_height_and_scatter(last, persists):
     before = np.tile([1.0, 0.5], (50, 1))
-    assert _persists(1.0, before, np.tile(last, (50, 1))) == persists
+    after = np.tile(last, (100, 1))
+    assert _persists(1.0, before, after) == persists
+    after[60:] = 0.1  # high in the first half of the window, and nearly at rest at its end
+    assert not _persists(1.0, before, after)
 
 
 def test_none_where_there_is_no_time():
