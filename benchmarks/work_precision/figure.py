@@ -7,15 +7,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from pipeline import styled
-from pipeline.figures.style import plain_log_labels
+from pipeline.figures.style import keep_apart, plain_log_labels
 from work_precision.study import Measured, Study, fastest_within, pareto_front, shown_error
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.text import Annotation
 
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<", ">")
 WHOLE = "whole"  # the study with a Pareto front instead of lines
@@ -23,7 +22,6 @@ PRESET_SERIES = "accuracy ="
 TOLERANCES = (0.05, 0.01, 0.001)
 PANEL = (4.9, 3.9)  # inches
 LETTERS_AN_INCH = 12.0  # of the legend
-APART = np.array([24.0, 8.0])  # pixels between names
 ROOM = 3.0  # times that the time axis begins before the fastest, for what is written beside the tolerances
 LEAST = 1e-16  # relative error: zero has no place on a logarithmic axis
 
@@ -40,14 +38,15 @@ def work_precision_figure(study: Study) -> Figure:
     rows = math.ceil(count / columns)
     size = (PANEL[0] * columns, PANEL[1] * rows + 0.5)
     figure, axes = plt.subplots(rows, columns, figsize=size, sharex=True, layout="constrained", squeeze=False)
-    for place, quantity in zip(axes.flat, study.uncertainty, strict=False):
-        _panel(place, study, quantity)
+    names = [_panel(place, study, quantity) for place, quantity in zip(axes.flat, study.uncertainty, strict=False)]
     for place in list(axes.flat)[count:]:
         place.set_visible(False)
     handles, labels = axes.flat[0].get_legend_handles_labels()
     across = int(size[0] * LETTERS_AN_INCH / (max(len(label) for label in labels) + 6))  # 6: the sample of the line
     figure.legend(handles, labels, loc="outside lower center", ncols=max(1, min(len(labels), across)), fontsize=9)
     figure.suptitle(study.title)
+    for place, labels in zip(axes.flat, names, strict=False):
+        keep_apart(place, labels)
     return figure
 
 
@@ -55,7 +54,8 @@ def _error(row: Measured, quantity: str) -> float:
     return max(row.errors[quantity], LEAST)
 
 
-def _panel(axes: Axes, study: Study, quantity: str) -> None:
+def _panel(axes: Axes, study: Study, quantity: str) -> list[Annotation]:
+    """One quantity; returns the names of its points, not yet apart."""
     whole = study.name == WHOLE
     axes.set_xscale("log")
     axes.set_yscale("log")
@@ -75,20 +75,19 @@ def _panel(axes: Axes, study: Study, quantity: str) -> None:
     axes.set_ylim(low, high)
     axes.axhspan(low, max(low, uncertainty), color="0.88", zorder=0, label="uncertainty of the reference")
     axes.set(xlabel="wall time [s]", ylabel="relative error")
-    _name_points(axes, study, quantity)
     axes.set_title(f"{quantity} (reference ± {shown_error(study.uncertainty[quantity])})", fontsize=10)
+    return _name_points(axes, study, quantity)
 
 
-def _name_points(axes: Axes, study: Study, quantity: str) -> None:
-    """The settings beside their points, of the whole pipeline the presets only, where none hides another."""
-    taken: list[np.ndarray] = []
+def _name_points(axes: Axes, study: Study, quantity: str) -> list[Annotation]:
+    """The settings beside their points, of the whole pipeline the presets only, where there is room."""
+    labels = []
     for row in study.rows:
         error = _error(row, quantity)
         if math.isfinite(error) and (study.name != WHOLE or row.series == PRESET_SERIES):
-            place = axes.transData.transform((row.seconds, error))
-            if all(np.any(np.abs(place - other) > APART) for other in taken):
-                taken.append(place)
-                axes.annotate(row.setting, (row.seconds, error), (3, 3), textcoords="offset points", fontsize=7)
+            look: dict[str, Any] = {"textcoords": "offset points", "fontsize": 7}
+            labels.append(axes.annotate(row.setting, (row.seconds, error), (3, 3), **look))
+    return labels
 
 
 def _limits(rows: Sequence[Measured], quantity: str, uncertainty: float) -> tuple[float, float]:

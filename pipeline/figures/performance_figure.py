@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pipeline.figures.linear_limits import linear_limit
-from pipeline.figures.style import DISTINCT, LIMIT_COLOUR, plain_log_labels, scale, subplots, write_heading
+from pipeline.figures.style import (
+    DISTINCT,
+    LIMIT_COLOUR,
+    keep_apart,
+    plain_log_labels,
+    scale,
+    subplots,
+    write_heading,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -104,13 +112,13 @@ def performance_figure(
         if own is not None:
             _draw_forces(axes, curve, own, name, (wide, size))
     _set_axes(left, right, curve, wide, factor)
-    symbol = "interference v0" if curve.name == "interference" else "preload N0"
-    for axes in (left, right):
-        axes.set_xlabel(f"{symbol} / force [{wide_unit}/N]")
-    left.set_ylabel(f"largest displacement / force [{unit}/N]")
-    right.set_ylabel("its frequency [Hz]")
+    closure = "interference v0" if curve.name == "interference" else "preload N0"
+    left.set(xlabel=f"{closure} / force [{wide_unit}/N]", ylabel=f"largest displacement / force [{unit}/N]")
+    right.set(xlabel=f"{closure} / force [{wide_unit}/N]", ylabel="its frequency [Hz]")
     figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=9)
     write_heading(figure, title)
+    for axes in (left, right):
+        keep_apart(axes, axes.texts)
     return figure
 
 
@@ -154,11 +162,9 @@ def _draw_forces(
             continue
         axes.plot(place * wide, height(place), "o", markersize=6, color=DISTINCT[3], label=label, **_MARK)
         look: dict[str, Any] = {"textcoords": "offset points", "fontsize": 8.5, "color": DISTINCT[3], "zorder": 7}
-        rises = height(place) > height(0.98 * place)
-        look |= {"ha": "right" if rises else "left", "xytext": (-6.0 if rises else 6.0, 5.0)}
-        text = axes.annotate(f"{force:.3g} N", (place * wide, height(place)), **look)
+        text = axes.annotate(f"{force:.3g} N", (place * wide, height(place)), (6.0, 5.0), **look)
         text.set_path_effects([withStroke(linewidth=2.5, foreground="white")])
-        label = "_nolegend_"
+        label = "_the design with other forces"
 
 
 def _set_axes(left: Axes, right: Axes, curve: PerformanceCurve, wide: float, factor: float) -> None:

@@ -200,6 +200,46 @@ def drawn(figure: Figure, form: str) -> bytes:
     return stream.getvalue()
 
 
+# places of a label around its point, in heights of the label: near ones first
+_AROUND = [
+    (x * far, y * far)
+    for far in (0.8, 1.6, 2.6, 4.0, 6.0)
+    for x, y in ((1, 0.5), (-1, 0.5), (1, -1), (-1, -1), (0, 1))
+]
+
+
+def keep_apart(axes: Axes, labels: Sequence[Any]) -> None:
+    """Move annotations around their points, so that none lies on another text, a point of them, or outside.
+
+    A label without room is hidden; one far from its point has a line to it.
+    """
+    from matplotlib.transforms import Bbox
+
+    figure: Any = axes.figure
+    figure.draw_without_rendering()
+    moved = set(labels)
+    texts = [text for text in axes.texts if text not in moved and text.get_text() and text.get_visible()]
+    taken = [text.get_window_extent() for text in texts]
+    taken += [
+        Bbox.from_extents(x - 3, y - 3, x + 3, y + 3) for x, y in (axes.transData.transform(e.xy) for e in labels)
+    ]
+    frame = axes.get_window_extent()
+    for label in labels:
+        for x, y in _AROUND:
+            size = float(label.get_fontsize())
+            label.set_position((x * size, y * size))
+            label.set_horizontalalignment("left" if x > 0.0 else "right" if x < 0.0 else "center")
+            box = label.get_window_extent()
+            inside = frame.x0 <= box.x0 and box.x1 <= frame.x1 and frame.y0 <= box.y0 and box.y1 <= frame.y1
+            if inside and not any(box.overlaps(other) for other in taken):
+                taken.append(box)
+                if label.arrow_patch is not None:
+                    label.arrow_patch.set_visible(abs(y) > 1.0)
+                break
+        else:
+            label.set_visible(False)
+
+
 _GIVEN = "shown_columns"  # attribute of axes with data of their own
 
 

@@ -10,10 +10,9 @@ import numpy as np
 from pipeline.render.drawing_process import drawing_main
 from pipeline.render.ring import VIEW, edges, scalar_bar
 from pipeline.scene.labels import prefixed
-from pipeline.stress.job import StressJob
+from pipeline.stress.job import COLOURS, MARGINS, StressJob
 
 WIDTH, HEIGHT = 650, 1050  # of one view, pixels
-MARGINS = 4.0  # times the required margin: end of the colours
 
 
 def draw(job: StressJob) -> None:
@@ -26,7 +25,7 @@ def draw(job: StressJob) -> None:
         ("von_mises_static_pa", "static", abs(job.largest_mean), "viridis"),
     ]
     if job.required:
-        views.append(("margin", "margin", MARGINS * job.required, "RdYlGn"))
+        views.append(("margin", "margin", MARGINS * job.required, COLOURS))
     size = [WIDTH * len(views), HEIGHT]
     plotter: Any = pv.Plotter(off_screen=True, window_size=size, shape=(1, len(views)), border=False)
     plotter.set_background("white", all_renderers=True)
@@ -49,10 +48,12 @@ def _view(plotter: Any, mesh: Any, view: tuple[str, str, float, str], job: Stres
     shown.point_data["shown"] = np.asarray(mesh.point_data[name]) * factor
     surface = shown.extract_surface(algorithm="dataset_surface")
     title = f"{said} [{unit}]" if unit else f"{said} (required {job.required:g})"
-    bar = scalar_bar(title, "%.3g") | {"n_labels": 4, "width": 0.8, "position_x": 0.1}
-    limits = (0.0, top * factor or 1.0)
+    bar = scalar_bar(title, "%.3g") | {"n_labels": 5, "width": 0.8, "position_x": 0.1}
+    margin = name == "margin"  # the required one in the middle of the colours
+    limits = (job.required / MARGINS, top) if margin else (0.0, top * factor or 1.0)
     light = {"ambient": 0.55, "diffuse": 0.5}  # colours stay those of the bar
-    plotter.add_mesh(surface, scalars="shown", cmap=colours, clim=limits, scalar_bar_args=bar, **light)
+    given: dict[str, Any] = {"cmap": colours, "clim": limits, "log_scale": margin, "scalar_bar_args": bar, **light}
+    plotter.add_mesh(surface, scalars="shown", **given)
     plotter.add_mesh(edges(surface), color="black", line_width=1.0)
     if job.hot_spots:
         points = np.array(job.hot_spots)

@@ -6,6 +6,9 @@ from dataclasses import dataclass
 
 from pipeline.render.drawing_process import Job
 
+MARGINS = 4.0  # ends of the colours of margins: this many times the required factor, and its inverse times it
+COLOURS = "RdYlBu"  # red below the required factor, which is in the middle, blue above
+
 
 @dataclass(frozen=True)
 class StressJob(Job):

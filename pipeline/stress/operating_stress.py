@@ -88,6 +88,7 @@ def _array(name: str, values: NDArray[Any]) -> str:
 
 
 FACTS = "stress.json"
+CYCLES = "cycles.npy"  # mean and amplitude, Pa, margin and whether it is singular, of each place on the surface
 
 
 @dataclass(frozen=True)
@@ -180,6 +181,9 @@ def make_operating_stress(
     )
     limits = _margins(stress, scene.fatigue)
     _write_fields(folder / f"{name}.vtu", stress, limits)
+    if limits:
+        columns = stress.cycle.mean, stress.cycle.amplitude, limits["margin"], ~stress.surroundings.regular
+        np.save(folder / CYCLES, np.column_stack(columns)[stress.surface])
     found = _facts(stress, limits, point, settings.hot_spots, scene.fatigue)
     found["notes"] += _notes(contact, response, stress)
     (folder / FACTS).write_text(json.dumps(found, allow_nan=False), encoding="utf-8")
@@ -256,7 +260,7 @@ def _facts(
         for chosen in (regular, ~regular)
     ]
     largest = float(cycle.amplitude[regular].max(initial=0.0))
-    least = float(np.nanmin(margins["margin"][regular], initial=np.inf)) if margins else math.inf
+    least = {name: float(np.nanmin(field[regular], initial=np.inf)) for name, field in margins.items()}
     return {
         "frequency_hz": point.frequency_hz,
         "amplitude_m": point.amplitude_m,
@@ -265,7 +269,8 @@ def _facts(
         "harmonics": len(stress.harmonics) - 1,
         "largest_amplitude_pa": largest,
         "largest_mean_pa": float(cycle.mean[regular].max(initial=0.0)),
-        "least_margin": least if math.isfinite(least) else None,
+        **{f"least_{name}": None for name in ("margin", "amplitude_margin")},
+        **{f"least_{name}": value for name, value in least.items() if math.isfinite(value)},
         "required_margin": fatigue.factor if fatigue is not None else None,
         "expansion_error": stress.expansion_error,
         "model_error": stress.model_error if math.isfinite(stress.model_error) else None,

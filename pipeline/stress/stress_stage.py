@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from pipeline.figures.data import curve_colours
+from pipeline.figures.figure_stage import Look, look_of
 from pipeline.process.workers import call_apart
 from pipeline.render.drawing_process import draw_apart
 from pipeline.results.publishing import Attempts, PicturesMissing, published, remove_outdated
@@ -28,11 +30,17 @@ from pipeline.stages.stage import Stage
 from pipeline.store.content_store import Entry
 from pipeline.store.fingerprints import file_sha256, fingerprint
 from pipeline.stress.job import StressJob
-from pipeline.stress.operating_stress import FACTS, make_operating_stress
+from pipeline.stress.operating_stress import CYCLES, FACTS, make_operating_stress
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 STRESS_CODE = "pipeline.stress.operating_stress"
 DRAWER = "pipeline.stress.field_pictures"  # runs in a process of its own
+FIGURES = "pipeline.stress.haigh"
 FOLDER = "stress"
+HAIGH, MARGIN = "haigh", "margin"  # names of figures
+_UNTIL = f" --until {Stage.STRESS.value}"
 
 
 def stress_stage(run: Run, models: Models, curves: Sequence[CurveResult]) -> tuple[list[Path], list[dict[str, Any]]]:
@@ -48,12 +56,17 @@ def stress_stage(run: Run, models: Models, curves: Sequence[CurveResult]) -> tup
         made = attempts.result(f"curve {number}", partial(_computed, run, model, curves[number], number))
         if made is None:
             continue
-        of_curve, entry = made
+        of_curve, entry, cycles = made
         drawn = attempts.result(f"picture of curve {number}", partial(_drawn, run, curves[number], number, entry))
-        entry["pictures"] = [path.relative_to(run.request.out).as_posix() for path in drawn or []]
-        files += [*of_curve, *(drawn or [])]
+        drawn = drawn or []
+        if cycles.is_file():
+            draw = partial(_haigh_drawn, run, curves[number], entry, cycles)
+            drawn += attempts.result(f"{HAIGH}_{number}", draw) or []
+        entry["pictures"] = [p.relative_to(run.request.out).as_posix() for p in drawn if p.suffix != ".csv"]
+        files += [*of_curve, *drawn]
         entries.append(entry)
-    remove_outdated(target, ["stress_*.*"], files)
+    files += attempts.result(MARGIN, partial(_margins_drawn, run, curves, entries)) or []
+    remove_outdated(target, ["stress_*.*", f"{HAIGH}_*.*", f"{MARGIN}.*"], files)
     if attempts.problems:
         raise StressMissing(files, attempts.problems, entries)
     return files, entries
@@ -86,8 +99,10 @@ def _height(curve: CurveResult) -> float:
     return worst if math.isfinite(worst) else curve.facts.peak_amplitude_m
 
 
-def _computed(run: Run, model: BuiltModel, curve: CurveResult, number: int) -> tuple[list[Path], dict[str, Any]]:
-    """Fields of one curve in the output folder, and its entry of the summary."""
+def _computed(
+    run: Run, model: BuiltModel, curve: CurveResult, number: int
+) -> tuple[list[Path], dict[str, Any], Path]:
+    """Fields of one curve in the output folder, its entry of the summary, and the file of its cycles in the store."""
     name = f"stress_{number}"
     entry = _stress_of(run, model, curve, curve.member.scene, name)
     run.log.note(Stage.STRESS, entry.ran, entry.seconds)
@@ -95,7 +110,7 @@ def _computed(run: Run, model: BuiltModel, curve: CurveResult, number: int) -> t
     copy_file(run, entry.file(f"{name}.vtu"), target)
     facts = json.loads(entry.file(FACTS).read_text(encoding="utf-8"))
     head = {"curve": number, "file": f"{FOLDER}/{target.name}", "pictures": []}
-    return [target], head | facts
+    return [target], head | facts, entry.folder / CYCLES
 
 
 def _stress_of(run: Run, model: BuiltModel, curve: CurveResult, scene: Scene, name: str) -> Entry:
@@ -136,6 +151,60 @@ def worst_stress(run: Run, curve: CurveResult, fatigue: Fatigue | None) -> dict[
     entry = _stress_of(run, model, curve, scene, FOLDER)
     found: dict[str, Any] = json.loads(entry.file(FACTS).read_text(encoding="utf-8"))
     return found
+
+
+def _haigh_drawn(run: Run, curve: CurveResult, entry: dict[str, Any], cycles: Path) -> list[Path]:
+    """The Haigh diagram of one curve."""
+    import numpy as np
+
+    scene, look, name = curve.member.scene, look_of(run, options=_UNTIL), f"{HAIGH}_{entry['curve']}"
+    title = f"{look.title}, {member_label(curve.member)}" if curve.member.parameters else look.title
+    heading = f"{title}: {entry['frequency_hz']:.1f} Hz\n{look.fixed}"
+    known = {name: value for name, value in entry.items() if name != "pictures"}
+    assert scene.fatigue is not None
+    limits = scene.fatigue
+
+    def draw() -> Figure:
+        from pipeline.stress.haigh import haigh_figure
+
+        return haigh_figure(entry, np.load(cycles), limits, heading)
+
+    content = [known, limits.model_dump(), heading, file_sha256(cycles)]
+    return _figure_published(run, look, name, content, draw)
+
+
+def _margins_drawn(run: Run, curves: Sequence[CurveResult], entries: Sequence[dict[str, Any]]) -> list[Path]:
+    """The margins over the swept value, where several curves have one."""
+    look, members = look_of(run, options=_UNTIL), [curves[entry["curve"]].member for entry in entries]
+    colours = curve_colours([curve.member for curve in curves])
+
+    def draw() -> Figure | None:
+        from pipeline.stress.haigh import margin_figure
+
+        return margin_figure(entries, members, dict(enumerate(colours)), f"{look.title}\n{look.fixed}")
+
+    known = [
+        {name: value for name, value in entry.items() if name.startswith(("curve", "least_"))} for entry in entries
+    ]
+    content = [known, [dict(member.parameters) for member in members], colours]
+    return _figure_published(run, look, MARGIN, content, draw) if entries else []
+
+
+def _figure_published(
+    run: Run, look: Look, name: str, content: list[Any], draw: Callable[[], Figure | None]
+) -> list[Path]:
+    """The files of a figure in the output folder, drawn where they are missing."""
+
+    def build(folder: Path) -> None:
+        from pipeline.figures.style import save, styled
+
+        with styled():
+            figure = draw()
+            if figure is not None:
+                save(figure, folder, name, look.formats, look.redraw)
+
+    key = fingerprint({"name": name, "look": asdict(look), "content": content, "code": code_fingerprint(FIGURES)})
+    return published(run, Stage.STRESS, key, f"drawing {name}", build, run.request.out / FOLDER)
 
 
 def copy_file(run: Run, source: Path, target: Path) -> None:

@@ -17,7 +17,7 @@ from rom.finite_elements.loads import temperature_at_points
 from rom.finite_elements.material import Materials
 from rom.reduction.boundary_dofs import BoundaryChoice
 from rom.stress.fatigue import StressCycle, stress_cycle
-from rom.stress.hot_spots import Surroundings, point_loads, singular_vertices
+from rom.stress.hot_spots import BoundarySurface, Surroundings, point_loads, singular_vertices
 from rom.stress.mesh_motion import MeshMotion, SolvedPoint
 from rom.stress.stress_recovery import NodalStress, StressRecovery, von_mises
 
@@ -54,6 +54,8 @@ class OperatingStress:
         Names of the materials.
     cells : tuple of (int, (E, b) array)
         Cell type of VTK and places of its nodes, for each block of the mesh.
+    surface : (s,) bool array
+        Places at corners of the surface.
     expansion_error : float
         Largest difference of the harmonics from 1 on as the reduced model alone gives them, relative to their largest
         value, outside of singular places.
@@ -80,6 +82,7 @@ class OperatingStress:
     material: IntArray
     materials: tuple[str, ...]
     cells: tuple[tuple[int, IntArray], ...]
+    surface: NDArray[np.bool_]
     expansion_error: float
     model_error: float
     residual: float
@@ -205,7 +208,7 @@ def operating_stress(
     heated = None if temperature is None else temperature_at_points(temperature, len(sector.points))
     recovery = StressRecovery.of(discretise(sector, full.element), materials, base, heated)
     near = _surroundings(full, sector, motion, recovery, boundary)
-    return _recovered(motion, recovery, point, near, _cells(sector, full, recovery), check)
+    return _recovered(motion, recovery, point, near, _mesh(sector, full, recovery), check)
 
 
 def _recovered(
@@ -213,10 +216,10 @@ def _recovered(
     recovery: StressRecovery,
     point: SolvedPoint,
     near: Surroundings,
-    cells: tuple[tuple[int, IntArray], ...],
+    mesh: tuple[tuple[tuple[int, IntArray], ...], NDArray[np.bool_]],
     check: bool,
 ) -> OperatingStress:
-    """The stress of the statically corrected motion, and its errors."""
+    """The stress of the statically corrected motion, and its errors; `mesh`: its cells, places on the surface."""
     moved = motion.corrected(point)
     static, found = recovery.static(moved[0]), recovery.increments(moved[1:])
     values = np.array([static.values, *(each.values for each in found)])
@@ -233,7 +236,8 @@ def _recovered(
         surroundings=near,
         material=recovery.material,
         materials=recovery.names,
-        cells=cells,
+        cells=mesh[0],
+        surface=mesh[1],
         expansion_error=_difference(plain, found, near.regular),
         model_error=_difference(found, solved, near.regular) if check else np.nan,
         residual=residual,
@@ -270,6 +274,14 @@ def _surroundings(
 def _loaded_vertices(full: FullModel, vector: NDArray[Any]) -> IntArray:
     """Vertices on which a vector of forces acts."""
     return np.flatnonzero(np.any(vector.reshape(-1, 3)[full.vertex_node] != 0.0, axis=1))
+
+
+def _mesh(
+    sector: SectorMesh, full: FullModel, recovery: StressRecovery
+) -> tuple[tuple[tuple[int, IntArray], ...], NDArray[np.bool_]]:
+    """The cells, and whether each place is a corner of the surface."""
+    corners = full.vertex_node[np.unique(BoundarySurface.of(sector.blocks, sector.points).sides)]
+    return _cells(sector, full, recovery), np.isin(recovery.node, corners)
 
 
 def _cells(sector: SectorMesh, full: FullModel, recovery: StressRecovery) -> tuple[tuple[int, IntArray], ...]:

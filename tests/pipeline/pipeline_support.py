@@ -182,3 +182,22 @@ def summary_of(folder: Path) -> dict[str, Any]:
 def statuses(folder: Path) -> dict[str, str]:
     """Stage -> ran, reused or skipped."""
     return {name: stage["status"] for name, stage in summary_of(folder)["stages"].items()}
+
+
+def overlapping_texts(figure: Any) -> list[tuple[str, str]]:
+    """Pairs of texts of a figure whose boxes overlap by more than a pixel, as matplotlib lays them out."""
+    figure.draw_without_rendering()
+    texts = [*figure.texts, *(text for legend in figure.legends for text in legend.get_texts())]
+    for axes in figure.axes:
+        texts += [axes.title, *axes.texts, *(axes.get_legend().get_texts() if axes.get_legend() else ())]
+        for axis in (axes.xaxis, axes.yaxis) if axes.axison else ():
+            low, high = sorted(axis.get_view_interval())
+            texts += [axis.label, *(t.label1 for t in axis.get_major_ticks() if low <= t.get_loc() <= high)]
+    shown = [text for text in texts if text.get_visible() and text.get_text().strip()]
+    boxes = [text.get_window_extent().padded(-1.0) for text in shown]
+    return [
+        (shown[i].get_text(), shown[k].get_text())
+        for i in range(len(shown))
+        for k in range(i)
+        if boxes[i].overlaps(boxes[k])
+    ]

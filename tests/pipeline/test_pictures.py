@@ -11,8 +11,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from pipeline_support import shroud, small_scene, statuses, summary_of, write_scene
+from pipeline_support import overlapping_texts, shroud, small_scene, statuses, summary_of, write_scene
 
+import pipeline.figures.style
 from pipeline import bootstrap
 from pipeline.figures.curve_line import KINDS, stability_segments
 from pipeline.figures.style import save, styled, subplots
@@ -40,9 +41,10 @@ def test_every_figure_is_there(finished: Path) -> None:
 
 
 def test_a_table_beside_each_figure_has_its_data_and_the_command_that_redraws_it(
-    copied: Path,
+    copied: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The points of the curves are those of response.csv; the command brings back what was deleted."""
+    """The points of the curves are those of response.csv; the command brings back what was deleted, in which no text
+    lies on another."""
     folder = copied / "figures"
     tables = {path.stem: path.read_text(encoding="utf-8") for path in folder.glob("*.csv")}
     assert tables.keys() == {path.stem for path in folder.glob("*.png")}
@@ -62,10 +64,18 @@ def test_a_table_beside_each_figure_has_its_data_and_the_command_that_redraws_it
     first = before["peaks.csv"].decode().splitlines()[0]
     shutil.rmtree(folder)
     shutil.rmtree(copied / "store" / "figures")
+    overlaps: dict[str, list[tuple[str, str]]] = {}
+
+    def looking(figure: Any, into: Path, name: str, *given: Any) -> None:
+        save(figure, into, name, *given)
+        overlaps[name] = overlapping_texts(figure)
+
+    monkeypatch.setattr(pipeline.figures.style, "save", looking)
     words = shlex.split(first.removeprefix("# redraw: "))
     assert words[0] == "shroud"
     assert shroud(*words[1:], "--quiet")[0] == 0
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+    assert overlaps == {name: [] for name in tables}
 
 
 def test_settings_of_the_user_have_no_part_in_a_figure(tmp_path: Path) -> None:

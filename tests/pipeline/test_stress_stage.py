@@ -1,5 +1,6 @@
 """Stress on the mesh as a stage of a run: files, summary, report, what is refused and what is said."""
 
+import csv
 import json
 from pathlib import Path
 from typing import Any
@@ -57,6 +58,7 @@ def test_fields_and_summary_are_those_of_the_solved_point(stressed: Path) -> Non
     plastic = (fields["von_mises_amplitude_pa"] + np.abs(fields["mean_stress_pa"])) / 700e6
     np.testing.assert_allclose(fields["margin"], np.minimum(1.0 / np.maximum(inverse, plastic), 1e6), rtol=1e-9)
     assert entry["least_margin"] == pytest.approx(fields["margin"][regular].min())
+    assert entry["least_amplitude_margin"] == pytest.approx(fields["amplitude_margin"][regular].min())
     for spots, singular in ((entry["hot_spots"], False), (entry["singular_spots"], True)):
         assert 0 < len(spots) <= 3
         for spot in spots:
@@ -65,6 +67,27 @@ def test_fields_and_summary_are_those_of_the_solved_point(stressed: Path) -> Non
             assert (spot["singular"] is not None) == singular
             assert spot["amplitude_margin"] >= spot["margin"]
     assert [spot["margin"] for spot in entry["hot_spots"]] == sorted(spot["margin"] for spot in entry["hot_spots"])
+
+
+def test_the_haigh_diagram_has_the_places_their_margins_and_the_line_of_the_required_factor(stressed: Path) -> None:
+    """Against 1 / (Sa / Se + Sm / Su) and the yield line, written out; hot spots are those of the summary."""
+    (entry,) = summary_of(stressed)["stress"]
+    assert "stress/haigh_1.png" in entry["pictures"]
+    lines = (stressed / "stress" / "haigh_1.csv").read_text(encoding="utf-8").splitlines()
+    assert lines[0].startswith("# redraw: shroud run ")
+    rows = list(csv.DictReader(lines[1:]))
+    mean, amplitude = ([float(row[name]) for row in rows] for name in ("mean stress [MPa]", "stress amplitude [MPa]"))
+    used = [max(a / 300 + max(m, 0.0) / 900, (a + abs(m)) / 700) for a, m in zip(amplitude, mean, strict=True)]
+    places = [k for k, row in enumerate(rows) if row["series"] == "surface"]
+    assert len(places) > 50
+    assert [1.0 / used[k] for k in places] == pytest.approx([float(rows[k]["margin (required 1.5)"]) for k in places])
+    at_limit = [1.0 / used[k] for k, row in enumerate(rows) if row["series"] == "required factor 1.5"]
+    assert at_limit == pytest.approx([1.5] * len(at_limit))
+    numbered = sorted({row["series"] for row in rows if row["series"][0].isdigit()})
+    assert len(numbered) == len(entry["hot_spots"])
+    for number, spot in enumerate(entry["hot_spots"]):
+        k = next(k for k, row in enumerate(rows) if row["series"] == numbered[number])
+        assert (amplitude[k], mean[k]) == pytest.approx((spot["amplitude_pa"] / 1e6, spot["mean_pa"] / 1e6))
 
 
 def test_the_displacement_of_the_tip_is_that_of_the_curve(stressed: Path) -> None:

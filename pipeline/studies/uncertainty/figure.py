@@ -27,24 +27,36 @@ BAR = 0.36  # height of a bar; two lie beside each other
 
 def uncertainty_figure(result: UncertaintyResult, title: str) -> Figure:
     """The distribution of the worst motion."""
-    figure, axes = subplots(2, 3, size=(12.5, 7.2))
+    converges = len(result.convergence) > 1
+    known = bool(result.sobol or result.polynomial is not None or result.first_order is not None)
+    columns = 3 if converges else 2
+    figure, places = subplots(2, columns, size=(0.5 + 4.0 * columns, 7.2))
+    free = iter(places.flat)
+    axes = [next(free), next(free)]
+    over, sensitivities = (places[1, -1], next(free)) if known else (next(free), None)
     factor, unit = scale(result.amplitude_m, "m")
     labels = f"worst amplitude [{unit}]", "its frequency [Hz]"
     linear = _linear(result)
     for column, (values, spread, number) in enumerate(
         ((result.amplitude_m, result.amplitude, factor), (result.frequency_hz, result.frequency, 1.0))
     ):
-        _draw_distribution(axes[0, column], values * number, spread, number, result.levels)
-        _draw_beside(axes[0, column], result, column, number, linear)
-        axes[0, column].set_xlabel(labels[column])
-        axes[0, column].set_ylabel("share of samples below")
-        rows = [row.amplitude if column == 0 else row.frequency for row in result.convergence]
-        _draw_convergence(axes[1, column], [row.samples for row in result.convergence], rows, number)
-        axes[1, column].set_ylabel(labels[column])
-    _draw_sensitivities(axes[0, 2], result)
-    _draw_over_parameter(axes[1, 2], result, factor)
-    axes[1, 2].set_ylabel(labels[0])
-    figure.legend(*_handles(axes[0, :2]), loc="outside lower center", ncols=4, fontsize=9)
+        _draw_distribution(axes[column], values * number, spread, number, result.levels)
+        _draw_beside(axes[column], result, column, number, linear)
+        axes[column].set_xlabel(labels[column])
+        axes[column].set_ylabel("share of samples below")
+        if converges:
+            rows = [row.amplitude if column == 0 else row.frequency for row in result.convergence]
+            below = next(free)
+            _draw_convergence(below, [row.samples for row in result.convergence], rows, number)
+            below.set_ylabel(labels[column])
+    if sensitivities is not None:
+        _draw_sensitivities(sensitivities, result)
+    _draw_over_parameter(over, result, factor)
+    over.set_ylabel(labels[0])
+    for unused in free:
+        if unused is not over:
+            unused.remove()
+    figure.legend(*_handles(axes), loc="outside lower center", ncols=columns + 1, fontsize=9)
     write_heading(figure, f"{title}: {result.samples} samples of {len(result.marginals)} uncertain parameters")
     return figure
 
@@ -166,7 +178,7 @@ def _draw_sensitivities(axes: Axes, result: UncertaintyResult) -> None:
     axes.set_xlabel(f"share of the variance of the amplitude{missed}")
     axes.grid(axis="y", visible=False)
     if found or result.first_order is not None:
-        axes.legend(fontsize=8, loc="lower right")
+        axes.legend(fontsize=8, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)  # bars may be anywhere
 
 
 def _draw_over_parameter(axes: Axes, result: UncertaintyResult, factor: float) -> None:
