@@ -153,11 +153,16 @@ def worst_stress(run: Run, curve: CurveResult, fatigue: Fatigue | None) -> dict[
     return found
 
 
+def _look(run: Run) -> Look:
+    """The look of the figures, in the formats of the scene: the page shows none of them as a vector."""
+    return replace(look_of(run, options=_UNTIL), formats=run.request.scene.first.figures.formats)
+
+
 def _haigh_drawn(run: Run, curve: CurveResult, entry: dict[str, Any], cycles: Path) -> list[Path]:
     """The Haigh diagram of one curve."""
     import numpy as np
 
-    scene, look, name = curve.member.scene, look_of(run, options=_UNTIL), f"{HAIGH}_{entry['curve']}"
+    scene, look, name = curve.member.scene, _look(run), f"{HAIGH}_{entry['curve']}"
     title = f"{look.title}, {member_label(curve.member)}" if curve.member.parameters else look.title
     heading = f"{title}: {entry['frequency_hz']:.1f} Hz\n{look.fixed}"
     known = {name: value for name, value in entry.items() if name != "pictures"}
@@ -175,7 +180,7 @@ def _haigh_drawn(run: Run, curve: CurveResult, entry: dict[str, Any], cycles: Pa
 
 def _margins_drawn(run: Run, curves: Sequence[CurveResult], entries: Sequence[dict[str, Any]]) -> list[Path]:
     """The margins over the swept value, where several curves have one."""
-    look, members = look_of(run, options=_UNTIL), [curves[entry["curve"]].member for entry in entries]
+    look, members = _look(run), [curves[entry["curve"]].member for entry in entries]
     colours = curve_colours([curve.member for curve in curves])
 
     def draw() -> Figure | None:
@@ -187,7 +192,8 @@ def _margins_drawn(run: Run, curves: Sequence[CurveResult], entries: Sequence[di
         {name: value for name, value in entry.items() if name.startswith(("curve", "least_"))} for entry in entries
     ]
     content = [known, [dict(member.parameters) for member in members], colours]
-    return _figure_published(run, look, MARGIN, content, draw) if entries else []
+    several = sum(entry["least_margin"] is not None for entry in entries) > 1
+    return _figure_published(run, look, MARGIN, content, draw) if several else []
 
 
 def _figure_published(

@@ -285,7 +285,7 @@ def check_what_is_said_of_open_samples(result: UncertaintyResult) -> None:
     assert "95 % >= " in headline(changed)
     assert "no first-order answer: the reason" in remarks_on(replace(changed, first_order=None), "the reason", False)
     with styled():
-        labels = uncertainty_figure(changed, "some").axes[5].get_legend_handles_labels()[1]
+        labels = uncertainty_figure(changed, "some").axes[3].get_legend_handles_labels()[1]
     assert {"main branch", "detached branch", "quasi-periodic", "may be higher"} <= set(labels)
 
 
