@@ -16,6 +16,7 @@ from pipeline.results.tables import (
     amplitude_scale,
     bare_value,
     branch_remarks,
+    has_static_load,
     is_sampled,
     static_said,
     truncation_cell,
@@ -239,7 +240,7 @@ def _notes(curve: Any, stable: bool) -> Iterable[str]:
         yield f"incomplete: {curve.reason}"
     if said := end_said(facts):
         yield said
-    if said := static_said(curve):
+    if has_static_load(curve) and (said := static_said(curve)):
         yield said + "; closed at rest, opened by static forces" * facts.static_opened
     if not stable:
         yield "unstable peak"

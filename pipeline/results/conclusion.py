@@ -439,7 +439,7 @@ def _not_included(summary: Mapping[str, Any]) -> Iterator[str]:
         yield f"Coriolis forces ({share(max(errors))} of a frequency)"
     if (accuracy := summary.get("accuracy")) is not None:
         expected, found = accuracy["expected_error"]["peak_amplitude"], measured_errors(models) or (0.0,)
-        yield f'accuracy "{accuracy["preset"]}" ({share(max(expected, found[0]))} of a peak)'
+        yield f'accuracy "{accuracy["preset"]}" ({share(max(expected, found[0]))})'
 
 
 def lines_of(summary: Mapping[str, Any]) -> list[str]:
