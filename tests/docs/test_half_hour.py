@@ -63,7 +63,7 @@ def copied_repository(tmp_path: Path) -> Path:
 def test_the_first_half_hour(copied_repository: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PYTHONPATH", str(copied_repository))  # the copy's own packages and templates
     pieces = run_page(HALF_HOUR, copied_repository)
-    assert len(pieces) == 9
+    assert len(pieces) == 10
     check(HALF_HOUR, pieces, numbers=False)
     for name in ("figures/response.png", "figures/peaks.png"):
         assert (copied_repository / "out" / "dummy" / name).is_file()
