@@ -66,13 +66,20 @@ def _modes(
     """The lowest modes of one state of the shrouds."""
     springs: dict[str, Any] = {"normal": np.asarray(normal), "tangential": np.asarray(tangential)}
     frequency, shapes, names = named_shapes(Path(job.rom), model, job.phase, min(max(job.modes), model.size), springs)
+    diameter = _diameter(job, sector)
     return [
         Mode(
             at_largest(shape[: len(sector.points)]),
-            f"mode {number} ({name}), shrouds {contact}, {value:.1f} Hz",
+            f"mode {number} ({name}), {contact}: {value:.1f} Hz, nodal diameter {diameter}",
         )
         for number, (name, value, shape) in enumerate(zip(names, frequency, shapes, strict=True), start=1)
     ]
+
+
+def _diameter(job: RenderJob, sector: SectorMesh) -> int:
+    """Nodal diameter of the wave."""
+    folded = round(job.phase * sector.n_blades / (2.0 * np.pi)) % sector.n_blades
+    return min(folded, sector.n_blades - folded)
 
 
 def named_shapes(
@@ -104,6 +111,8 @@ def _compose(plotter: Any, job: RenderJob, sector: SectorMesh, modes: Sequence[M
         _add_ring(plotter, job, sector, mode.shape, from_tip=False)
         ring.add_outline(plotter, sector)
         ring.add_axes(plotter, sector, 17)
+        if view == 0:
+            ring.name_faces(plotter, 9, 0.17)
         first = f"{job.title}\n" if view == 0 else "\n"
         plotter.add_text(f"{first}{mode.heading}", position="upper_left", font_size=13, color="black")
         ring.aim_from_side(plotter, sector)
@@ -121,10 +130,7 @@ def _add_wheel(plotter: Any, job: RenderJob, sector: SectorMesh, shape: NDArray[
     surface = wheel(sector, lambda blade: np.real(shape * np.exp(1j * blade * job.phase)), largest)
     look: dict[str, Any] = {"scalars": "displacement", "cmap": "viridis", "clim": (0.0, 1.0)}
     plotter.add_mesh(surface, show_scalar_bar=False, **look)
-    folded = round(job.phase * sector.n_blades / (2.0 * np.pi))
-    diameters = min(folded, sector.n_blades - folded)
-    drawn = f"drawn: at most {1e3 * job.deformation:.3g} mm; here {1e3 * largest:.3g} mm:"
-    text = f"{drawn}\n{diameters} nodal diameter{'s' * (diameters != 1)}, shrouds {job.contact}"
+    text = f"the wheel, {job.contact}: drawn {1e3 * largest:.3g} mm"
     plotter.add_text(text, position="upper_left", font_size=13, color="black")
     aim(plotter, sector)
 
@@ -132,8 +138,8 @@ def _add_wheel(plotter: Any, job: RenderJob, sector: SectorMesh, shape: NDArray[
 def _add_tips(plotter: Any, job: RenderJob, sector: SectorMesh, shape: NDArray[np.complex128], width: float) -> None:
     """The shrouds at rest from the tip, in a view with this share of the window's width."""
     _add_ring(plotter, job, sector, shape, from_tip=True)
-    drawn = f"drawn: at most {1e3 * job.deformation:.3g} mm\nhere: at rest, from the tip"
-    plotter.add_text(drawn, position="upper_left", font_size=13, color="black")
+    plotter.add_text("at rest, from the tip", position="upper_left", font_size=13, color="black")
+    ring.name_faces(plotter, 9, 0.06)
     _aim_from_tip(plotter, sector, job.blades, width)
 
 
@@ -148,14 +154,13 @@ def _add_ring(
         mesh = ring.grid(sector, motion, 0.0 if from_tip else job.deformation, blade * pitch)
         surface = ring.surface_of(mesh)
         if blade == 0:
-            _add_own(plotter, surface, from_tip)
+            _add_own(plotter, surface, from_tip, f"displacement / largest, drawn {1e3 * job.deformation:.3g} mm")
             ring.add_contacts(plotter, sector, mesh.points)
-            ring.label_faces(plotter, sector, mesh.points, 18)
         else:
             ring.add_neighbour(plotter, surface)
 
 
-def _add_own(plotter: Any, surface: Any, from_tip: bool) -> None:
+def _add_own(plotter: Any, surface: Any, from_tip: bool, of_bar: str) -> None:
     plotter.add_mesh(
         surface,
         scalars="displacement",
@@ -166,7 +171,7 @@ def _add_own(plotter: Any, surface: Any, from_tip: bool) -> None:
         line_width=0.5,
         opacity=0.45 if from_tip else 1.0,
         show_scalar_bar=not from_tip,
-        scalar_bar_args=ring.scalar_bar("displacement / largest"),
+        scalar_bar_args=ring.scalar_bar(of_bar),
     )
     plotter.add_mesh(ring.edges(surface), color="black", line_width=2.0)
 

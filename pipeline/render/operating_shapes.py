@@ -174,12 +174,12 @@ def _add_ring(
             plotter.add_mesh(surface, scalars="displacement", cmap="viridis", clim=limits, scalar_bar_args=bar)
             plotter.add_mesh(ring.edges(surface), color="black", line_width=2.0 * small)
             ring.add_contacts(plotter, sector, mesh.points)
-            ring.label_faces(plotter, sector, mesh.points, round(18 * small))
         else:
             ring.add_neighbour(plotter, surface)
     ring.add_outline(plotter, sector)
     ring.add_axes(plotter, sector, round(18 * small))
-    heading = f"{job.title}\n{shape.frequency_hz:.1f} Hz, drawn {_rounded(scale)} times as large; x axial, z radial"
+    ring.name_faces(plotter, round(9 * small), 0.17)
+    heading = f"{job.title}\n{shape.frequency_hz:.1f} Hz, drawn {_rounded(scale)} times as large"
     plotter.add_text(heading, position="upper_left", font_size=round(15 * small), color="black")
     ring.aim_from_side(plotter, sector)
     plotter.reset_camera(bounds=_bounds(job, sector))  # the same in every frame

@@ -76,17 +76,13 @@ def add_contacts(plotter: Any, sector: SectorMesh, points: Array) -> None:
         plotter.add_mesh(spheres, color=colour, ambient=0.3)
 
 
-def label_faces(plotter: Any, sector: SectorMesh, points: Array, size: int) -> None:
-    """Names of both contact faces of the fundamental blade, on the side where each is; `points` (N, 3) as drawn."""
-    sideways = np.array([0.0, 0.25 * float(np.ptp(sector.points[:, 1])), 0.0])
-    look = {"shape": None, "always_visible": True, "show_points": False, "font_size": size, "bold": True}
-    for face, name, colour, out in (
-        (sector.right, "right face (+y)", RIGHT_COLOUR, sideways),
-        (sector.left, "left face (-y)", LEFT_DARK, -sideways),
-    ):
-        at = points[face.nodes].mean(axis=0)
-        plotter.add_point_labels([at + out], [name], text_color=colour, justification_horizontal="center", **look)
-        plotter.add_mesh(_line(at, at + 0.8 * out), color=colour, line_width=1.5)
+def name_faces(plotter: Any, size: int, bottom: float) -> None:
+    """Names of both contact faces in the colours of their nodes, at the left from this share of the height upwards:
+    beside the faces they would lie on the neighbours."""
+    names = (("left face (-y)", LEFT_DARK), ("right face (+y)", RIGHT_COLOUR))
+    for line, (name, colour) in enumerate(names):
+        place = (0.05, bottom + 0.035 * line)
+        plotter.add_text(name, position=place, viewport=True, font_size=size, color=colour)
 
 
 def add_axes(plotter: Any, sector: SectorMesh, size: int) -> None:
@@ -110,12 +106,6 @@ def add_axes(plotter: Any, sector: SectorMesh, size: int) -> None:
     plotter.add_point_labels(
         [arc[-1] + [0.0, 0.2 * length, 0.0]], ["rotation"], **look | {"text_color": ROTATION_COLOUR}
     )
-
-
-def _line(first: Array, last: Array) -> Any:
-    import pyvista as pv
-
-    return pv.Line(first, last)
 
 
 def add_outline(plotter: Any, sector: SectorMesh) -> None:
