@@ -42,7 +42,7 @@ SCENES = ("dummy", "figure6", "campbell", "disk")
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 QUIET_BROWSER = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run")
 STYLE, LINE = "pipeline/figures/style.py", "pipeline/figures/curve_line.py"
-CURVES = (STYLE, LINE, "pipeline/figures/response.py")
+CURVES = (STYLE, LINE, "pipeline/figures/data.py", "pipeline/figures/response.py")
 DUMMY, DISK = "scenes/dummy.toml", "scenes/disk.toml"
 UNCERTAIN = "docs/uncertainty.toml"  # its section [uncertainty]
 

@@ -54,7 +54,7 @@ def trend_figure(
     key = keys[0]
     figure, (upper, lower) = subplots(2, 1, size=(6.4, 6.0), sharex=True)
     factor, unit = scale([height for point in points for height in (point.peak[1], point.worst[1])], "m")
-    lines = _lines(points, key)
+    lines = lines_over(points, key)
     for (label, members), colour, shape in zip(lines.items(), group_colours(len(lines)), SHAPES, strict=False):
         x = [key.position(point.parameters[key.name]) for point in members]
         shades = [colour if len(lines) > 1 else colours[point.index] for point in members]
@@ -91,7 +91,7 @@ def has_few_lines(points: Sequence[SweepPoint]) -> bool:
     keys = sweep_keys(points)
     if not keys:
         return True
-    lines = len(_lines(points, keys[0]))
+    lines = len(lines_over(points, keys[0]))
     return lines <= MOST_LINES and len(points) > lines
 
 
@@ -123,7 +123,7 @@ def _mark_ends(axes: Axes, x: Sequence[float], curves: Sequence[SweepPoint], col
         axes.legend(fontsize=9)
 
 
-def _lines(points: Sequence[SweepPoint], key: SweepKey) -> dict[str, list[SweepPoint]]:
+def lines_over(points: Sequence[SweepPoint], key: SweepKey) -> dict[str, list[SweepPoint]]:
     """The curves of each combination of the other keys, by its label, in the order of the key."""
     lines: dict[str, list[SweepPoint]] = {}
     for point in sorted(points, key=lambda point: key.number(point.parameters[key.name])):
@@ -167,6 +167,7 @@ LEVELS = (0.0, 0.1, 0.5, 0.9, 1.0)
 BANDS = ((0, 4, 0.16, "all curves"), (1, 3, 0.34, "10 % to 90 %"))
 BAND_COLOUR = DISTINCT[0]
 ENDS = ("highest", "median", "lowest")
+END_COLOURS = ("#D55E00", "0.25", "#009E73")
 LONG = 64  # characters of a name that has a line of the legend to itself
 FREQUENCIES = 500
 MOST_READ = 300  # curves whose points are read for the quantiles over frequency
@@ -201,7 +202,7 @@ def band_figure(curves: Sequence[PlottedCurve], points: Sequence[SweepPoint], ti
     heights = np.array([highest_at(curve.response, frequency) for curve in curves]) * factor
     _draw_bands(axes, frequency, heights)
     by_index = {curve.index: curve for curve in curves}
-    for point, name, colour in zip(ends(points), ENDS, ("#D55E00", "0.25", "#009E73"), strict=False):
+    for point, name, colour in zip(ends(points), ENDS, END_COLOURS, strict=False):
         curve, look = by_index.get(point.index), {"color": colour, "linewidth": 1.3}
         if curve is not None:
             label = f"{name} worst motion: {curve.label}"

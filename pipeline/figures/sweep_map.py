@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pipeline.figures.data import Array, SweepKey, SweepPoint, is_grid, sweep_keys
-from pipeline.figures.style import LOG_FROM, plain_log_labels, scale, subplots, write_heading
+from pipeline.figures.style import LOG_FROM, give_data, plain_log_labels, scale, subplots, write_heading
 from pipeline.scene.sweep import takes_fractions
 
 if TYPE_CHECKING:
@@ -87,11 +87,18 @@ def cell_figure(points: Sequence[SweepPoint], title: str) -> Figure | None:
         if look["norm"] is not None:
             plain_log_labels(bar.ax.yaxis)
         axes.set(xlabel=keys[0].axis, ylabel=keys[1].axis)
+        give_data(axes, {key.axis: _values(points, key) for key in keys} | {name: values})
         axes.grid(visible=False)
     if grid:
         _mark_cells(panels[0], points, keys, heights)
     write_heading(figure, title)
     return figure
+
+
+def _values(points: Sequence[SweepPoint], key: SweepKey) -> list[Any]:
+    """The value of a key at each curve, in the unit of its axis."""
+    given = [point.parameters[key.name] for point in points]
+    return [key.position(value) if key.numeric else key.text(value) for value in given]
 
 
 def _norm(values: Array) -> Any:

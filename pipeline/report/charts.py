@@ -8,7 +8,7 @@ from __future__ import annotations
 import base64
 import io
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from pipeline.figures.curve_line import END_OF_RANGE, KINDS, MARKS, SAME_HEIGHT, stability_segments
 from pipeline.figures.data import PlottedCurve, SweepKey, SweepPoint, is_isolated, sweep_keys
 from pipeline.figures.hysteresis import node_figure, spread
-from pipeline.figures.peaks import ENDS, MOST_KEYS, MOST_LINES, ends
+from pipeline.figures.peaks import END_COLOURS, ENDS, MOST_KEYS, WORST, ends, has_few_lines, lines_over
 from pipeline.figures.response import has_lines, panel_keys
-from pipeline.figures.style import LOG_FROM, drawn, ordered_colours, scale, styled, subplots
+from pipeline.figures.style import LOG_FROM, drawn, group_colours, scale, styled, subplots
 from pipeline.render.ring import LEFT_DARK, RIGHT_COLOUR, VIEW, blades_of, turned
 from pipeline.report.viewer import Surface, outer_surface
 from pipeline.scene.labels import value_label
@@ -69,15 +69,18 @@ def _uri(kind: str, content: bytes) -> str:
 _RESPONSE = (
     "Largest displacement over a period against frequency. Dashed: unstable; long dashes: against perturbations of "
     "another nodal diameter than the wave. Circles: peaks of the main branches. Stars: worst motions that are not "
-    "these peaks. Thin lines: isolated and detached branches. Squares: Neimark-Sacker bifurcations, where the motion "
-    "becomes or stops being quasi-periodic; triangles: period doublings; diamonds: branch points."
+    "these peaks. Thin lines: isolated and detached branches."
+)
+_BIFURCATIONS = (
+    " Squares: Neimark-Sacker bifurcations, where the motion becomes or stops being quasi-periodic; triangles: "
+    "period doublings; diamonds: branch points."
 )
 _BANDS = (
     "Quantiles of the largest displacement over the curves at each frequency (main branches), and the curves with "
     "the highest, the median and the lowest worst motion."
 )
 _PEAKS = (
-    "Height and frequency of the worst motions, and of the peaks of the main branches (thin), against the swept "
+    "Height and frequency of the worst motions, and of the peaks of the main branches (bars), against the swept "
     "parameter, with the linear limits. Triangles: the worst motion may be higher."
 )
 _QUANTILES = (
@@ -104,9 +107,11 @@ _OTHERS = {
 }
 
 
-def captions(*, lines: bool, few: bool) -> dict[str, str]:
-    """Captions by the name of the figure; `lines`: a line a curve, `few`: few lines over the swept parameter."""
-    return {"response": _RESPONSE if lines else _BANDS, "peaks": _PEAKS if few else _QUANTILES, **_OTHERS}
+def captions(*, lines: bool, few: bool, bifurcations: bool) -> dict[str, str]:
+    """Captions by the name of the figure; `lines`: a line a curve, with marks of `bifurcations`; `few`: few
+    combinations of the keys beside the one of the axis."""
+    response = _RESPONSE + _BIFURCATIONS * bifurcations
+    return {"response": response if lines else _BANDS, "peaks": _PEAKS if few else _QUANTILES, **_OTHERS}
 
 
 Array = NDArray[np.float64]
@@ -208,39 +213,47 @@ UNEVEN = 8.0  # ratio of the largest step between swept values to the median one
 _SHAPES = dict(zip(MARKS, ("diamond", "square", "triangle"), strict=True))
 
 
-def charts(curves: Sequence[PlottedCurve], points: Sequence[SweepPoint]) -> dict[str, dict[str, Any]]:
-    """The charts of a page by the name of the figure that they stand for; values for JSON."""
+def charts(
+    curves: Sequence[PlottedCurve],
+    points: Sequence[SweepPoint],
+    colours: Mapping[int, Any],
+    bifurcations: bool = False,
+) -> dict[str, dict[str, Any]]:
+    """The charts of a page by the name of the figure that they stand for, values for JSON, in the `colours` of the
+    figures by number of the curve; `bifurcations` but folds have marks where asked for."""
     found = {}
     if curves:
-        found["response"] = _response(curves, points)
+        found["response"] = _response(curves, points, colours, bifurcations)
     if len(points) > 1 and sweep_keys(points):
-        found["peaks"] = _sweep(points)
+        found["peaks"] = _sweep(points, colours)
     return found
 
 
-def _response(curves: Sequence[PlottedCurve], points: Sequence[SweepPoint]) -> dict[str, Any]:
+def _response(
+    curves: Sequence[PlottedCurve], points: Sequence[SweepPoint], colours: Mapping[int, Any], bifurcations: bool
+) -> dict[str, Any]:
     """Amplitude over frequency; of many curves those with the highest, the median and the lowest worst motion."""
     few = has_lines(points)
     kinds: dict[int, str] = {}
     if not few:
         kinds = {p.index: f"{name} worst motion: " for p, name in zip(ends(points), ENDS, strict=False)}
         curves = [curve for curve in curves if curve.index in kinds]
+        colours = dict(zip(kinds, END_COLOURS, strict=False))
     keys = panel_keys(sweep_keys(points)) if few else None
     factor, unit = scale(np.concatenate([curve.response.amplitude_m for curve in curves]), "m")
-    shades = [_hex(colour) for colour in ordered_colours(len(keys[0].values) if keys else len(curves))]
     step = -(-sum(curve.response.points for curve in curves) // MOST_POINTS)
     lines, marks = [], []
-    for number, curve in enumerate(curves):
+    for curve in curves:
         name, part = f"{kinds.get(curve.index, '')}{curve.label}", None
         if keys:
-            number, part = (key.number(curve.parameters[key.name]) for key in keys)
+            part = keys[1].number(curve.parameters[keys[1].name])
             name = value_label(keys[0].name, curve.parameters[keys[0].name])
-        of: dict[str, Any] = {"name": name, "colour": shades[number], "part": part}
+        of: dict[str, Any] = {"name": name, "colour": _hex(colours[curve.index]), "part": part}
         lines.append({**of, "width": 1.8, **_line(curve.response, factor, step), "what": "main branch"})
         for count, branch in enumerate(curve.response.detached, start=1):
             what = f"{'isolated' if is_isolated(branch) else 'detached'} branch {count}"
             lines.append({**of, "width": 1.0, **_line(branch, factor, step), "what": what})
-        marks += [{**of, **mark} for mark in _marks(curve, factor)]
+        marks += [{**of, **mark} for mark in _marks(curve, factor, bifurcations)]
     peaks = [height for curve in curves for height in (curve.peak[1], curve.worst[1])]
     return {
         "xlabel": "excitation frequency [Hz]",
@@ -270,14 +283,14 @@ def _line(curve: ResponseCurve, factor: float, step: int) -> dict[str, Any]:
     }
 
 
-def _marks(curve: PlottedCurve, factor: float) -> Iterable[dict[str, Any]]:
+def _marks(curve: PlottedCurve, factor: float, bifurcations: bool) -> Iterable[dict[str, Any]]:
     what = END_OF_RANGE if curve.facts.peak_at_end else "peak of the main branch"
     yield {"shape": "circle", "what": what, **_place([curve.peak], factor)}
     frequency, height = curve.worst
     if math.isfinite(height) and not np.isclose(height, curve.peak[1], rtol=SAME_HEIGHT):
         what = "worst motion, or higher" if curve.worst_open else "worst motion"
         yield {"shape": "star", "what": what, **_place([(frequency, height)], factor)}
-    for kind, shape in _SHAPES.items():
+    for kind, shape in _SHAPES.items() if bifurcations else ():
         places = [(e.frequency_hz, e.amplitude_m) for e in curve.response.bifurcations if e.kind.value == kind]
         if places:
             yield {"shape": shape, "what": kind, **_place(places, factor)}
@@ -287,25 +300,24 @@ def _place(places: Sequence[tuple[float, float]], factor: float) -> dict[str, An
     return {"x": _numbers([x for x, _ in places]), "y": _numbers([y * factor for _, y in places])}
 
 
-def _sweep(points: Sequence[SweepPoint]) -> dict[str, Any]:
-    """Worst motions over the key with the most values: a line for each value of the second key, or dots."""
+def _sweep(points: Sequence[SweepPoint], colours: Mapping[int, Any]) -> dict[str, Any]:
+    """Worst motions over the key with the most values, in the colours of the figure; of many over several keys dots
+    of one colour over each."""
     keys = sweep_keys(points)
-    key, others = keys[0], keys[1:]
+    key = keys[0]
     factor, unit = scale([height for point in points for height in (point.peak[1], point.worst[1])], "m")
-    joined = len(others) == 1 and len(others[0].values) <= MOST_LINES and len(key.values) < len(points)
     lines = []
-    if not others or joined:
-        groups = others[0].values if others else (None,)
-        for value, colour in zip(groups, ordered_colours(len(groups)), strict=True):
-            members = [p for p in points if not others or repr(p.parameters[others[0].name]) == repr(value)]
-            members.sort(key=lambda p: key.number(p.parameters[key.name]))
-            name = value_label(others[0].name, value) if others else "worst motion"
-            lines.append(_sweep_line(members, key, factor, name=name, colour=_hex(colour)))
+    if has_few_lines(points):
+        groups = lines_over(points, key)
+        for (name, members), colour in zip(groups.items(), group_colours(len(groups)), strict=True):
+            line = _sweep_line(members, key, factor, name=name or WORST, colour=_hex(colour))
+            own = {} if len(groups) > 1 else {"colours": [_hex(colours[point.index]) for point in members]}
+            lines.append(line | own)
     else:
         dots = spread(points, MOST_DOTS)
         for part, of in enumerate(keys[:MOST_KEYS]):
             line = _sweep_line(dots, of, factor, name="curve", colour="#0072B2")
-            lines.append(line | {"width": 0, "part": part})
+            lines.append(line | {"part": part})
     sampled = (
         "" if lines[0].get("part") is None or len(points) <= MOST_DOTS else f" {MOST_DOTS} of {len(points)} curves."
     )
@@ -345,6 +357,7 @@ def _sweep_line(
         "x": _numbers(x),
         "y": _numbers([point.facts.height * factor for point in points]),
         "said": said,
+        "width": 0,  # nothing is computed between the values
     }
 
 

@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from pipeline.figures.data import PlottedCurve, SweepPoint, plotted_curves, sweep_points
+from pipeline.figures.data import PlottedCurve, SweepPoint, curve_colours, plotted_curves, sweep_points
 from pipeline.figures.hysteresis import most_damped
 from pipeline.figures.peaks import curves_to_read, has_few_lines
 from pipeline.figures.response import has_lines
@@ -103,7 +103,10 @@ def _content(source: ReportSource, attempts: Attempts) -> dict[str, Any]:
     points = sweep_points(source.curves)
     shown = plotted_curves(source.curves, None if has_lines(points) else curves_to_read(points))
     errors = error_rows(source, shown)
-    charts_of = attempts.result("charts", lambda: charts(shown, points)) or {}
+    members = [curve.member for curve in source.curves]
+    colours = dict(zip([member.index for member in members], curve_colours(members), strict=True))
+    bifurcations = source.first.figures.bifurcations
+    charts_of = attempts.result("charts", lambda: charts(shown, points, colours, bifurcations)) or {}
     stable = {c.index: bool(c.response.stable[c.facts.peak_index]) for c in shown}
     model = next((found for found in source.models.values() if found is not None), None)
     details, of_curves = _contacts(source, shown, attempts)
@@ -217,7 +220,9 @@ def _extremes(
 def _figures(source: ReportSource, attempts: Attempts, points: Sequence[SweepPoint]) -> dict[str, Picture]:
     """The figures of the run, by name."""
     found = {}
-    for name, caption in captions(lines=has_lines(points), few=has_few_lines(points)).items():
+    bifurcations = source.first.figures.bifurcations
+    said = captions(lines=has_lines(points), few=has_few_lines(points), bifurcations=bifurcations)
+    for name, caption in said.items():
         svg, png = (source.pictures.get(f"figures/{name}.{suffix}") for suffix in ("svg", "png"))
         uri = attempts.result(name, partial(inline_figure, svg, png)) if svg is not None else None
         if uri is not None:

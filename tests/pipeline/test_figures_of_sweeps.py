@@ -1,5 +1,6 @@
 """Figures and tables of sweeps over two keys, and of sweeps with many curves."""
 
+import csv
 import json
 import math
 from dataclasses import MISSING, fields, replace
@@ -26,7 +27,7 @@ from pipeline.figures.peaks import (
     trend_figure,
 )
 from pipeline.figures.response import has_lines, response_figure
-from pipeline.figures.style import ordered_colours
+from pipeline.figures.style import figure_table, ordered_colours
 from pipeline.figures.sweep_map import cell_figure, map_of_sweep, sweep_map_figure
 from pipeline.report.charts import charts
 from pipeline.report.error_budget import ErrorRow, first_few, listed, quantile_rows, shown_rows, story
@@ -148,6 +149,11 @@ def test_a_map_has_the_height_of_each_curve_in_its_cell() -> None:
     figure = cell_figure(points, "title")
     assert figure is not None
     cells = figure.axes[0].collections[0].get_array().reshape(3, 4)
+    rows = list(csv.DictReader(figure_table(figure, "again").splitlines()[1:]))
+    heights = [float(row[name]) for row in rows for name in row if name.startswith("worst motion") and row[name]]
+    assert heights == pytest.approx([each.worst[1] * 1e6 for each in points])
+    friction = [float(row["friction coefficient"]) for row in rows[: len(points)]]
+    assert friction == pytest.approx([each.parameters[MU] for each in points])
     for each in points:
         column, row = round(each.parameters[V0] * 1e6) + 2, round(each.parameters[MU] * 10) - 1
         assert cells[row, column] == pytest.approx(each.worst[1] * 1e6)
@@ -206,7 +212,9 @@ def test_the_highest_of_a_folded_curve() -> None:
 
 def test_the_story_gives_the_worst_and_the_best_and_what_is_open(tmp_path: Path) -> None:
     file = read_scene(write_scene(tmp_path / "s.toml", small_scene(sweep={V0: [-1e-6, 0.0, 1e-6, 2e-6]})))
-    source: Any = SimpleNamespace(first=file.first, curves=[None] * 4, swept=(V0,))
+    source: Any = SimpleNamespace(
+        first=file.first, curves=[SimpleNamespace(facts=None)] * 4, swept=(V0,), model_rows=()
+    )
     heights = (4e-6, 1e-6, 2e-6, 5e-7)
     points = [
         SweepPoint(member, point(0, {}, h, unsure=i == 3).facts)
@@ -222,8 +230,8 @@ def test_the_story_gives_the_worst_and_the_best_and_what_is_open(tmp_path: Path)
     assert told["Worst motion"].startswith("4 µm at 400 Hz, with v0 = -1 µm")
     assert told["Best value"].startswith("v0 = 0 µm, with a worst motion of 1 µm")  # 0.5 µm may be higher
     assert "1 curve has a lower one so far" in told["Best value"]
-    assert "large: truncation error (7 %); not known: mesh error" in told["How sure"]
-    assert "On 1 of 4 curves" in told["How sure"]
+    assert "may be higher than found (>=)" in told["How sure"]
+    assert told["How sure"].endswith("The mesh error was not measured.")
 
 
 def test_tables_of_many_curves_have_the_ends_and_the_quantiles() -> None:
@@ -247,8 +255,8 @@ def test_tables_of_many_curves_have_the_ends_and_the_quantiles() -> None:
     assert len(shown) <= 3 * 8
     assert {int(np.argmin(heights)), int(np.argmax(heights)), 77} <= set(shown)
     (row,) = quantile_rows(curves)
-    assert row.name == "worst motion [mm]"
-    assert [float(value) for value in row.values] == pytest.approx([0.001, 0.101, 0.501, 0.901, 1.001])
+    assert row.name == "worst motion [µm]"
+    assert [float(value) for value in row.values] == pytest.approx([1.0, 101.0, 501.0, 901.0, 1001.0])
     assert shown_rows(points[:40], curves[:40]) == list(range(40))
     assert quantile_rows(curves[:40]) == []
     assert first_few([str(i) for i in range(20)], 3) == ["0", "1", "2", "and 17 more"]
@@ -258,25 +266,28 @@ def test_tables_of_many_curves_have_the_ends_and_the_quantiles() -> None:
 def test_charts_have_the_points_of_the_curves() -> None:
     points = grid(4, 2)
     curves = [curve(each) for each in points]
-    found: dict[str, Any] = json.loads(json.dumps(charts(curves, points), allow_nan=False))
+    colours = dict(enumerate(curve_colours(points)))
+    found: dict[str, Any] = json.loads(json.dumps(charts(curves, points, colours), allow_nan=False))
     response, sweep = found["response"], found["peaks"]
     assert (response["yunit"], response["parts"]) == ("µm", ["friction coefficient 0.1", "friction coefficient 0.2"])
     for line, exact in zip(response["lines"], curves, strict=True):
         assert line["x"] == pytest.approx(exact.response.frequency_hz, rel=1e-5)
         assert line["y"] == pytest.approx(exact.response.amplitude_m * 1e6, rel=1e-5)
         assert [kind for *_, kind in line["kinds"]] == [0, 1]
+        assert to_rgb(line["colour"]) == pytest.approx(to_rgb(colours[exact.index]), abs=2e-3)
+    assert all(line["width"] == 0 for line in sweep["lines"])  # no lines between the values
     heights = {text: y for line in sweep["lines"] for text, y in zip(line["said"], line["y"], strict=True)}
     assert len(heights) == len(points)
     for each in points:
         (text,) = (text for text in heights if text.startswith(f"curve {each.index}:"))
         assert heights[text] == pytest.approx(each.worst[1] * 1e6)
     many = [point(i, {V0: i * 1e-6}, 1e-6 * (i + 1)) for i in range(500)]
-    few = cast(Any, charts([curve(each) for each in many[::50]], many))
+    few = cast(Any, charts([curve(each) for each in many[::50]], many, dict.fromkeys(range(500), "black")))
     assert len(few["response"]["lines"]) <= 3
     assert len(few["peaks"]["lines"][0]["x"]) == 500
     rng = np.random.default_rng(5)
     sampled = [point(i, {V0: x * 1e-6, MU: y}, 1e-6 * (1.0 + x)) for i, (x, y) in enumerate(rng.random((3000, 2)))]
-    dots = cast(Any, charts([curve(ends(sampled)[0])], sampled))["peaks"]
+    dots = cast(Any, charts([curve(ends(sampled)[0])], sampled, {}))["peaks"]
     assert dots["parts"] == ["over interference v0 [µm], gap below 0", "over friction coefficient"]
     assert [len(line["x"]) for line in dots["lines"]] == [2000, 2000]
     over_v0, over_mu = dots["lines"]

@@ -104,7 +104,9 @@ def test_what_is_drawn_is_what_was_found() -> None:
     assert star.get_xydata()[0] == pytest.approx([4.0 * BEST, math.pi])
     assert drawn["the scene's value, 4.8 N"].get_xydata()[0] == pytest.approx([4.8, height(1.2)])
     assert drawn["response solved"].get_xydata()[0] == pytest.approx([12.0, height(3.0)])
-    assert drawn["response solved, may be higher"].get_xydata()[0] == pytest.approx([4.0, height(1.0)])
+    assert drawn["response solved, counted by the highest solution"].get_xydata()[0] == pytest.approx(
+        [4.0, height(1.0)]
+    )
     (shade,) = [patch for patch in upper.patches if patch.get_label().startswith("at most 10 %")]
     assert [shade.get_x(), shade.get_x() + shade.get_width()] == pytest.approx([4.84, 8.96])
     assert lines(lower)["worst motion"].get_ydata() == pytest.approx(0.2 + 0.01 * key / 4.0)

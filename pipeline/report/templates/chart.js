@@ -100,10 +100,10 @@
       });
       pen.setLineDash([]);
       if (data.dots || line.dots) {
-        pen.fillStyle = line.colour;
         const size = line.x.length > 1000 ? 1.6 : line.x.length > 100 ? 2.4 : 4;
         for (let k = 0; k < line.x.length; k++) {
           if (!drawable(line.y[k])) { continue; }
+          pen.fillStyle = line.colours ? line.colours[k] : line.colour;
           pen.beginPath(); pen.arc(at.x(line.x[k]), at.y(line.y[k]), size, 0, 2 * Math.PI); pen.fill();
         }
       }

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from nonlinear import NEARLY_LOWEST
 from pipeline.figures.data import SweepKey
-from pipeline.figures.style import LOG_FROM, scale, subplots, write_heading
+from pipeline.figures.style import LOG_FROM, give_data, scale, subplots, write_heading
 from pipeline.results.worst import FREE, SEPARATING, SLIPPING, STUCK, UNKNOWN
 from pipeline.scene.labels import quantity, value_label
 from pipeline.studies.map.grid import MapAxis, known_heights
@@ -234,6 +234,11 @@ def map_figure(result: WorstMotionMap, title: str) -> Figure:
     ):
         _field(figure, axes, shape, values, name, colours)
         _marks(axes, shape)
+        given = {
+            SweepKey(key, ()).axis: [p.values[k] * quantity(key).factor for p in result.points]
+            for k, key in enumerate(result.keys)
+        }
+        give_data(axes, given | {name: values})
         for axis, each in zip((axes.xaxis, axes.yaxis), shape.scales, strict=True):
             each.label(axis)
     panels[1].set_ylabel("")

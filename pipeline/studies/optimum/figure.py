@@ -120,6 +120,7 @@ _PATH: dict[str, Any] = {
     "markerfacecolor": "none",
     "zorder": 4,
 }
+COUNTED = "counted by the highest solution"  # what was left open
 FEWEST_FOR_MAP = 4  # curves over two keys that are drawn as a map
 _RANGE: dict[str, Any] = {"color": DISTINCT[2], "alpha": 0.13, "linewidth": 0.0, "zorder": 0}
 
@@ -155,7 +156,7 @@ def robust_figure(result: OptimumResult, robust: Robust, title: str) -> Figure:
     heights = shown(np.array([trial.value for trial in computed]))
     is_open = np.array([bool(trial.unresolved) or trial.at_end for trial in computed])
     axes.plot(places, heights, color="0.45", linewidth=0.9, zorder=2)
-    for mask, marker, label in ((~is_open, "o", "curve computed"), (is_open, "^", "may be higher")):
+    for mask, marker, label in ((~is_open, "o", "curve computed"), (is_open, "^", COUNTED)):
         if mask.any():
             axes.plot(places[mask], heights[mask], marker=marker, label=label, **_RESPONSE)
     width = f"±{named.value(float(f'{half:.4g}'))}"
@@ -308,8 +309,8 @@ def _without_jumps(envelope: WorstEnvelope, values: Array, name: str) -> Array:
 
 
 def _draw_responses(axes: Axes, curves: OptimumCurves, name: str, at: float, size: float) -> None:
-    """Dots; triangles where the worst motion may be higher than found."""
-    for is_open, marker, label in ((False, "o", "response solved"), (True, "^", "response solved, may be higher")):
+    """Dots; triangles where something was left open, at the highest solution."""
+    for is_open, marker, label in ((False, "o", "response solved"), (True, "^", f"response solved, {COUNTED}")):
         chosen = [each for each in curves.responses if bool(each.unresolved) == is_open]
         if chosen:
             heights = [getattr(each, name) * size for each in chosen]
@@ -386,7 +387,7 @@ def trials_figure(result: OptimumResult, title: str) -> Figure:
         at, named = quantity(key).factor, quantity(key)
         places = np.array([trial.values[key] for trial in known]) * at
         is_open = np.array([bool(trial.unresolved) or trial.motion == "peak" for trial in known])
-        for mask, marker, label in ((~is_open, "o", "values tried"), (is_open, "^", "values tried, may be higher")):
+        for mask, marker, label in ((~is_open, "o", "values tried"), (is_open, "^", f"values tried, {COUNTED}")):
             if mask.any():
                 panel.plot(places[mask], heights[mask], marker=marker, label=label, **_RESPONSE)
         draw_marks(panel, result, key, "value", shown, others=False)

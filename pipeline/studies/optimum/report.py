@@ -13,12 +13,13 @@ from pipeline.studies.registry import StudySection
 CAPTION = (
     "Height and frequency of the worst motion over the parameter. Thin: followed peaks, dashed where "
     "they are unstable. Dotted: the search left open what the ring does there, the highest solution counts. Circles: "
-    "responses solved with all options; triangles: the worst motion may be higher. Shaded: at most 10 % higher than "
+    "responses solved with all options; triangles: counted by the highest solution. Shaded: at most 10 % higher than "
     "at the optimum. Bars: change of the worst motion in % where a parameter grows by 1 %."
 )
 WITHIN = (
-    "Height of the worst motion over the parameter (circles: curves solved; triangles: it may be higher), and the "
-    "highest within the tolerance around each value (thick). Shaded: the tolerance around the optimum."
+    "Height of the worst motion over the parameter (circles: curves solved; triangles: counted by the highest "
+    "solution), and the highest within the tolerance around each value (thick). Shaded: the tolerance around the "
+    "optimum."
 )
 SEARCHED = (
     "Every curve of the search by the height of its worst motion; rings: the best of each value tried, whose height "

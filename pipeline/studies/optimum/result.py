@@ -256,8 +256,11 @@ def robust_said(result: OptimumResult, robust: Robust) -> list[str]:
         low, high = (shown(key, end, 4) for end in ends)
         worse = "worse" if result.objective == "margin" else "higher"
         lines.append(f"{between}at most 10 % {worse} from {low} to {high}")
-    where = ", ".join(f"{key} = {shown(key, value, 4)}" for key, value in result.where.items())
-    lines.append(f"{KINDS[result.kind].said}; worst at {result.frequency_hz:.6g} Hz{f', {where}' if where else ''}")
+    worst = ""  # a quantile is that of no sample
+    if not math.isfinite(robust.quantile):
+        where = "".join(f", {key} = {shown(key, value, 4)}" for key, value in result.where.items())
+        worst = f"; worst at {result.frequency_hz:.6g} Hz{where}"
+    lines.append(f"{KINDS[result.kind].said}{worst}")
     own = f"the scene's own value, {_base(result)}"
     if math.isfinite(result.gain):
         own += f", {bound_said(result, robust, robust.around_own)}"
