@@ -87,7 +87,9 @@ def cell_figure(points: Sequence[SweepPoint], title: str) -> Figure | None:
         if look["norm"] is not None:
             plain_log_labels(bar.ax.yaxis)
         axes.set(xlabel=keys[0].axis, ylabel=keys[1].axis)
-        give_data(axes, {key.axis: _values(points, key) for key in keys} | {name: values})
+        given: dict[str, Any] = {key.axis: _values(points, key) for key in keys}
+        given[name] = values
+        give_data(axes, given)
         axes.grid(visible=False)
     if grid:
         _mark_cells(panels[0], points, keys, heights)

@@ -234,11 +234,12 @@ def map_figure(result: WorstMotionMap, title: str) -> Figure:
     ):
         _field(figure, axes, shape, values, name, colours)
         _marks(axes, shape)
-        given = {
+        given: dict[str, Any] = {
             SweepKey(key, ()).axis: [p.values[k] * quantity(key).factor for p in result.points]
             for k, key in enumerate(result.keys)
         }
-        give_data(axes, given | {name: values})
+        given[name] = values
+        give_data(axes, given)
         for axis, each in zip((axes.xaxis, axes.yaxis), shape.scales, strict=True):
             each.label(axis)
     panels[1].set_ylabel("")
