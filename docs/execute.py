@@ -5,7 +5,7 @@
 
 A block of Python followed at once by a block of text prints that text; one that is not prints nothing. In a block
 marked `console`, lines that begin with "$ " are commands, the others what they print; a line "..." stands for any
-lines, "..." within a line for anything. Numbers with decimals may differ by two units of the last digit, or by one
+lines, "..." within a line for anything. A block of TOML that begins with "# NAME.toml" is that file. Numbers with decimals may differ by two units of the last digit, or by one
 part in a thousand; counts may not.
 """
 
@@ -30,6 +30,7 @@ HALF_HOUR = DOCS / "tutorials" / "half_hour.md"  # needs a copy of the repositor
 TUTORIALS = sorted(page for page in (DOCS / "tutorials").glob("*.md") if page != HALF_HOUR)
 RELATIVE = 1e-3
 _FENCE = re.compile(r"^```(\w*)\s*$")
+_FILE = re.compile(r"# ([\w-]+\.toml)\n")
 _NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
@@ -86,6 +87,8 @@ def run_page(page: Path, folder: Path) -> list[Piece]:
             )
             shown = following if joined and following is not None and following.language == "text" else None
             pieces.append(Piece(block, shown, _execute(page, block, namespace, folder)))
+        elif block.language == "toml" and (named := _FILE.match(block.text)):
+            (folder / named[1]).write_text(block.text, encoding="utf-8")
         elif block.language == "console":
             pieces.extend(run_commands(page, block, folder))
     return pieces

@@ -62,6 +62,11 @@ Words between.
 print(x + 1)
 ```
 
+```toml
+# a.toml
+x = 1
+```
+
 More words, so the next block is nobody's output.
 
 ```text
@@ -69,8 +74,8 @@ free
 ```
 
 ```console
-$ echo one
-one
+$ tail -1 a.toml
+x = 1
 $ false  # exit status 1
 ```
 """
