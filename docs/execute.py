@@ -5,8 +5,9 @@
 
 A block of Python followed at once by a block of text prints that text; one that is not prints nothing. In a block
 marked `console`, lines that begin with "$ " are commands, the others what they print; a line "..." stands for any
-lines, "..." within a line for anything. A block of TOML that begins with "# NAME.toml" is that file. Numbers with decimals may differ by two units of the last digit, or by one
-part in a thousand; counts may not.
+lines, "..." within a line for anything. A block of TOML that begins with "# NAME.toml" is that file; a picture
+with the comment "from PATH" is a copy of a file that a command wrote. Numbers with decimals may differ by two units
+of the last digit, or by one part in a thousand; counts may not.
 """
 
 from __future__ import annotations
@@ -30,7 +31,8 @@ HALF_HOUR = DOCS / "tutorials" / "half_hour.md"  # needs a copy of the repositor
 TUTORIALS = sorted(page for page in (DOCS / "tutorials").glob("*.md") if page != HALF_HOUR)
 RELATIVE = 1e-3
 _FENCE = re.compile(r"^```(\w*)\s*$")
-_FILE = re.compile(r"# ([\w-]+\.toml)\n")
+_FILE = re.compile(r"# ([\w/-]+\.toml)\n")
+_COPIED = re.compile(r"images/([\w.-]+)\) <!-- from ([\w/.-]+) -->")
 _NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
@@ -91,6 +93,8 @@ def run_page(page: Path, folder: Path) -> list[Piece]:
             (folder / named[1]).write_text(block.text, encoding="utf-8")
         elif block.language == "console":
             pieces.extend(run_commands(page, block, folder))
+    for picture, source in _COPIED.findall("\n".join(lines)):
+        shutil.copy(folder / source, folder / picture)
     return pieces
 
 
