@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from pipeline.stages.request import Run, RunOutcome
 
 ROW = ("contact", "free_blade_m")  # what summary.json adds to the entry of a curve that has a row
+LEAST_MEAN = 0.01  # of a height, from which the mean displacement in it is said
 MOST_MODES = 3  # modes in the line about them
 
 
@@ -66,6 +67,12 @@ class ShownCurve:
     def height(self) -> float:
         """Amplitude of the worst motion, m, or of the peak where that is not known; NaN without either."""
         return math.nan if self.facts is None else self.facts.height
+
+    @property
+    def mean(self) -> float:
+        """Mean displacement in the height, m; 0 where it is not known or less than a hundredth of it."""
+        mean = abs(self.facts.mean_m) if self.facts is not None else math.nan
+        return mean if mean > LEAST_MEAN * self.height else 0.0
 
     @property
     def closed(self) -> bool:
@@ -215,8 +222,9 @@ def conclusion_table(curves: Sequence[ShownCurve], shown: Sequence[int], static:
     table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
     factor, unit = amplitude_unit(curves)
     swept = list(curves[0].parameters) if curves else []
-    headings = ["#", *(quantity(key).axis() for key in swept), f"worst [{unit}]", "at [Hz]"]
-    for name in headings:
+    headings = ["#", *(quantity(key).axis() for key in swept), f"worst [{unit}]"]
+    means = static and any(curve.mean for curve in curves)
+    for name in [*headings, *(f"mean [{unit}]",) * means, "at [Hz]"]:
         table.add_column(escape(name), justify="right", no_wrap=True)
     table.add_column("contact", no_wrap=True)
     if static:
@@ -226,7 +234,8 @@ def conclusion_table(curves: Sequence[ShownCurve], shown: Sequence[int], static:
     for curve in (curves[number] for number in shown):
         values = [short_value(key, value) for key, value in curve.parameters.items()]
         said = "; ".join(_remarks(curve, factor, curve is best and len(curves) > 1))
-        cells = _motion(curve.facts, factor)
+        height, at = _motion(curve.facts, factor)
+        cells = [height, *(f"{curve.mean * factor:.4g}",) * means, at]
         open_share = [] if not static else [_open_share(curve.facts)]
         contact = CONTACT_SAID.get(curve.contact or "", "-")
         table.add_row(str(curve.number), *values, *cells, contact, *open_share, escape(said))
@@ -322,7 +331,7 @@ def _remarks(curve: ShownCurve, factor: float, is_lowest: bool) -> Iterator[str]
     if facts.at_end:
         yield "end of the range, no peak; may be higher"
     elif facts.worst_unstable:
-        yield "UNSTABLE, the ring leaves it for a motion not known"
+        yield "UNSTABLE, the ring leaves it"
     elif facts.worst_unresolved:
         short = any(reason in facts.worst_unresolved for reason in SHORT_OF_TIME)
         yield f"{'NOT SETTLED, ' * short}may be higher"
@@ -370,11 +379,11 @@ def lowest_line(curves: Sequence[ShownCurve]) -> str:
     if len(curves) == 1:
         curve = curves[0]
         least = "" if curve.closed else "at least "
-        text = f"worst motion: {least}{_height(curve, factor_unit)}{_below_free(curve)}"
+        text = f"worst motion: {least}{_height(curve, factor_unit)}{_below_free(curve, factor_unit)}"
         return f"{text}; compare values with [sweep] or shroud optimise"
     if best is None:
         return "lowest: not known, every curve may be higher"
-    parts = [f"lowest: {best.label}, {_height(best, factor_unit)}{_below_free(best)}"]
+    parts = [f"lowest: {best.label}, {_height(best, factor_unit)}{_below_free(best, factor_unit)}"]
     parts.append("end of the sweep, go further" if _at_end_of_sweep(best, curves) else "refine with shroud optimise")
     if lower := [c.number for c in curves if not c.closed and c.height < best.height]:
         parts.append(f"lower so far: {listed(lower)}")
@@ -394,16 +403,14 @@ def _height(curve: ShownCurve, factor_unit: tuple[float, str]) -> str:
     return f"{curve.height * factor_unit[0]:.4g} {factor_unit[1]}"
 
 
-def _below_free(curve: ShownCurve) -> str:
+def _below_free(curve: ShownCurve, factor_unit: tuple[float, str]) -> str:
     """How far a curve is below the free blade."""
-    if not curve.free_blade_m or not curve.height > 0.0:
+    if not curve.free_blade_m or not curve.height > curve.mean:
         return ""
-    ratio = curve.free_blade_m / curve.height
-    return (
-        f" ({float(f'{ratio:.2g}'):g} times below the free blade)"
-        if ratio >= 1.05
-        else " (no lower than the free blade)"
-    )
+    ratio = curve.free_blade_m / (curve.height - curve.mean)
+    vibration = f"{(curve.height - curve.mean) * factor_unit[0]:.4g} about the mean, " * bool(curve.mean)
+    below = f"{float(f'{ratio:.2g}'):g} times below" if ratio >= 1.05 else "no lower than"
+    return f" ({vibration}{below} the free blade)"
 
 
 def open_lines(

@@ -197,6 +197,7 @@ _NUMBERS: dict[str, Any] = {
     "free_nodes": None,
     **dict.fromkeys(NO_RESIDUAL),
     **dict.fromkeys(NO_STATIC),
+    "mean_m": None,
 }
 # What is said of the search stands there even where no motion is known to persist.
 _OF_SEARCH = (
@@ -242,6 +243,8 @@ def _known(facts: CurveSummary) -> dict[str, Any]:
         unknown.add("free_nodes")
     if not math.isfinite(facts.static_force_n):
         unknown |= set(NO_STATIC)
+    if not math.isfinite(facts.mean_m):
+        unknown.add("mean_m")
     return {name: value for name, value in values.items() if name not in unknown}
 
 

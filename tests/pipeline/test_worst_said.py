@@ -171,7 +171,7 @@ def test_too_few_harmonics_and_instability_are_said_beside_the_number(curves: li
         {1: unstable}
     )
     (line,) = screen([replace(curves[1], facts=unstable)])
-    assert "UNSTABLE, the ring leaves it for a motion not known" in line
+    assert "UNSTABLE, the ring leaves it" in line
     assert ">=" not in line
     assert "Curve 0: not counted as worst motion: detached branch 1, up to 1.2e-04 m." in open_sentences({0: beside})
     lost = {0: replace(facts, truncation_branch="lost"), 1: replace(facts, truncation_branch="detached")}

@@ -98,6 +98,7 @@ class CurveSummary:
     static_lowest_m: float = math.nan
     static_highest_m: float = math.nan
     static_opened: bool = False
+    mean_m: float = math.nan  # mean displacement of the output at the worst motion, of its branch or the main one
     outputs: tuple[dict[str, Any], ...] = ()
 
     @property
@@ -187,8 +188,21 @@ def summary_of(response: ResponseCurve) -> CurveSummary:
             "bifurcations": plain(response.bifurcations),
             "detached": map(_detached, response.detached),
             "outputs": [_peak_of(response, name) for name in response.outputs],
+            "mean_m": _mean(response),
         },
     )
+
+
+def _mean(response: ResponseCurve) -> float:
+    """The mean displacement at the worst motion (on no branch: of the main one), or at the peak without it; m."""
+    worst, branch = response.worst, response
+    if worst is not None and math.isfinite(worst.amplitude_m):
+        frequency, branch = worst.frequency_hz, [response, *response.detached][max(worst.branch, 0)]
+    elif response.peak is not None:
+        frequency = response.peak.frequency_hz
+    else:
+        return math.nan
+    return float(branch.static_m[abs(branch.frequency_hz - frequency).argmin()]) if branch.points else math.nan
 
 
 def _residual(bounds: ResidualBounds | None) -> dict[str, Any]:
