@@ -115,9 +115,10 @@ def pictures() -> dict[str, Picture]:
                 _of_page("designing_a_shroud"),
             )
             for name, drawn in (
-                ("map", ("pipeline/studies/map/figure.py",)),
+                ("response", CURVES),
                 ("optimum", ("pipeline/studies/optimum/figure.py",)),
-                ("uncertainty", ("pipeline/studies/uncertainty/figure.py",)),
+                ("angle", ("pipeline/studies/optimum/figure.py",)),
+                ("haigh", ("pipeline/stress/haigh.py",)),
             )
         ),
         Picture("first_blade_response", (f"{tutorials}/first_blade.md", STYLE, LINE), _of_page("first_blade")),

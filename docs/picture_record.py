@@ -58,7 +58,9 @@ def fingerprint(source: str) -> str:
     if place.suffix == ".ipynb":
         return _hash(code_cells(place))
     if place.suffix == ".md":
-        return _hash("".join(re.findall(r"^```python\n(.*?)^```", place.read_text(encoding="utf-8"), re.M | re.S)))
+        text = place.read_text(encoding="utf-8")
+        code = re.findall(r"^```(?:python|toml)\n(.*?)^```", text, re.M | re.S)
+        return _hash("".join([*code, *re.findall(r"^\$ .*$", text, re.M)]))
     files = [place] if place.is_file() else sorted(place.rglob("*"))
     return _hash("".join(_code(file) for file in files if file.is_file()))
 

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from pipeline.studies.backbone.result import BackboneResult
 
 
+MEAN_SEEN = 0.01  # of the largest displacement
 MOST_OUTPUTS = 12
 MOST_NAMED = 8  # curves with an entry in the legend
 STRAIN = 1e6, "µm/m"  # factor and unit
@@ -118,7 +119,8 @@ def response_figure(
             mark_bifurcations(axes, members, of_members, factor)
         shown = {place[curve.index] for curve in members}
         of_panel = [limit for limit in limits if shown & set(limit.curves)]
-        _draw_limits(axes, of_panel, [colours[curve.index] for curve in curves], factor)
+        note = ", without the mean" * any(map(_has_mean, curves))
+        _draw_limits(axes, of_panel, [colours[curve.index] for curve in curves], factor, note)
         if backbones is not None:
             _draw_backbones(axes, backbones, {curve.index for curve in members}, factor)
         if heading:
@@ -194,7 +196,13 @@ def _draw_residual_bands(axes: Axes, curves: Sequence[PlottedCurve], colours: Se
         label = None
 
 
-def _draw_limits(axes: Axes, limits: Sequence[Limit], colours: Sequence[Any], factor: float) -> None:
+def _has_mean(curve: PlottedCurve) -> bool:
+    """Whether a mean displacement is a part of the largest ones that can be seen."""
+    response = curve.response
+    return bool(response.points) and bool(abs(response.static_m).max() > MEAN_SEEN * response.amplitude_m.max())
+
+
+def _draw_limits(axes: Axes, limits: Sequence[Limit], colours: Sequence[Any], factor: float, note: str) -> None:
     """Linear limits behind the curves: grey where there is one of a kind, else in the colours of their curves."""
     for kind, style in (("free", (0, (1, 1.2))), ("stuck", (0, (4, 1.5, 1, 1.5)))):
         chosen = [limit for limit in limits if limit.kind == kind]
@@ -207,7 +215,7 @@ def _draw_limits(axes: Axes, limits: Sequence[Limit], colours: Sequence[Any], fa
                 linestyle=style,
                 linewidth=2.2 if alone else 0.8,
                 alpha=1.0 if alone else 0.45,
-                label=f"linear, {kind}" if number == 0 else f"_linear, {kind}",
+                label=f"linear, {kind}{note}" if number == 0 else f"_linear, {kind}",
                 zorder=BEHIND,
             )
 

@@ -408,7 +408,7 @@ def _below_free(curve: ShownCurve, factor_unit: tuple[float, str]) -> str:
     if not curve.free_blade_m or not curve.height > curve.mean:
         return ""
     ratio = curve.free_blade_m / (curve.height - curve.mean)
-    vibration = f"{(curve.height - curve.mean) * factor_unit[0]:.4g} about the mean, " * bool(curve.mean)
+    vibration = f"vibration {(curve.height - curve.mean) * factor_unit[0]:.4g}, " * bool(curve.mean)
     below = f"{float(f'{ratio:.2g}'):g} times below" if ratio >= 1.05 else "no lower than"
     return f" ({vibration}{below} the free blade)"
 
@@ -424,7 +424,7 @@ def open_lines(
         more = any(c.facts and any(reason in c.facts.worst_unresolved for reason in SHORT_OF_TIME) for c in open_)
         which = "them" if len(open_) > 1 else "it"
         hint = f" (response.blade_periods above {periods} may settle {which})" * bool(more and periods)
-        parts.append(f"open: {listed([c.number for c in open_])}{hint}")
+        parts.append(f"not settled: {listed([c.number for c in open_])}{hint}")
     if parts:
         yield "; ".join(parts)
     left = list(_not_included(summary))

@@ -213,7 +213,7 @@ def range_line(model: ModelModes) -> str:
     if model.proposed_hz is None:
         return "response.frequency: the force excites none of these modes"
     proposed, present = (f"[{low:g}, {high:g}]" for low, high in (model.proposed_hz, model.waves[0].range_hz))
-    return f"response.frequency = {present}; {proposed} holds its excited modes, or the first one, free to stuck"
+    return f"response.frequency = {present}; proposed: {proposed}, excited modes, or the first, free to stuck"
 
 
 def crossing_lines(campbell: Sequence[dict[str, Any]]) -> list[str]:

@@ -215,7 +215,7 @@ def test_the_lines_below_the_table(curves: list[CurveResult]) -> None:
     model = {"mesh": "m.vtu", "coriolis_error": 0.0}
     said = list(open_lines({"models": [model]}, shown(curves), 10000))
     assert said == [
-        "open: curves 3, 4 (response.blade_periods above 10000 may settle them)",
+        "not settled: curves 3, 4 (response.blade_periods above 10000 may settle them)",
         "not included: mistuning, mesh error (shroud verify)",
     ]
     studied = {"studies": {"mistuning": {}}, "models": [{"mesh": None, "coriolis_error": None}]}
