@@ -133,7 +133,9 @@ def test_info_on_an_output_folder(ran: Path) -> None:
     assert points[0] == points[1]
     found = json.loads(shroud("info", ran, "--json")[1])
     assert found["kind"] == "run"
-    assert found["curves"] == json.loads(shroud("info", ran / "response.h5", "--json")[1])["curves"]
+    of_run = {"contact", "free_blade_m"}  # stand in summary.json alone
+    curves = [{key: value for key, value in curve.items() if key not in of_run} for curve in found["curves"]]
+    assert curves == json.loads(shroud("info", ran / "response.h5", "--json")[1])["curves"]
 
 
 def test_ground_model_without_a_basis(tmp_path: Path) -> None:
