@@ -117,7 +117,6 @@ def pictures() -> dict[str, Picture]:
             for name, drawn in (
                 ("response", CURVES),
                 ("optimum", ("pipeline/studies/optimum/figure.py",)),
-                ("angle", ("pipeline/studies/optimum/figure.py",)),
                 ("haigh", ("pipeline/stress/haigh.py",)),
             )
         ),
