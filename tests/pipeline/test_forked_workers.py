@@ -67,7 +67,7 @@ def test_where_the_prepared_process_dies_its_workers_go_on() -> None:
     assert [pipe.recv(), pipe.recv()] == [(None, None), (True, None)]
     worker.parent.process.kill()
     worker.parent.process.join()
-    pipe.send((abs, (-2,), {}))
+    pipe.send((abs, (-2,), {}, False))
     assert pipe.recv() == (True, 2)
     worker.kill()
     worker.join()
@@ -81,7 +81,7 @@ def test_they_end_with_the_process_that_started_them(tmp_path: Path) -> None:
         "found = fork_workers(2, abs, (-1,), True)\n"
         "pids = []\n"
         "for worker, pipe in found:\n"
-        "    pipe.recv(), pipe.recv(), pipe.send((os.getpid, (), {}))\n"
+        "    pipe.recv(), pipe.recv(), pipe.send((os.getpid, (), {}, False))\n"
         "    pids.append(pipe.recv()[1])\n"
         "print(*pids, found[0][0].parent.process.pid, flush=True)\n"
         "os.kill(os.getpid(), 9)"
