@@ -173,7 +173,7 @@ def test_a_cluster_started_here_gives_the_same_bits(
     assert numbers(tmp_path / "out") == numbers(local / "out")
     said = capsys.readouterr().err
     assert "2 workers on this machine: one task and one BLAS thread each, at most " in said
-    assert f"curves {len(FRICTIONS)}/{len(FRICTIONS)}: " in said
+    assert f"curves, {len(FRICTIONS)} of {len(FRICTIONS)} done: " in said
     assert entries(tmp_path / "out", "tmp") == []
     # another engine, on the same folder: nothing is computed; with one more value only what depends on it
     assert run_scene(scene, tmp_path / "out", **options).summary["stages"]["respond"]["ran"] == 0

@@ -161,8 +161,7 @@ def test_modes_before_the_response(outcome: RunOutcome, folder: Path, capsys: py
         assert (margin is None) == (model["speed_rpm"] == 0.0)
     assert {file.name for file in (folder / "out/modes").iterdir()} == {
         "modes.json",
-        "nodal_diameters.png",
-        "campbell.png",
+        *(f"{name}.{kind}" for name in ("nodal_diameters", "campbell") for kind in ("png", "csv")),
     }
 
 
