@@ -174,7 +174,8 @@ def save(figure: Figure, folder: Path, name: str, formats: Sequence[str] = ("png
     for form in formats:
         (folder / f"{name}.{form}").write_bytes(drawn(figure, form))
     if redraw:
-        (folder / f"{name}.csv").write_text(figure_table(figure, redraw), encoding="utf-8")
+        table = figure_table(figure, redraw)  # a path may hold bytes that the locale does not know
+        (folder / f"{name}.csv").write_text(table, encoding="utf-8", errors="surrogateescape")
 
 
 def drawn(figure: Figure, form: str) -> bytes:

@@ -76,10 +76,10 @@ def test_a_locale_of_ascii_shows_similar_characters(copied: Path) -> None:
     write_scene(copied.parent / "ü.toml", scene)
     copied.rename(copied.parent / "é")
     status, said, error = shell("$S run ü.toml --out é", copied.parent, **C_LOCALE)
-    assert (status, error) == (0, b"")
+    assert status == 0, error
     assert b"v0 [um]" in said
     assert "results in é\n".encode() in said
-    assert b"|    0 |      10 |" in said
+    assert b"\n0       10 " in said
     missing = shell("$S validate ä.toml", copied.parent, PYTHONIOENCODING="ascii")
     assert missing == (2, b"", b"\\xe4.toml: no such file, allowed: a readable scene file in TOML\n")
     strange = b"a\xff.toml"
