@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -78,7 +78,7 @@ def _published(run: Run, models: Models, values: dict[str, Any]) -> list[Path]:
         "values": values,
         "models": [model.key for _, model in built],
         "range": first.response.frequency,
-        "look": asdict(look),
+        "look": look.key,
         "code": code_fingerprint("pipeline.figures.campbell"),
     }
     build = partial(_write, shown, values, look)

@@ -45,6 +45,11 @@ class Look:
     formats: tuple[str, ...]
     bifurcations: bool  # whether they have marks in the response
 
+    @property
+    def key(self) -> dict[str, object]:
+        """What they show: a folder or scene that is moved does not draw them again."""
+        return {name: value for name, value in asdict(self).items() if name != "redraw"}
+
 
 def look_of(run: Run, verb: str = "run", options: str = " --until figures") -> Look:
     """The look of the figures of a run that `shroud VERB SCENE --out DIR OPTIONS` draws."""
@@ -89,7 +94,7 @@ def _published(run: Run, study: StudyOutcome, look: Look) -> list[Path]:
                 save(figure, folder, figure_file(study.name), look.formats, look.redraw)
 
     code = code_fingerprint(module_of(study.name, "figure"))
-    inputs = {"study": study.key, "look": asdict(look), "colours": colours, "code": code}
+    inputs = {"study": study.key, "look": look.key, "colours": colours, "code": code}
     doing = f"drawing the figure of the study {study.name}"
     return published(run, Stage.FIGURES, fingerprint(inputs), doing, build, run.request.out / "figures")
 
@@ -120,7 +125,7 @@ def _curve_figures(
     """The figures of the curves; the nonlinear modes are drawn into one of them."""
     content = {
         "backbone": None if backbone is None else backbone.key,
-        "look": asdict(look),
+        "look": look.key,
         **({} if names == NAMES else {"names": names}),
         "curves": [[c.file.parent.name if c.file else None, c.reason, dict(c.member.parameters)] for c in curves],
         "code": code_fingerprint(__name__),

@@ -209,7 +209,7 @@ def _figure_published(
             if figure is not None:
                 save(figure, folder, name, look.formats, look.redraw)
 
-    key = fingerprint({"name": name, "look": asdict(look), "content": content, "code": code_fingerprint(FIGURES)})
+    key = fingerprint({"name": name, "look": look.key, "content": content, "code": code_fingerprint(FIGURES)})
     return published(run, Stage.STRESS, key, f"drawing {name}", build, run.request.out / FOLDER)
 
 
