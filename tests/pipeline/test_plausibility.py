@@ -303,8 +303,7 @@ def test_resonances_of_a_lumped_blade_and_a_run_that_says_what_its_range_leaves_
     assert status == 0
     assert "leaves out the resonance at 0.3183 Hz (stuck, engine order 3)" in error
     assert "[0.1, 0.34] holds it" in error
-    assert "0.18 (end)" in out
-    assert "0.18 Hz, an end of the frequency range, is no peak (none inside it)" in out
+    assert "end of the range, no peak; may be higher" in out
     (curve,) = summary_of(tmp_path / "out")["curves"]
     assert (curve["peak_at_end"], curve["worst_at_end"], curve["peak_frequency_hz"]) == (True, True, 0.18)
 
