@@ -246,7 +246,7 @@ def test_meshes_can_be_swept(folder: Path) -> None:
     path = write_scene(folder / "swept.toml", scene)
     status, _, error = shroud("run", path, "--out", folder / "swept", "--until", "respond", "--jobs", "2")
     assert status == 0, error
-    assert "models 3/3: mesh " in error
+    assert "models, 3 of 3 done: mesh " in error
     models = json.loads((folder / "swept" / "summary.json").read_text())["models"]
     assert [model["elements"] for model in models] == [{"hex20": 302}, {"hex20": 302}, models[2]["elements"]]
     assert "tet10" in models[2]["elements"]
