@@ -91,7 +91,7 @@ def test_a_preset_makes_the_same_results_as_its_values(tmp_path: Path) -> None:
 def test_expected_errors_are_said_and_written(tmp_path: Path) -> None:
     scene = small_scene(response__harmonics=None, mesh__size=0.012) | {"accuracy": "draft"}
     path = write_scene(tmp_path / "s.toml", scene)
-    status, said, error = shroud("run", path, "--out", tmp_path / "out", "--until", "mesh")
+    status, _said, error = shroud("run", path, "--out", tmp_path / "out", "--until", "mesh")
     assert status == 0, error
     expected = PRESETS["draft"].expected
     line = f"expected error of a peak {100.0 * expected.peak_amplitude:g} %"

@@ -338,7 +338,7 @@ def test_a_run_estimates_what_verifying_measures(tmp_path: Path) -> None:
     changes: dict[str, Any] = {**TWISTED, "rom__modes": 6}
     case = verified(tmp_path, **changes)["cases"][0]
     scene = write_scene(tmp_path / "scene.toml", small_scene(**changes))
-    status, said, _ = shroud("run", scene, "--out", tmp_path / "out", "--until", "reduce")
+    status, _said, _ = shroud("run", scene, "--out", tmp_path / "out", "--until", "reduce")
     model = summary_of(tmp_path / "out")["models"][0]
     assert status == 0
     for name in ("modes_frequency_error", "receptance_error"):
