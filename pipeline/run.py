@@ -16,7 +16,7 @@ from pipeline.process.interrupts import Stopped
 from pipeline.process.isolated_reading import read_given_model
 from pipeline.process.progress import Reporter, seconds_since
 from pipeline.report.published_page import PAGE, results_fingerprint, retire_page
-from pipeline.results.conclusion import known_of
+from pipeline.results.conclusion import ROW, known_of
 from pipeline.results.frequency_range import Resonance, missing_warnings, stored_resonances
 from pipeline.results.outputs import LISTED, curve_summary, write_results, write_summary
 from pipeline.results.overview import statistics
@@ -404,7 +404,7 @@ def _report(run: Run, models: Models, outcome: RunOutcome) -> None:
 def _entry(outcome: RunOutcome, number: int, out: Path) -> dict[str, Any]:
     """One entry of `curves` in summary.json."""
     row = outcome.known.get("rows", {}).get(number, {})
-    more = {name: row.get(name) for name in ("contact", "free_blade_m")}
+    more = {name: row.get(name) for name in ROW}
     return {**curve_summary(outcome.curves[number], out), **more}
 
 

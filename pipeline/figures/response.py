@@ -36,7 +36,6 @@ if TYPE_CHECKING:
     from pipeline.studies.backbone.result import BackboneResult
 
 
-MEAN_SEEN = 0.01  # of the largest displacement
 MOST_OUTPUTS = 12
 MOST_NAMED = 8  # curves with an entry in the legend
 STRAIN = 1e6, "µm/m"  # factor and unit
@@ -119,7 +118,7 @@ def response_figure(
             mark_bifurcations(axes, members, of_members, factor)
         shown = {place[curve.index] for curve in members}
         of_panel = [limit for limit in limits if shown & set(limit.curves)]
-        note = ", without the mean" * any(map(_has_mean, curves))
+        note = ", without the mean" * any(curve.facts.mean for curve in curves)
         _draw_limits(axes, of_panel, [colours[curve.index] for curve in curves], factor, note)
         if backbones is not None:
             _draw_backbones(axes, backbones, {curve.index for curve in members}, factor)
@@ -194,12 +193,6 @@ def _draw_residual_bands(axes: Axes, curves: Sequence[PlottedCurve], colours: Se
         for peak in (bounds.lowest, bounds.highest):
             axes.plot(peak.frequency_hz, peak.amplitude_m * factor, "_", color=colour, markersize=9, zorder=4)
         label = None
-
-
-def _has_mean(curve: PlottedCurve) -> bool:
-    """Whether a mean displacement is a part of the largest ones that can be seen."""
-    response = curve.response
-    return bool(response.points) and bool(abs(response.static_m).max() > MEAN_SEEN * response.amplitude_m.max())
 
 
 def _draw_limits(axes: Axes, limits: Sequence[Limit], colours: Sequence[Any], factor: float, note: str) -> None:

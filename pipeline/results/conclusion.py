@@ -48,7 +48,6 @@ if TYPE_CHECKING:
     from pipeline.stages.request import Run, RunOutcome
 
 ROW = ("contact", "free_blade_m")  # what summary.json adds to the entry of a curve that has a row
-LEAST_MEAN = 0.01  # of a height, from which the mean displacement in it is said
 MOST_MODES = 3  # modes in the line about them
 
 
@@ -70,9 +69,8 @@ class ShownCurve:
 
     @property
     def mean(self) -> float:
-        """Mean displacement in the height, m; 0 where it is not known or less than a hundredth of it."""
-        mean = abs(self.facts.mean_m) if self.facts is not None else math.nan
-        return mean if mean > LEAST_MEAN * self.height else 0.0
+        """Mean displacement in the height, m; 0 where it is not worth saying."""
+        return 0.0 if self.facts is None else self.facts.mean
 
     @property
     def closed(self) -> bool:

@@ -59,6 +59,11 @@ def test_a_table_beside_each_figure_has_its_data_and_the_command_that_redraws_it
         ]
         assert row["branch"] != "0" or min(away) < 1e-7
     scene = write_scene(copied.parent / "again.toml", small_scene(sweep={"contact.interference": [1e-5, 1e-3]}))
+    for each in (
+        folder,
+        copied / "store" / "figures",
+    ):  # else those of the folder that was copied stay, their command too
+        shutil.rmtree(each)
     assert shroud("run", scene, "--out", copied, "--quiet")[0] == 0
     before = {path.name: path.read_bytes() for path in folder.iterdir()}
     first = before["peaks.csv"].decode().splitlines()[0]

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 
 # Names of the bounds over residual tractions, of each its numbers: the field residual_BOUND_NAME, and its attribute.
+LEAST_MEAN = 0.01  # of a height, from which the mean displacement in it is said
 _OF_DISPLACEMENT = {"m": "amplitude_m", "hz": "frequency_hz", "vibration_m": "vibration_m", "static_m": "static_m"}
 _OF_VIBRATION = {"m": "vibration_m", "hz": "frequency_hz", "static_m": "static_m", "displacement_m": "amplitude_m"}
 RESIDUAL_BOUNDS = {
@@ -112,6 +113,12 @@ class CurveSummary:
         return self.worst_amplitude_m if math.isfinite(self.worst_amplitude_m) else self.peak_amplitude_m
 
     @property
+    def mean(self) -> float:
+        """Mean displacement in the height, m; 0 where it is not known or less than a hundredth of it."""
+        mean = abs(self.mean_m)
+        return mean if mean > LEAST_MEAN * self.height else 0.0
+
+    @property
     def peak(self) -> Peak | None:
         """The highest peak of the main branch; None without points."""
         from nonlinear import Peak
@@ -194,15 +201,16 @@ def summary_of(response: ResponseCurve) -> CurveSummary:
 
 
 def _mean(response: ResponseCurve) -> float:
-    """The mean displacement at the worst motion (on no branch: of the main one), or at the peak without it; m."""
-    worst, branch = response.worst, response
-    if worst is not None and math.isfinite(worst.amplitude_m):
-        frequency, branch = worst.frequency_hz, [response, *response.detached][max(worst.branch, 0)]
-    elif response.peak is not None:
-        frequency = response.peak.frequency_hz
-    else:
-        return math.nan
-    return float(branch.static_m[abs(branch.frequency_hz - frequency).argmin()]) if branch.points else math.nan
+    """The mean displacement at the point of the worst motion, or of the peak without it; m.
+
+    A motion on no branch has that of the main branch at its frequency.
+    """
+    worst, peak = response.worst, response.peak
+    if worst is None or not math.isfinite(worst.amplitude_m):
+        return math.nan if peak is None else float(response.static_m[peak.index])
+    if worst.branch < 0:
+        return float(response.static_m[abs(response.frequency_hz - worst.frequency_hz).argmin()])
+    return float([response, *response.detached][worst.branch].static_m[worst.index])
 
 
 def _residual(bounds: ResidualBounds | None) -> dict[str, Any]:
