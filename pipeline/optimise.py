@@ -24,7 +24,6 @@ from pipeline.errors import InputError, input_error, shown
 from pipeline.figures.figure_stage import look_of, study_figures
 from pipeline.process.interrupts import Stopped
 from pipeline.process.progress import Reporter
-from pipeline.results.outputs import as_json
 from pipeline.results.publishing import PicturesMissing
 from pipeline.run import solved_members
 from pipeline.scene.reading import SceneFile, given_scene
@@ -40,7 +39,7 @@ from pipeline.studies.optimum.section import MOST_KEYS, Objective, Optimum, Rang
 from pipeline.studies.optimum.trials import CASES
 from pipeline.studies.registry import study_named
 from pipeline.studies.study import StudyContext, StudyError
-from pipeline.studies.study_stage import CURVE, studied
+from pipeline.studies.study_stage import studied, write_study
 
 if TYPE_CHECKING:
     from nonlinear import ResponseCurve
@@ -243,7 +242,8 @@ class Asked:
         """The options as on the command line."""
         given = [word for text in self.over for word in (OVER, text)]
         given += [word for text in self.tolerance for word in (TOLERANCE, text)]
-        given += [] if self.objective is None else ["--objective", self.objective]
+        for option, value in (("--objective", self.objective), ("--output", self.output)):
+            given += [] if value is None else [option, value]
         return "".join(f" {shlex.quote(word)}" for word in given)
 
 
@@ -292,9 +292,8 @@ def _so_far(context: StudyContext, stop: Stopped) -> Optimised:
         return Optimised((), {}, (), (), stop)
     run, study = context.run, study_named(STUDY)
     name, lines = f"{STUDY}.json", tuple(study.lines(restored(study.result, stop.summary)))
-    values = {"study": STUDY, CURVE: context.base_key, **stop.summary}
     with run.store.replacing(run.request.out / name) as (path,):
-        path.write_text(as_json(values) + "\n", encoding="utf-8")
+        values = write_study(path, context, STUDY, stop.summary)
     return Optimised(lines, values, (name,), (), stop)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -49,9 +50,7 @@ def studied(context: StudyContext, study: Study) -> StudyOutcome:
     )
 
     def build(folder: Path) -> None:
-        head = {"study": study.name, CURVE: context.base_key}
-        text = as_json(head | plain(study.compute(context)))
-        (folder / name).write_text(text + "\n", encoding="utf-8")
+        write_study(folder / name, context, study.name, plain(study.compute(context)))
 
     entry = run.store.get(Stage.STUDY, key, build)
     run.log.note(Stage.STUDY, entry.ran, entry.seconds)
@@ -60,6 +59,13 @@ def studied(context: StudyContext, study: Study) -> StudyOutcome:
     del values["study"], values[CURVE]
     result = restored(study.result, values)
     return StudyOutcome(study.name, key, result, tuple(study.lines(result)), name, round(entry.seconds, 4))
+
+
+def write_study(path: Path, context: StudyContext, name: str, found: Mapping[str, Any]) -> dict[str, Any]:
+    """Write the file of a study from the plain fields of its result, and return its content."""
+    values = {"study": name, CURVE: context.base_key, **found}
+    path.write_text(as_json(values) + "\n", encoding="utf-8")
+    return values
 
 
 def remove_outdated_studies(context: StudyContext) -> list[str]:

@@ -289,6 +289,14 @@ def test_stress_and_margin_within_a_tolerance(tmp_path: Path) -> None:
     assert 1.0 / found["margin"]["goal"] <= 1.0 / nominal["goal"]
 
 
+def test_the_command_that_redraws_has_every_option() -> None:
+    asked = Asked(["shroud.angle=60:85", "contact.preload"], ["contact.friction=0.1"], "stress", "the rim")
+    assert asked.options == (
+        " --over shroud.angle=60:85 --over contact.preload --tolerance contact.friction=0.1 --objective stress"
+        " --output 'the rim'"
+    )
+
+
 def test_nothing_that_can_be_computed_is_one_line(tmp_path: Path) -> None:
     scene = write_scene(tmp_path / "s.toml", small_scene(response__frequency=[300.0, 500.0]))
     out = ("--out", tmp_path / "out", "--jobs", 1, "--quiet")
