@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from nonlinear.contact.aft import AFTContact
 from nonlinear.contact.fourier import ComplexArray, smallest_values, to_complex
 from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK, Array, ContactForces, ContactParameters
 from nonlinear.continuation.response_quantities import amplitude_derivative
@@ -203,12 +204,15 @@ class LinearSegmentSystem:
     def margin(self, displacement: Array) -> float:
         """Distance (m) of a displacement from the nearest change of state; negative beyond it.
 
-        Sliders are where the vibration leaves them: a node slips if no place between their limits is left.
+        Sliders are where the vibration leaves them: a node slips if no place between their limits is left. Time
+        samples know this place at the samples alone: there sliders at their origin count.
         """
         normal, sliders = self._distances(displacement)
+        sampled = isinstance(self.balance.element, AFTContact)
         if self.contact.law == "cone":
-            sliders = self._distances_in_cone(displacement, of_static=0.0)
-        return float(min(normal.min(), sliders.mean(axis=0).min(initial=np.inf)))
+            sliders = self._distances_in_cone(displacement, of_static=float(sampled))
+        each = sliders if sampled else sliders.mean(axis=0)
+        return float(min(normal.min(), each.min(initial=np.inf)))
 
     def room(self, motion: LinearMotion) -> float:
         """The same of a motion of the system, which has none where the sliders have found no place."""

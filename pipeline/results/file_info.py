@@ -72,11 +72,15 @@ def _read(path: Path) -> dict[str, Any] | ReducedModel:
 
 
 def described(found: dict[str, Any], width: int = 120) -> list[str]:
-    """The result of `contents` as lines of text, of at most `width` characters where words allow that."""
-    if found["kind"] == "response":
-        return [f"{found['file']}: response, {len(found['curves'])} curves", *_curve_lines(found, width)]
-    if found["kind"] == "run":
-        return [*map(one_line, _run_lines(found)), *_curve_lines(found, width)]
+    """The result of `contents` as lines of text, of at most `width` characters where words allow that.
+
+    Raises InputError where a value of the file is not of its kind.
+    """
+    if found["kind"] in ("response", "run"):
+        try:
+            return _described_curves(found, width)
+        except (AttributeError, LookupError, TypeError, ValueError) as error:
+            raise input_error(found["file"], "", f"cannot be read: {reason_of(error)}", _ALLOWED) from None
     blades = found["n_blades"]
     lines = [
         f"{found['file']}: reduced model by {found['producer']}, {found['coordinates']} coordinates",
@@ -88,6 +92,13 @@ def described(found: dict[str, Any], width: int = 120) -> list[str]:
         f"free natural frequencies [Hz]{_at(found)}: {', '.join(f'{hz:.6g}' for hz in found['free_hz'])}",
     ]
     return [one_line(line) for line in lines]
+
+
+def _described_curves(found: dict[str, Any], width: int) -> list[str]:
+    """A response, or a run."""
+    if found["kind"] == "response":
+        return [f"{found['file']}: response, {len(found['curves'])} curves", *_curve_lines(found, width)]
+    return [*map(one_line, _run_lines(found)), *_curve_lines(found, width)]
 
 
 def _joined_lines(found: dict[str, Any]) -> list[str]:

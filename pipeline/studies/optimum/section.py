@@ -11,7 +11,7 @@ from pipeline.scene.fields import Number, Positive, StudyKeys, key
 
 MOST_KEYS = 6
 RANGES = f"a table of 1 to {MOST_KEYS} dotted keys, each with a list of two numbers, the second above the first"
-TOLERANCES = '"uncertainty", or a table of dotted keys, each with a number above 0: half the width'
+TOLERANCES = '"uncertainty", or a table of dotted keys, each with half the width: a number above 0, 1e-12 to 1e15'
 Objective = Literal["displacement", "harmonic_1", "stress", "margin"]
 BY_STRESS = ("stress", "margin")  # objectives that need the stress on the mesh
 Range = tuple[Number, Number]
