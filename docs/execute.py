@@ -180,7 +180,7 @@ def _words(text: str) -> list[str]:
 
 def _same(wanted: str, word: str, numbers: bool) -> bool:
     """Whether two words are the same but for the last digits of the numbers in them."""
-    if _NUMBER.sub("#", wanted) != _NUMBER.sub("#", word):
+    if _NUMBER.sub("\0", wanted) != _NUMBER.sub("\0", word):
         return False
     return not numbers or all(
         _near(*pair) for pair in zip(_NUMBER.findall(wanted), _NUMBER.findall(word), strict=True)

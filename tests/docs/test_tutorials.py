@@ -70,6 +70,7 @@ def test_a_design_in_commands(tmp_path: Path) -> None:
         ("", "unasked for", False),
         ("promised", "", False),
         ("hex20", "hex27", False),
+        ("... # v0", "0 1 # v0", True),
     ],
 )
 def test_what_counts_as_the_same_output(shown: str, printed: str, same: bool) -> None:

@@ -367,6 +367,35 @@ def test_the_lowest_highest_value_within_a_tolerance(name: str) -> None:
     assert WindowSearch(lambda values: [(math.inf,)] * len(values), 0.0, 1.0, 0.1).minimise() is None
 
 
+@pytest.mark.parametrize("name", FUNCTIONS)
+@pytest.mark.parametrize("shift", [-0.15, 0.2])
+def test_a_window_that_begins_beside_its_best_value_needs_fewer(name: str, shift: float) -> None:
+    """From the optimum of a neighbour, to 1 %; a window that is not lower than a height is left early."""
+    function = FUNCTIONS[name]
+    best, height = brute(function, -1.0, 1.0, 0.1)
+    start: dict[str, Any] = {"expected": min(max(best + shift, -1.0), 1.0), "close": 0.01}
+    search = WindowSearch(lambda values: [(function(x),) for x in values], -1.0, 1.0, 0.1, **start)
+    found = search.minimise()
+    assert found is not None
+    assert brute(function, found, found, 0.1)[1] <= 1.03 * height
+    assert len(search.known) < 35
+    left = WindowSearch(lambda values: [(function(x),) for x in values], -1.0, 1.0, 0.1, **start, enough=0.7 * height)
+    left.minimise()
+    assert len(left.known) <= len(search.known)
+    search.close, search.expected = 0.0, None  # the rest of the range
+    assert search.minimise() == pytest.approx(best, abs=0.1 * 0.1)
+    assert np.diff(sorted(search.known)).max() < 0.201
+
+
+@pytest.mark.parametrize("function", [lambda x: 1.0 + 3.0 * abs(x - 0.37), lambda x: 1.0 + 2.0 * (x - 0.62) ** 2])
+def test_the_lowest_of_dear_values_is_found_to_a_gain(function: Any) -> None:
+    search = UnitSearch(lambda points: [function(x) for (x,) in points], 1, 5, 6, 0.02, gain=0.01)
+    best = search.minimise([(0.5,)])
+    assert best is not None
+    assert function(best[0]) <= 1.015
+    assert len(search.known) <= 10
+
+
 def test_a_quantile_over_two_equally_likely_cases() -> None:
     """A kink that lies elsewhere in each case, with normal deviations, against a fine grid of samples."""
     shifts = 0.1 * np.array([-1.96, *np.linspace(-1.2, 1.2, 97), 1.96])
@@ -403,6 +432,24 @@ def test_an_optimum_with_a_tolerance_is_as_high_at_both_ends(folder: Path, prelo
     assert found["message"].startswith(f"contact.preload = {best:g} N: at most ")
     assert "contact.preload ±0.4 N, contact.friction ±0.05" in found["message"]
     assert (folder / "robust" / "figures" / "optimum.png").is_file()
+
+
+def test_a_joint_search_goes_from_optimum_to_optimum(folder: Path) -> None:
+    """Over friction, and at each the preload with a tolerance: the lowest is that of a grid of both."""
+    asked = ("contact.preload=0.6:4", "contact.friction=0.3:0.6", "--tolerance", "contact.preload=0.3")
+    status, said, error = optimise(folder, *asked, out="both")
+    assert (status, error) == (0, "")
+    found = json.loads(said)
+    first, *others = found["trials"]
+    assert first["values"]["contact.friction"] == pytest.approx(0.5, rel=1e-6)
+    assert all(trial["curves"] < first["curves"] for trial in others if trial["values"] != found["values"])
+    assert sum(trial["curves"] for trial in found["trials"]) == found["responses"]
+    preloads = np.linspace(0.6, 4.0, 18).tolist()
+    for friction in (0.3, 0.4, 0.5, 0.6):
+        values = [*(load - 0.3 for load in preloads[:1]), *preloads, preloads[-1] + 0.3]
+        heights = np.array([worst(folder, contact__preload=load, contact__friction=friction) for load in values])
+        ends = [np.interp(np.add(preloads, side), values, heights) for side in (-0.3, 0.0, 0.3)]
+        assert found["amplitude_m"] <= 1.015 * np.max(ends, axis=0).min()
 
 
 def test_the_highest_of_the_load_cases_counts(folder: Path) -> None:

@@ -11,8 +11,8 @@ import pytest
 from nonlinear import Optimum, PeakCurve, PerformanceCurve, SolvedResponse, WorstEnvelope
 from pipeline.figures.performance_figure import MULTIPLES, performance_figure
 from pipeline.studies.optimum.figure import optimum_figure
-from pipeline.studies.optimum.report import optimum_section
-from pipeline.studies.optimum.result import OptimumResult, Trial
+from pipeline.studies.optimum.report import LINES, optimum_section
+from pipeline.studies.optimum.result import OptimumResult, Robust, Trial
 
 BEST = math.pi / 2.0  # r / F of the lowest peak of a mass on a slider, X = r^2 / (r - pi/4 F)
 
@@ -152,6 +152,36 @@ def test_values_tried_are_drawn_over_every_key() -> None:
         places = [trial.values[key] for trial in tried[:4]]
         np.testing.assert_allclose(lines(panel)["values tried"].get_xydata(), np.c_[places, [1.0, 2.0, 3.0, 4.0]])
     assert optimum_figure(replace(several, trials=()), "blade") is None
+
+
+def test_an_angle_and_an_interference_are_a_line_for_each_angle() -> None:
+    """Beside the lines the best of each angle and its interference, with the tolerance as a bar."""
+
+    def trial(angle: float, interference: float) -> Trial:
+        height = 1e-6 * (1.0 + 0.01 * (angle - 70.0) ** 2 + abs(1e6 * interference - 100.0) / 10.0)
+        return Trial({"shroud.angle": angle, "contact.interference": interference}, height, 400.0)
+
+    angles, places = (65.0, 70.0, 80.0), (60e-6, 90e-6, 110e-6, 140e-6)
+    found = replace(
+        result(optimum(1.0, 3.0)),
+        ranges={"shroud.angle": (60.0, 80.0), "contact.interference": (70e-6, 130e-6)},
+        values={"shroud.angle": 70.0, "contact.interference": 100e-6},
+        amplitude_m=2e-6,
+        robust=Robust(tolerance={"contact.interference": 10e-6}, key="contact.interference"),
+        solved=tuple(trial(angle, place) for angle in angles for place in places),
+        trials=tuple(replace(trial(angle, 100e-6), curves=4) for angle in angles),
+        followed=None,
+    )
+    figure = optimum_figure(found, "blade")
+    assert figure is not None
+    left, upper, lower = figure.axes
+    np.testing.assert_allclose(lines(left)["80 °"].get_xdata(), np.multiply(places, 1e6))
+    np.testing.assert_allclose(lines(left)["80 °"].get_ydata(), [6.0, 3.0, 3.0, 6.0])
+    assert lines(upper)["optimum, 70 °, 100 µm"].get_xydata()[0] == pytest.approx([70.0, 2.0])
+    bars = [bar.get_segments()[0] for bar in lower.collections]
+    np.testing.assert_allclose(bars, [[[angle, 90.0], [angle, 110.0]] for angle in angles])
+    assert optimum_section(found).caption == LINES
+    assert optimum_figure(replace(found, trials=()), "blade") is not None  # stopped in the first search
 
 
 def test_derivatives_of_several_keys_are_in_the_table() -> None:

@@ -16,6 +16,7 @@ from pipeline.figures.data import SweepKey
 from pipeline.figures.style import (
     DISTINCT,
     LOG_FROM,
+    ordered_colours,
     plain_log_labels,
     scale,
     set_height_axis,
@@ -120,15 +121,24 @@ _PATH: dict[str, Any] = {
     "markerfacecolor": "none",
     "zorder": 4,
 }
+_BEST: dict[str, Any] = {
+    "marker": "o",
+    "markersize": 8,
+    "markerfacecolor": "white",
+    "linestyle": "none",
+    "zorder": 4,
+}
 COUNTED = "counted by the highest solution"  # what was left open
 FEWEST_FOR_MAP = 4  # curves over two keys that are drawn as a map
+NEAR = 2.0  # top of the panel of these lines, by the highest of their best
+MOST_LINES = 12  # values of a key that are a line each
 _RANGE: dict[str, Any] = {"color": DISTINCT[2], "alpha": 0.13, "linewidth": 0.0, "zorder": 0}
 
 
 def optimum_figure(result: OptimumResult, title: str) -> Figure | None:
     """The figure of the study: the worst motion over one key, with its envelope, or the values tried of several."""
     if len(result.ranges) == 2 and len(result.solved) >= FEWEST_FOR_MAP:
-        return search_figure(result, title)
+        return (joint_figure if has_lines(result) else search_figure)(result, title)
     if result.robust is not None and result.robust.key:
         return robust_figure(result, result.robust, title)
     curves = optimum_curves(result)
@@ -183,6 +193,72 @@ def robust_figure(result: OptimumResult, robust: Robust, title: str) -> Figure:
 
 def _rounded(value: float) -> float:
     return float(f"{value:.4g}")
+
+
+def has_lines(result: OptimumResult) -> bool:
+    """Whether one of two keys has so few values that each is a line over the other."""
+    return len({trial.values[_inner_and_outer(result)[1]] for trial in result.solved}) <= MOST_LINES
+
+
+def _inner_and_outer(result: OptimumResult) -> tuple[str, str]:
+    """Of two keys the one over which there is an optimum at each value of the other."""
+    first, second = sorted(result.ranges, key=lambda key: key in SOLVER_KEYS)
+    inner = result.robust.key if result.robust is not None and result.robust.key else second
+    return inner, first if inner == second else second
+
+
+def joint_figure(result: OptimumResult, title: str) -> Figure:
+    """Curves over one key, a line for each value of another; beside them the best of each value, and its place."""
+    figure, axes = subplots(2, 2, size=(11.0, 5.8))
+    left, upper, lower = axes[0, 0], axes[0, 1], axes[1, 1]
+    grid = left.get_gridspec()
+    grid.set_width_ratios((1.35, 1.0))
+    axes[1, 0].remove()
+    left.set_subplotspec(grid[:, 0])
+    inner, outer = _inner_and_outer(result)
+    robust, at = result.robust, (quantity(inner).factor, quantity(outer).factor)
+    half = robust.tolerance.get(inner, 0.0) * at[0] if robust is not None else 0.0
+    solved = [trial for trial in result.solved if math.isfinite(trial.value)]
+    shown, named = heights_of(result, [trial.value for trial in solved])
+    values = sorted({trial.values[outer] for trial in solved})
+    best = {trial.values[outer]: trial for trial in result.trials if math.isfinite(trial.value)}
+    for value, colour in zip(values, ordered_colours(len(values)), strict=True):
+        line = sorted((t.values[inner], t.value) for t in solved if t.values[outer] == value)
+        x, y = np.array(line).T
+        label = quantity(outer).value(_rounded(value))
+        left.plot(x * at[0], shown(y), color=colour, label=label, marker=".", markersize=4, linewidth=0.9)
+        if value in best:
+            trial, look = best[value], {**_BEST, "color": colour}
+            place, height = trial.values[inner] * at[0], shown(trial.value)
+            left.errorbar(place, height, xerr=half or None, capsize=3, elinewidth=1.6, **look)
+            upper.plot(value * at[1], height, **look)
+            lower.errorbar(value * at[1], place, yerr=half or None, capsize=3, elinewidth=1.6, **look)
+    order = sorted(best)
+    behind: dict[str, Any] = {"color": "0.6", "linewidth": 0.8, "zorder": 1}
+    upper.plot([value * at[1] for value in order], [shown(best[value].value) for value in order], **behind)
+    lower.plot([value * at[1] for value in order], [best[value].values[inner] * at[0] for value in order], **behind)
+    said = ", ".join(quantity(key).value(_rounded(value)) for key, value in result.values.items())
+    places = (result.values[inner] * at[0], result.values[outer] * at[1])
+    star: dict[str, Any] = {**_OPTIMUM, "label": f"optimum, {said}"}
+    left.plot(places[0], shown(result.value), **star)
+    upper.plot(places[1], shown(result.value), **star)
+    lower.plot(places[1], places[0], **star)
+    heights = shown(np.array([trial.value for trial in solved]))
+    if result.objective == "margin":
+        set_height_axis(left, heights)
+    else:  # curves of bad values leave the panel
+        top = NEAR * max((shown(trial.value) for trial in best.values()), default=heights.max())
+        left.set_ylim(0.9 * heights.min(), min(top, 1.05 * heights.max()))
+    within = f"highest within ±{quantity(inner).value(_rounded(half / at[0]))}" if half else "best"
+    left.set(xlabel=SweepKey(inner, ()).axis, ylabel=named)
+    upper.set_ylabel(f"{within}\n{named}")
+    lower.set(xlabel=SweepKey(outer, ()).axis, ylabel=f"best {quantity(inner).axis()}")
+    upper.sharex(lower)
+    upper.tick_params(labelbottom=False)
+    ncols = min(len(values) + 1, 8)
+    figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=ncols, fontsize=9)
+    write_heading(figure, title)
+    return figure
 
 
 def search_figure(result: OptimumResult, title: str) -> Figure:

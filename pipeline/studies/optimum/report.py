@@ -6,7 +6,7 @@ import math
 
 from pipeline.results.worst import motion_said, sentence, truncation_mark, with_unit
 from pipeline.scene.labels import quantity, value_label
-from pipeline.studies.optimum.figure import elasticities_of
+from pipeline.studies.optimum.figure import elasticities_of, has_lines
 from pipeline.studies.optimum.result import ALIKE, KINDS, OptimumResult
 from pipeline.studies.registry import StudySection
 
@@ -20,6 +20,11 @@ WITHIN = (
     "Height of the worst motion over the parameter (circles: curves solved; triangles: counted by the highest "
     "solution), and the highest within the tolerance around each value (thick). Shaded: the tolerance around the "
     "optimum."
+)
+LINES = (
+    "Left: every curve of the search by the height of its worst motion, a line for each value tried of one key, with "
+    "its best value of the other and the tolerance around that. Right: the height of each, the highest within the "
+    "tolerance, and its place."
 )
 SEARCHED = (
     "Every curve of the search by the height of its worst motion; rings: the best of each value tried, whose height "
@@ -43,7 +48,7 @@ def optimum_section(result: OptimumResult) -> StudySection:
 
 def _caption(result: OptimumResult) -> str:
     if len(result.ranges) == 2 and result.solved:
-        return SEARCHED
+        return LINES if has_lines(result) else SEARCHED
     if result.robust is not None and result.robust.key:
         return WITHIN
     return TRIED if result.over_one_key is None else CAPTION

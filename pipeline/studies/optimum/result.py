@@ -69,7 +69,8 @@ class Trial:
     where: Mapping[str, float] = field(default_factory=dict)
     # what is made low in place of the amplitude: stress amplitude, Pa, inverse margin, an output; NaN: the amplitude
     goal: float = math.nan
-    # what it took, in this run or an earlier one, s: all in all, and mesh and reduced model alone
+    # what it took, in this run or an earlier one: responses, and s, all in all, and mesh and reduced model alone
+    curves: int = 0
     seconds: float = 0.0
     model_seconds: float = 0.0
 
@@ -237,11 +238,12 @@ def shown(key: str, value: float, digits: int = 6) -> str:
 def result_lines(result: OptimumResult) -> list[str]:
     """The table of the optimum for a terminal, with tolerances sentences, and what was left open."""
     if result.robust is not None:
-        lines = [f"optimum: {result.message}", *(f"  {text}" for text in robust_said(result, result.robust))]
-        return [*lines, *(f"note: {remark}" for remark in result.remarks)]
-    rows = table_rows(result)
-    width = max(len(name) for name, _ in rows)
-    lines = [f"optimum: {result.message}", *(f"  {name:<{width}}  {text}" for name, text in rows)]
+        said = robust_said(result, result.robust)
+    else:
+        rows = table_rows(result)
+        width = max(len(name) for name, _ in rows)
+        said = [f"{name:<{width}}  {text}" for name, text in rows]
+    lines = [f"optimum: {result.message}", *(f"  {text}" for text in [*said, *candidates_said(result)])]
     return [*lines, *(f"note: {remark}" for remark in result.remarks)]
 
 
@@ -255,7 +257,8 @@ def robust_said(result: OptimumResult, robust: Robust) -> list[str]:
             between = f"the best lies between {first} and {last}; "
         low, high = (shown(key, end, 4) for end in ends)
         worse = "worse" if result.objective == "margin" else "higher"
-        lines.append(f"{between}at most 10 % {worse} from {low} to {high}")
+        named = f"{key}: " if len(result.within) > 1 else ""
+        lines.append(f"{named}{between}at most 10 % {worse} from {low} to {high}")
     worst = ""  # a quantile is that of no sample
     if not math.isfinite(robust.quantile):
         where = "".join(f", {key} = {shown(key, value, 4)}" for key, value in result.where.items())
@@ -269,15 +272,27 @@ def robust_said(result: OptimumResult, robust: Robust) -> list[str]:
 
 
 def cost_said(result: OptimumResult) -> str:
-    """Number of responses and time; what each of the values tried took where these need a model of their own."""
-    said = f"{result.responses} responses, {result.seconds:.1f} s"
-    tried = [trial for trial in result.trials if trial.model_seconds > 0.0]
-    if not tried:
-        return said
-    each, model = (
-        sum(times) / len(tried) for times in zip(*((t.seconds, t.model_seconds) for t in tried), strict=True)
-    )
-    return f"{said}; {len(tried)} candidates, {duration(each)} each, of that {duration(model)} for mesh and reduction"
+    """Number of responses and time, and of values tried that need a model of their own."""
+    count = sum(trial.curves > 1 for trial in result.trials)
+    candidates = f"{count} candidates, " if count else ""
+    return f"{candidates}{result.responses} responses, {result.seconds:.1f} s"
+
+
+def candidates_said(result: OptimumResult) -> list[str]:
+    """A line for each of the values tried that took several curves, rising."""
+    tried = [trial for trial in result.trials if trial.curves > 1 or trial.reason]
+    if not any(trial.curves for trial in tried):
+        return []
+    ordered = sorted(tried, key=lambda trial: [trial.values[key] for key in result.ranges if key in trial.values])
+    return [candidate_said(result.objective, trial) for trial in ordered]
+
+
+def candidate_said(objective: str, trial: Trial) -> str:
+    """What is made low with some values, and what finding it took."""
+    values = ", ".join(f"{key} = {shown(key, value, 4)}" for key, value in trial.values.items())
+    found = value_said(objective, trial.value) if math.isfinite(trial.value) else trial.reason
+    model = f", {duration(trial.model_seconds)} of them mesh and reduction" if trial.model_seconds else ""
+    return f"{values}: {found}; {trial.curves} curves, {duration(trial.seconds)}{model}"
 
 
 def table_rows(result: OptimumResult) -> list[tuple[str, str]]:

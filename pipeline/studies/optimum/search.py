@@ -1,11 +1,14 @@
 """Searches without derivatives: each value of a function is computed once, infinity where there is none.
 
-`UnitSearch`: of one variable on a grid, then by Brent's bounded method around the lowest local minima; of several on
-a Latin hypercube, then by the simplex method of Nelder and Mead, whose minima may be kinks, from the lowest points.
+`UnitSearch`: of one variable on a grid, then by Brent's bounded method around the lowest local minima, or, where a
+value is dear, by the bounds below; of several on a Latin hypercube, then by the simplex method of Nelder and Mead,
+whose minima may be kinks, from the lowest points.
 
 `WindowSearch`: the lowest of the highest values within a window around one variable, by bounds. Between computed
 values the function is at least as high as its neighbouring secants, extended, say; so is the highest value of a
 window. The window with the lowest such bound is the next to be refined, until there is nothing left to refine in it.
+It begins with values as far apart as the window is wide; with an expected best value only around that, and further
+out at distances that double, where the bounds tell whether there may be something lower.
 """
 
 from __future__ import annotations
@@ -39,7 +42,7 @@ class UnitSearch:
     grid: int = GRID  # points of the grid of one variable
     evaluations: int = EVALUATIONS  # largest number of evaluations of a refinement for each variable
     tolerance: float = TOLERANCE  # of a variable, as a share of its range
-    minima: int = MINIMA  # of one variable, that are refined
+    gain: float = 0.0  # least relative gain that is worth a further value of one variable; 0: not asked
     known: dict[Point, float] = field(default_factory=dict)
 
     def minimise(self, first: Sequence[Point] = ()) -> Point | None:
@@ -47,7 +50,9 @@ class UnitSearch:
         self._evaluate([*(_rounded(point) for point in first), *(self._grid() if self.size == 1 else self._sample())])
         if not any(map(math.isfinite, self.known.values())):
             return None
-        if self.size == 1:
+        if self.size == 1 and self.gain:
+            self._by_bounds()
+        elif self.size == 1:
             for bracket in self._brackets():
                 self._brent(bracket)
         else:
@@ -83,6 +88,20 @@ class UnitSearch:
         value = self.known[place]
         return value if math.isfinite(value) else 2.0 * max(filter(math.isfinite, self.known.values()))
 
+    def _by_bounds(self) -> None:
+        """Where secants leave room for the lowest value, the next one, until the gain or the room is too small."""
+        shares = np.linspace(0.0, 1.0, round(2.0 / self.tolerance) + 1)
+        for _ in range(self.evaluations):
+            known = np.array(sorted(point[0] for point in self.known))
+            bound = bound_between(known, np.array([self._at((share,)) for share in known]), shares)
+            bound[np.abs(shares[:, None] - known).min(axis=1) < 0.999 * self.tolerance] = math.inf
+            if not bound.min() < (1.0 - self.gain) * min(self.known.values()):
+                return
+            lowest = float(np.median(shares[bound == bound.min()]))
+            start, end = known[known < lowest].max(), known[known > lowest].min()
+            room = 0.25 * (end - start)  # a value beside a known one tells little
+            self._at((min(max(lowest, start + room), end - room),))
+
     def _brackets(self) -> list[tuple[float, float]]:
         """Intervals around the lowest local minima, the lowest first."""
         shares = sorted(point[0] for point in self.known)
@@ -92,7 +111,7 @@ class UnitSearch:
             beside = [heights[j] for j in (k - 1, k + 1) if 0 <= j < len(shares)]
             if math.isfinite(heights[k]) and heights[k] <= min(beside):
                 found.append((heights[k], shares[max(k - 1, 0)], shares[min(k + 1, len(shares) - 1)]))
-        return [(left, right) for _, left, right in sorted(found)[: self.minima]]
+        return [(left, right) for _, left, right in sorted(found)[:MINIMA]]
 
     def _brent(self, bracket: tuple[float, float]) -> None:
         from scipy.optimize import minimize_scalar
@@ -121,6 +140,20 @@ class UnitSearch:
             "maxfev": self.evaluations * self.size,
         }
         minimize(self._at, start, method="Nelder-Mead", bounds=[(0.0, 1.0)] * self.size, options=options)
+
+
+def bound_between(values: Array, heights: Array, places: Array) -> Array:
+    """What a function is at least at some places, by the neighbouring secants, extended, of its values at others."""
+    place = np.clip(np.searchsorted(values, places, side="right") - 1, 0, len(values) - 2)
+    start, end = values[place], values[place + 1]
+    linear = np.interp(places, values, heights)
+    slopes = np.r_[-math.inf, np.diff(heights) / np.diff(values), math.inf]
+    with np.errstate(invalid="ignore"):
+        from_left = heights[place] + slopes[place] * (places - start)
+        from_right = heights[place + 1] - slopes[place + 2] * (end - places)
+        convex = [np.where(each <= linear, each, math.nan) for each in (from_left, from_right)]
+    bound = np.fmax(np.fmax(*convex), 0.0)  # 0 where a secant tells nothing, as beside a jump
+    return np.where(np.isnan(convex).all(axis=0), np.minimum(heights[place], heights[place + 1]), bound)
 
 
 def _written(value: float) -> float:
@@ -157,6 +190,8 @@ class WindowSearch:
     level: float = 1.0  # the quantile
     most: int = 80  # values at most
     enough: float = math.inf  # a bound above which no best value is worth refining
+    close: float = 0.0  # relative distance of the lowest value found from its bound that is not worth refining
+    expected: float | None = None  # around which the first values are dense; None: over the whole range
     known: dict[float, tuple[float, ...]] = field(default_factory=dict)
     checked: dict[float, float] = field(default_factory=dict)  # windows whose ends and middle are known
     careful: bool = False  # whether steep finest intervals are taken for jumps
@@ -175,22 +210,44 @@ class WindowSearch:
 
     def minimise(self) -> float | None:
         """The best value of the variable; None where the function has no value."""
-        ends = float(self.grid[0]), float(self.grid[-1])
-        count = min(max(math.ceil((ends[1] - ends[0]) / self.tolerance) + 1, FIRST[0]), FIRST[1])
-        self._evaluate(np.linspace(*ends, count).tolist())
+        self._evaluate(self._first_values())
         if not any(math.isfinite(max(heights)) for heights in self.known.values()):
             return None
         for check in range(CHECKS):
             self.careful = check >= CHECKS - 2
             self._refine()
             value, predicted = self.lowest()
-            if predicted > self.enough:
-                return self.lowest(hopeful=False)[0]
+            if self.close or predicted > self.enough:
+                value, found = self.lowest(hopeful=False)
+                if not self._may_be_better(predicted, found):
+                    return value
+                predicted = found
             found = self.check(value)
             self._tried.append(value)
-            if abs(found - predicted) <= AGREED * predicted or self.exhausted:
+            if abs(found - predicted) <= max(AGREED, self.close) * predicted or self.exhausted:
                 break
         return self.best()
+
+    def _first_values(self) -> list[float]:
+        """Values to begin with, to both ends of the range; without an expected one also between those known."""
+        ends = float(self.grid[0]), float(self.grid[-1])
+        if self.expected is None:
+            count = min(max(math.ceil((ends[1] - ends[0]) / self.tolerance), FIRST[0] - 1), FIRST[1] - 1)
+            each = (ends[1] - ends[0]) / count
+            places = sorted({*ends, *self.known})
+            counts = [max(round((end - start) / each), 1) for start, end in pairwise(places)]
+            parts = [np.linspace(*pair, n + 1) for pair, n in zip(pairwise(places), counts, strict=True)]
+            return np.concatenate(parts).tolist()
+        count = math.ceil(math.log2((ends[1] - ends[0]) / self.tolerance + 2.0))
+        away = self.tolerance * (2.0 ** np.arange(1, count + 1) - 1.0)  # 1, 3, 7, ... tolerances
+        values = np.unique([self.expected - away, self.expected + away])
+        room = self.tolerance if self.shifts is None else 0.5 * self.tolerance
+        inside = (values > ends[0] + room) & (values < ends[1] - room)
+        return [ends[0], *values[inside].tolist(), ends[1]]
+
+    def _may_be_better(self, bound: float, found: float) -> bool:
+        """Whether a lowest value, known by a bound and between the values known, may be worth refining."""
+        return min(bound / (1.0 - self.close), found) <= self.enough
 
     @property
     def covered(self) -> bool:
@@ -298,13 +355,7 @@ class WindowSearch:
             linear = np.where(inner & steep & fine, ends, linear)
         if not hopeful:
             return linear
-        slopes = np.r_[-math.inf, np.diff(heights) / np.diff(values), math.inf]
-        with np.errstate(invalid="ignore"):
-            from_left = heights[place] + slopes[place] * (self.grid - start)
-            from_right = heights[place + 1] - slopes[place + 2] * (end - self.grid)
-            convex = [np.where(each <= linear, each, math.nan) for each in (from_left, from_right)]
-        bound = np.fmax(np.fmax(*convex), 0.0)  # 0 where a secant tells nothing, as beside a jump
-        bound = np.where(np.isnan(convex).all(axis=0), np.minimum(heights[place], heights[place + 1]), bound)
+        bound = bound_between(values, heights, self.grid)
         is_open = np.array([self._is_open(*pair) for pair in pairwise(values.tolist())])
         return np.where(inner & is_open[place], bound, linear)
 
@@ -321,7 +372,10 @@ class WindowSearch:
         """Halve the open intervals of the window with the lowest bound, until it has none."""
         while not self.exhausted:
             centre, self._limit = self.lowest()
-            if self._limit > self.enough:
+            found = self.lowest(hopeful=False)[1] if self.close else self._limit
+            if not self._may_be_better(self._limit, found) or (
+                self.close and found <= self._limit * (1.0 + self.close)
+            ):
                 return
             ends = centre + self.places[[0, -1]] * self.step
             middles = [

@@ -11,7 +11,7 @@ import math
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import pairwise
 from typing import Any
 
@@ -25,7 +25,16 @@ from pipeline.scene.sweep import key_value
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.scene_to_solver import face_area, resolved_contact
 from pipeline.studies.optimum.checks import SOLVER_KEYS
-from pipeline.studies.optimum.result import OptimumResult, Robust, Trial, message_of, result_lines, shown, value_said
+from pipeline.studies.optimum.result import (
+    OptimumResult,
+    Robust,
+    Trial,
+    candidate_said,
+    message_of,
+    result_lines,
+    shown,
+    value_said,
+)
 from pipeline.studies.optimum.search import EVALUATIONS, GRID, TOLERANCE, Point, UnitSearch, WindowSearch
 from pipeline.studies.optimum.section import BY_STRESS
 from pipeline.studies.optimum.section import Optimum as SectionOptimum
@@ -47,6 +56,7 @@ STRESS_CODE = "pipeline.stress.operating_stress"
 FLAT = 1e-3  # relative variation that counts as none
 MOST_FOLLOWED = 3  # keys of the solver, which `nonlinear.find_joint_optimum` takes
 COARSE = 2e-2  # tolerance of keys at each of whose values a window slides, as a share of the range
+CLOSE = 1e-2  # relative gain that is not worth a further curve there
 ROUGH, FINE = 24, 80  # values of a window at most, of single values of the other keys and of the best
 DRAWN = 401  # places of the envelope that are kept
 PEAKS, CURVES, BOTH = "peaks", "curves", "both"
@@ -183,7 +193,7 @@ class _Search:
         """The lowest point over keys whose single values are compared."""
         function = self._followed if self.peaks else self._slid if self.window else self._solved
         if self.window:
-            self.search = UnitSearch(function, len(keys), GRID - 2, EVALUATIONS // 4, COARSE, 1)
+            self.search = UnitSearch(function, len(keys), GRID // 2 + 1, EVALUATIONS // 3, COARSE, gain=CLOSE)
         elif self.peaks:
             self.search = UnitSearch(function, len(keys), GRID // 2 + 1, EVALUATIONS // 3)
         else:
@@ -223,9 +233,15 @@ class _Search:
 
     def _slid(self, points: Sequence[Point]) -> list[float]:
         """Lowest worst amplitudes within the tolerance at these points; infinite where there is none."""
-        for point in points:
+        for point in sorted(points, key=partial(math.dist, points[0])):  # each beside one that is known
             self._slide(point, rough=True)
+            self.context.progress(candidate_said(self.section.objective, self.trials[point]))
         return [self.trials[point].height for point in points]
+
+    def _expected(self, point: Point) -> float | None:
+        """The best value of the key of the window at the nearest point known."""
+        known = [other for other, trial in self.trials.items() if math.isfinite(trial.value) and other != point]
+        return self.windows[min(known, key=partial(math.dist, point))].best() if known else None
 
     def _slide(self, point: Point, rough: bool) -> None:
         """The optimum over the key of the window at a point."""
@@ -253,6 +269,7 @@ class _Search:
         )
         search.most = ROUGH if rough else FINE
         search.enough = min((trial.height for trial in self.trials.values()), default=math.inf) if rough else math.inf
+        search.close, search.expected = (CLOSE, self._expected(point)) if rough else (0.0, None)
         self.windows[point] = search
         if search.minimise() is None:
             if not self.outer:
@@ -263,8 +280,10 @@ class _Search:
         if not rough:
             self._check_others(search, values)
         trial, used = self._worst_within(point), self.curves.of(values)
-        times = (sum(each.seconds for each in used), sum(each.model_seconds for each in used))
-        self.trials[point] = replace(trial, seconds=times[0], model_seconds=times[1])
+        cost: dict[str, Any] = {
+            name: sum(getattr(each, name) for each in used) for name in ("curves", "seconds", "model_seconds")
+        }
+        self.trials[point] = replace(trial, **cost)
 
     def _check_others(self, search: WindowSearch, values: Mapping[str, float]) -> None:
         """Solve the ends of the tolerance around the lowest single value and the scene's own."""
@@ -322,7 +341,12 @@ class _Search:
         motion, earlier = (best.amplitude_m, best.frequency_hz, best.motion), self.trials.get(point)
         making = max(found.model_seconds, 0.0 if earlier is None else earlier.model_seconds)
         trial = Trial(values | at, *motion, truncation_error=best.truncation_error)
-        self.trials[point] = replace(trial, seconds=making + best.seconds, model_seconds=making)
+        spent: dict[str, Any] = {
+            "curves": len(best.responses),
+            "seconds": making + best.seconds,
+            "model_seconds": making,
+        }
+        self.trials[point] = replace(trial, **spent)
 
     def _of_solver(self, values: Mapping[str, float]) -> dict[str, float]:
         """Values of parameters of the solver as those of the scene's keys."""
@@ -390,7 +414,7 @@ class _Search:
             trial,
             kind=self._kind(best, kind) if self.outer else kind,
             method=CURVES,
-            within={key: search.around(NEARLY_LOWEST * height)},
+            within={**self._within_outer(best), key: search.around(NEARLY_LOWEST * height)},
             responses=len(self.curves.known),
             remarks=self._remarks_on(computed, search),
             robust=robust,
@@ -404,7 +428,7 @@ class _Search:
         left = [each for each in inside if each.unresolved]
         found = [f"after {len(search.known)} values parts of the range are not refined"] * search.exhausted
         if self.outer:
-            found.append("values tried that cannot be the best are not refined")
+            found += self._rests_on(search)
         found += [f"{len(lost)} of {len(computed)} curves are missing: {lost[0].reason}"] if lost else []
         found += [f"at {ends} of {len(computed)} values {NO_PEAK}: they are no candidates"] * bool(ends)
         if left:
@@ -412,10 +436,20 @@ class _Search:
             found.append(f"within the tolerance {count} count by their highest solution: {left[0].unresolved}")
         return tuple(found)
 
+    def _rests_on(self, search: WindowSearch) -> list[str]:
+        """How the values of the outer keys were compared."""
+        named, reach = ", ".join(self.outer), shown(self.window, 2.0 * search.tolerance)
+        return [
+            f"{named}: compared to {100 * CLOSE:g} % of the height; where less is to be gained nothing is refined",
+            f"the whole range of {self.window} was searched with the first values of {named} and the best ones; with "
+            f"others around the optimum of the nearest, further out in steps that double from {reach}: a lower "
+            "valley between them that rises to both of its ends would be missed",
+        ]
+
     def _of_curves(self, best: Point) -> OptimumResult:
         """The result where curves at single values were compared."""
         trial = self.trials[best]
-        within = {self.outer[0]: self._within(best)} if len(self.outer) == 1 else {}
+        within = self._within_outer(best)
         count = sum(each.at_end for each in self.trials.values())
         ends = [f"at {count} of {len(self.trials)} values {NO_PEAK}: they are no candidates"] if count else []
         opened = [f"at the optimum: {trial.unresolved}"] if trial.unresolved else []
@@ -489,8 +523,10 @@ class _Search:
         at_end = any(min(share, 1.0 - share) <= TOLERANCE for share in best)
         return "edge" if at_end or inside == "edge" else inside
 
-    def _within(self, best: Point) -> tuple[float, float]:
-        """Values around the optimum of one key up to which the worst motion is 10 % higher, between the curves."""
+    def _within_outer(self, best: Point) -> dict[str, tuple[float, float]]:
+        """Values around the optimum of one outer key up to which it is 10 % higher, between those known."""
+        if len(self.outer) != 1:
+            return {}
         ((low, high),) = (self.ranges[key] for key in self.outer)
         shares = sorted(point[0] for point in self.trials)
         heights = {point[0]: trial.height for point, trial in self.trials.items()}
@@ -504,7 +540,7 @@ class _Search:
                     end = inner + (outer - inner) * ((limit - heights[inner]) / rise if math.isfinite(rise) else 0.0)
                     break
             ends.append(low + end * (high - low))
-        return ends[0], ends[1]
+        return {self.outer[0]: (ends[0], ends[1])}
 
     def _base(self) -> Trial:
         """The worst motion with the scene's own values, in the highest of the load cases."""

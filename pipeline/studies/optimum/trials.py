@@ -227,7 +227,7 @@ class CurveTrials:
             solving = 0.0 if curve.facts is None else curve.facts.seconds
             making = 0.0 if _of_model(wanted[name]) in self.models else seconds / count
             self.models.add(_of_model(wanted[name]))
-            self.known[name] = replace(trial, seconds=solving + making, model_seconds=making)
+            self.known[name] = replace(trial, curves=1, seconds=solving + making, model_seconds=making)
 
 
 def _of_model(values: Mapping[str, Any]) -> tuple[Any, ...]:
