@@ -217,11 +217,10 @@ class WindowSearch:
             self.careful = check >= CHECKS - 2
             self._refine()
             value, predicted = self.lowest()
-            if self.close or predicted > self.enough:
-                value, found = self.lowest(hopeful=False)
-                if not self._may_be_better(predicted, found):
-                    return value
-                predicted = found
+            if predicted > self.enough:
+                return self.lowest(hopeful=False)[0]
+            if self.close:
+                value, predicted = self.lowest(hopeful=False)
             found = self.check(value)
             self._tried.append(value)
             if abs(found - predicted) <= max(AGREED, self.close) * predicted or self.exhausted:
@@ -244,10 +243,6 @@ class WindowSearch:
         room = self.tolerance if self.shifts is None else 0.5 * self.tolerance
         inside = (values > ends[0] + room) & (values < ends[1] - room)
         return [ends[0], *values[inside].tolist(), ends[1]]
-
-    def _may_be_better(self, bound: float, found: float) -> bool:
-        """Whether a lowest value, known by a bound and between the values known, may be worth refining."""
-        return min(bound / (1.0 - self.close), found) <= self.enough
 
     @property
     def covered(self) -> bool:
@@ -372,10 +367,9 @@ class WindowSearch:
         """Halve the open intervals of the window with the lowest bound, until it has none."""
         while not self.exhausted:
             centre, self._limit = self.lowest()
-            found = self.lowest(hopeful=False)[1] if self.close else self._limit
-            if not self._may_be_better(self._limit, found) or (
-                self.close and found <= self._limit * (1.0 + self.close)
-            ):
+            if self._limit > self.enough:
+                return
+            if self.close and self.lowest(hopeful=False)[1] <= self._limit * (1.0 + self.close):
                 return
             ends = centre + self.places[[0, -1]] * self.step
             middles = [

@@ -440,7 +440,8 @@ class _Search:
         """How the values of the outer keys were compared."""
         named, reach = ", ".join(self.outer), shown(self.window, 2.0 * search.tolerance)
         return [
-            f"{named}: compared to {100 * CLOSE:g} % of the height; where less is to be gained nothing is refined",
+            f"{named}: to {100 * self.search.tolerance:g} % of the range or {100 * CLOSE:g} % of the height; values "
+            "tried that cannot be the best are not refined",
             f"the whole range of {self.window} was searched with the first values of {named} and the best ones; with "
             f"others around the optimum of the nearest, further out in steps that double from {reach}: a lower "
             "valley between them that rises to both of its ends would be missed",
@@ -496,7 +497,7 @@ class _Search:
         if len(cases) > 1:
             names = ", ".join(cases[0])
             notes.append(f"the highest of {len(cases)} load cases counts ({names})")
-        if self.outer:
+        if self.outer and not self.window:
             notes.append(f"{', '.join(self.outer)}: to {100 * self.search.tolerance:g} % of the range")
         found = replace(found, remarks=(*found.remarks, *notes))
         return replace(found, message=message_of(found))
