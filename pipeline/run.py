@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
+from copy import deepcopy
 from dataclasses import replace
 from pathlib import Path
 from signal import SIGINT
@@ -133,7 +134,7 @@ def _do_stages(run: Run, given: ReducedModel | None, models: Models, outcome: Ru
         if ahead is not None:
             ahead.begin(models)
         if Stage.RESPOND in request.wanted:
-            _respond(run, models, outcome)
+            _respond(run, models, outcome, lambda curves: _write_so_far(run, models, outcome, curves))
         outcome.models = model_summaries(run, models, outcome)
         outcome.campbell = campbell_summary(run, models, outcome)
         if Stage.REDUCE in request.wanted and not request.wanted & {Stage.RESPOND, Stage.RENDER}:
@@ -249,11 +250,13 @@ def _nothing_to_do(request: Request) -> Iterator[str]:
         yield "stresses: the scene asks for none (stress.curves = false)"
 
 
-def _respond(run: Run, models: Models, outcome: RunOutcome) -> None:
+def _respond(
+    run: Run, models: Models, outcome: RunOutcome, so_far: Callable[[list[CurveResult]], None] | None = None
+) -> None:
     """The response of every member; resonances that the frequency range leaves out are said before."""
     for line in _left_out(run, models, outcome):
         run.reporter.line(f"warning: {line}")
-    outcome.problems.extend(member_curves(run, models, outcome.curves))
+    outcome.problems.extend(member_curves(run, models, outcome.curves, so_far))
 
 
 def _left_out(run: Run, models: Models, outcome: RunOutcome) -> list[str]:
@@ -274,15 +277,38 @@ def _left_out(run: Run, models: Models, outcome: RunOutcome) -> list[str]:
 
 def _publish(run: Run, models: Models, outcome: RunOutcome) -> None:
     """Write the response with a summary of it, before the stages that follow, which may fail."""
-    out, scene = run.request.out, run.request.scene
-    outcome.table = table_of(outcome.curves, scene.swept, out)
-    outcome.known = _known(run, models, outcome)
-    unfinished = replace(outcome, problems=[*outcome.problems, UNFINISHED])
-    summary, origin = _summary(run, unfinished), provenance(scene)
-    outcome.response = write_results(run.store, out, outcome.curves, outcome.table, summary, origin)
+    out = run.request.out
+    _write_response(run, models, outcome)
     _retire_studies(run, models, outcome)
     if retire_page(out, results_fingerprint(models, outcome)) and Stage.REPORT not in run.request.wanted:
         run.reporter.line(f"{out / PAGE}: was about other results, removed; `shroud report` writes it again")
+
+
+def _write_response(run: Run, models: Models, outcome: RunOutcome, said: str = "") -> None:
+    """Response and its summary; `said`: how far the run has come, where curves are still being solved."""
+    out, scene = run.request.out, run.request.scene
+    outcome.table = table_of(outcome.curves, scene.swept, out)
+    outcome.known = _known(run, models, outcome)
+    unfinished = replace(outcome, problems=[*outcome.problems, f"{said}{UNFINISHED}"])
+    summary, origin = _summary(run, unfinished), provenance(scene)
+    outcome.response = write_results(run.store, out, outcome.curves, outcome.table, summary, origin, keep=not said)
+
+
+def _write_so_far(run: Run, models: Models, outcome: RunOutcome, curves: list[CurveResult]) -> None:
+    """The curves that are done, for who looks while others are being solved, or after the run has been killed.
+
+    Studies and page of earlier results stay: the end of the run says whether they are outdated. What cannot be
+    written now is tried again later, at the latest at the end.
+    """
+    done, log = sum(curve.facts is not None for curve in curves), deepcopy(run.log)
+    if not done:
+        return
+    for curve in curves:
+        if curve.file is not None or curve.ran:
+            log.note(Stage.RESPOND, curve.ran)
+    now = replace(outcome, curves=curves, problems=[*outcome.problems])
+    with suppress(Exception):
+        _write_response(replace(run, log=log), models, now, f"{done} of {len(curves)} curves so far; ")
 
 
 def _known(run: Run, models: Models, outcome: RunOutcome) -> dict[str, Any]:

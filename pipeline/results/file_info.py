@@ -150,7 +150,10 @@ def _run(folder: Path) -> dict[str, Any]:
 
 def _run_lines(found: dict[str, Any]) -> Iterator[str]:
     end = "complete" if found.get("complete") else "not complete"
-    yield f"{found['file']}: run, {end}; reduced models: {len(found['models'])}; curves: {len(found['curves'])}"
+    models = f"reduced models: {len(found['models'])}; " if found["models"] or found.get("complete") else ""
+    count = len(found["curves"])
+    of = f" of {count + len(found['failed'])}" if found["failed"] else ""
+    yield f"{found['file']}: run, {end}; {models}curves: {count}{of}"
     for problem in found.get("problems", ()):
         yield f"problem: {problem}"
     for model in found["models"]:

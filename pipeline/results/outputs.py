@@ -39,10 +39,11 @@ def write_results(
     table: CurveTable,
     summary: dict[str, Any],
     provenance: Mapping[str, str],
+    keep: bool = True,
 ) -> dict[str, str]:
     """Write response.h5, response.csv, curves.csv and summary.json, replaced together.
 
-    Curves are read and written one by one, whatever their number.
+    Curves are read and written one by one, whatever their number. `keep`: the next run is to know these files.
     """
     key = _results_key(curves, table)
     there = _written_before(store, out, key)
@@ -57,10 +58,11 @@ def write_results(
         response = {path.name: file_sha256(path) for path in (binary, points, rows)}
         _write_summary(text, summary | {"response": response})
 
-    def keep(folder: Path) -> None:
+    def note(folder: Path) -> None:
         (folder / _HASHES).write_text(json.dumps(response), encoding="utf-8")
 
-    store.get(_KIND, key, keep)
+    if keep:
+        store.get(_KIND, key, note)
     return response
 
 

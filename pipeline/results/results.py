@@ -296,4 +296,6 @@ def read_results(folder: str | os.PathLike[str]) -> Results:
     except FileNotFoundError:
         raise input_error(folder, "", f"holds no {RESPONSE}", _ALLOWED) from None
     except (OSError, ValueError, KeyError, TypeError) as error:
+        if read_run_summary(folder) != summary:  # a run has replaced the files in between
+            return read_results(folder)
         raise input_error(folder, "", f"{RESPONSE} cannot be read: {reason_of(error)}", _ALLOWED) from None

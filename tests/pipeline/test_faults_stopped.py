@@ -55,6 +55,35 @@ def test_killed_again_and_again(finished: Path, tmp_path: Path) -> None:
     assert (out / "renders" / "mode_1.png").is_file()
 
 
+def test_a_killed_run_leaves_results_and_the_next_one_solves_the_rest(tmp_path: Path) -> None:
+    """Curves written while others are solved are those of the finished run, bit by bit."""
+    scene, rom = (
+        ground_scene() | {"sweep": {"contact.friction": FRICTIONS[:12]}},
+        write_ground_model(tmp_path / "g.h5"),
+    )
+    file, out = write_scene(tmp_path / "s.toml", scene), tmp_path / "out"
+    program = (
+        "import sys, pipeline.stages.curve.sweep_curves as sweep\n"
+        "sweep.PAUSE = sweep.SHARE = 0.0\n"
+        "from pipeline import cli\n"
+        f"sys.exit(cli.command({['respond', str(file), '--rom', str(rom), '--out', str(out), '--quiet']}))\n"
+    )
+    process = subprocess.Popen([sys.executable, "-c", program], env={**os.environ, "PYTHONPATH": str(Path.cwd())})
+    wait_until((out / "summary.json").exists, "the first intermediate results")
+    process.kill()
+    process.wait()
+    killed = read_results(out)
+    first = {curve.number: curve.amplitude_m for curve in killed if curve.frequency_hz.size}
+    assert 1 <= len(first) < len(killed) == 12
+    assert {curve.reason for curve in killed if curve.number not in first} == {"not solved yet"}
+    assert killed.problems[0].startswith(f"{len(first)} of 12 curves so far; ")
+    solved = len(entries(out, "curve"))
+    finished = run_scene(scene, out, rom=rom, until="respond")
+    respond = finished.summary["stages"]["respond"]
+    assert (finished.complete, respond["reused"], respond["ran"]) == (True, solved, 12 - solved)
+    assert all((finished[number].amplitude_m == amplitude).all() for number, amplitude in first.items())
+
+
 def test_killed_and_resumed(copied: Path) -> None:
     """What was solved before is taken, of the killed run and of one before it."""
     frictions = [0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4]  # the last one is that of the run that was copied

@@ -5,9 +5,10 @@ Curves are found in the store, or computed by tasks; each is stored as soon as i
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from pipeline.errors import reason_of
@@ -37,6 +38,24 @@ if TYPE_CHECKING:
 
 
 CURVES, BRANCHES = "curves", "branches"  # what progress counts
+PAUSE, SHARE = 3.0, 20.0  # s between two intermediate results, and times as long as the last of them took
+
+
+@dataclass
+class Intermediate:
+    """Has intermediate results written, so seldom that this takes a twentieth of the time at most."""
+
+    write: Callable[[], None]
+    written: int = 0  # curves of the last ones
+    due: float = field(default_factory=lambda: time.monotonic() + PAUSE)
+
+    def offer(self, solved: int) -> None:
+        """So many curves are solved, and the run goes on."""
+        start = time.monotonic()
+        if solved > self.written and start >= self.due:
+            self.write()
+            end = time.monotonic()
+            self.written, self.due = solved, end + max(PAUSE, SHARE * (end - start))
 
 
 class SweepCurves:
@@ -46,8 +65,8 @@ class SweepCurves:
     there, while others are still being solved.
     """
 
-    def __init__(self, run: Run, jobs: Sequence[CurveJob]) -> None:
-        self._run = run
+    def __init__(self, run: Run, jobs: Sequence[CurveJob], intermediate: Intermediate | None = None) -> None:
+        self._run, self._intermediate = run, intermediate
         self._jobs: dict[str, CurveJob] = {}
         for item in jobs:
             self._jobs.setdefault(item.key, item)
@@ -94,6 +113,8 @@ class SweepCurves:
             for future in executor.completed(self._counters[CURVES].within):
                 for extension in self._not_stored(self._finished(future)):
                     self._submit(extension_task(extension), extension)
+                if self._tasks and self._intermediate is not None:
+                    self._intermediate.offer(len(self.solved))
         if self._added:
             found, curves = sum(self._added) or "none", len(self._added)
             reporter.line(f"branches carried from neighbours: {found} further in {curves} curve{'s' * (curves > 1)}")
@@ -150,7 +171,7 @@ class SweepCurves:
         return self._carrier.solved(key, found)
 
 
-INTERRUPTED = "interrupted"  # reason of a curve that a run did not come to
+INTERRUPTED, NOT_YET = "interrupted", "not solved yet"  # reasons of a curve that a run did not, has not come to
 
 
 def member_models(run: Run, outcome: RunOutcome, given: ReducedModel | None) -> Models:
@@ -162,17 +183,32 @@ def member_models(run: Run, outcome: RunOutcome, given: ReducedModel | None) -> 
     return models_of_blade(run, outcome)
 
 
-def member_curves(run: Run, models: Models, found: list[CurveResult]) -> Sequence[str]:
+def member_curves(
+    run: Run, models: Models, found: list[CurveResult], so_far: Callable[[list[CurveResult]], None] | None = None
+) -> Sequence[str]:
     """Add the response of every member to `found`; returns what else could not be computed, one line each.
 
-    Where an exception ends this, `found` gets the curves that are there, and the others as interrupted.
+    Where an exception ends this, `found` gets the curves that are there, and the others as interrupted. `so_far`
+    gets them from time to time while others are being solved.
     """
     jobs = {}
     for member in run.request.scene.members:
         model = models[member.index]
         if model is not None:
             jobs[member.index] = CurveJob(member, curve_key(member.scene, model.key), model.rom)
-    curves = SweepCurves(run, list(jobs.values()))
+
+    def of_members(solved: Mapping[str, CurveResult], missing: str) -> Iterator[CurveResult]:
+        for member in run.request.scene.members:
+            job = jobs.get(member.index)
+            if job is None:
+                yield CurveResult(member, None, None, None, "its reduced model could not be made")
+            elif job.key in solved:
+                yield replace(solved[job.key], member=member)
+            else:
+                yield CurveResult(member, job.rom, None, None, missing)
+
+    seldom = None if so_far is None else Intermediate(lambda: so_far([*of_members(curves.solved, NOT_YET)]))
+    curves = SweepCurves(run, list(jobs.values()), seldom)
     solved = curves.solved
     try:
         with run.log.timed(Stage.RESPOND):
@@ -180,12 +216,5 @@ def member_curves(run: Run, models: Models, found: list[CurveResult]) -> Sequenc
     finally:
         for curve in solved.values():
             run.log.note(Stage.RESPOND, curve.ran)
-        for member in run.request.scene.members:
-            job = jobs.get(member.index)
-            if job is None:
-                found.append(CurveResult(member, None, None, None, "its reduced model could not be made"))
-            elif job.key in solved:
-                found.append(replace(solved[job.key], member=member))
-            else:
-                found.append(CurveResult(member, job.rom, None, None, INTERRUPTED))
+        found.extend(of_members(solved, INTERRUPTED))
     return curves.problems
