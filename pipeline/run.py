@@ -251,7 +251,7 @@ def _nothing_to_do(request: Request) -> Iterator[str]:
 
 
 def _respond(
-    run: Run, models: Models, outcome: RunOutcome, so_far: Callable[[list[CurveResult]], None] | None = None
+    run: Run, models: Models, outcome: RunOutcome, so_far: Callable[[list[CurveResult]], None] = lambda curves: None
 ) -> None:
     """The response of every member; resonances that the frequency range leaves out are said before."""
     for line in _left_out(run, models, outcome):
@@ -306,7 +306,7 @@ def _write_so_far(run: Run, models: Models, outcome: RunOutcome, curves: list[Cu
     for curve in curves:
         if curve.file is not None or curve.ran:
             log.note(Stage.RESPOND, curve.ran)
-    now = replace(outcome, curves=curves, problems=[*outcome.problems])
+    now = replace(outcome, curves=curves, problems=[*outcome.problems])  # problems are said at the end
     with suppress(Exception):
         _write_response(replace(run, log=log), models, now, f"{done} of {len(curves)} curves so far; ")
 

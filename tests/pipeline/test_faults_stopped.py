@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -53,35 +54,6 @@ def test_killed_again_and_again(finished: Path, tmp_path: Path) -> None:
     assert entries(out, "tmp") == []
     assert (out / "report.html").is_file()
     assert (out / "renders" / "mode_1.png").is_file()
-
-
-def test_a_killed_run_leaves_results_and_the_next_one_solves_the_rest(tmp_path: Path) -> None:
-    """Curves written while others are solved are those of the finished run, bit by bit."""
-    scene, rom = (
-        ground_scene() | {"sweep": {"contact.friction": FRICTIONS[:12]}},
-        write_ground_model(tmp_path / "g.h5"),
-    )
-    file, out = write_scene(tmp_path / "s.toml", scene), tmp_path / "out"
-    program = (
-        "import sys, pipeline.stages.curve.sweep_curves as sweep\n"
-        "sweep.PAUSE = sweep.SHARE = 0.0\n"
-        "from pipeline import cli\n"
-        f"sys.exit(cli.command({['respond', str(file), '--rom', str(rom), '--out', str(out), '--quiet']}))\n"
-    )
-    process = subprocess.Popen([sys.executable, "-c", program], env={**os.environ, "PYTHONPATH": str(Path.cwd())})
-    wait_until((out / "summary.json").exists, "the first intermediate results")
-    process.kill()
-    process.wait()
-    killed = read_results(out)
-    first = {curve.number: curve.amplitude_m for curve in killed if curve.frequency_hz.size}
-    assert 1 <= len(first) < len(killed) == 12
-    assert {curve.reason for curve in killed if curve.number not in first} == {"not solved yet"}
-    assert killed.problems[0].startswith(f"{len(first)} of 12 curves so far; ")
-    solved = len(entries(out, "curve"))
-    finished = run_scene(scene, out, rom=rom, until="respond")
-    respond = finished.summary["stages"]["respond"]
-    assert (finished.complete, respond["reused"], respond["ran"]) == (True, solved, 12 - solved)
-    assert all((finished[number].amplitude_m == amplitude).all() for number, amplitude in first.items())
 
 
 def test_killed_and_resumed(copied: Path) -> None:
@@ -297,11 +269,36 @@ def stopped_scene(tmp_path: Path) -> tuple[dict[str, Any], Path]:
     )
 
 
-def half_done(results: Results) -> list[bool]:
+def half_done(results: Results, reason: str = "interrupted") -> list[bool]:
     """Which curves are there, of results that belong together."""
-    assert [curve.reason for curve in results.curves][2:] == ["interrupted"] * 2
+    assert [curve.reason for curve in results.curves][2:] == [reason] * 2
     assert len((results.folder / "curves.csv").read_text().splitlines()) == 5
     return [bool(curve.frequency_hz.size) for curve in results.curves]
+
+
+def test_a_killed_run_leaves_results_and_the_next_one_solves_the_rest(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Curves written while others are solved are those of the finished run, bit by bit."""
+    scene, rom = stopped_scene(tmp_path)
+    monkeypatch.setattr("pipeline.stages.curve.sweep_curves.PAUSE", 0.0)
+    monkeypatch.setattr("pipeline.stages.curve.sweep_curves.SHARE", 0.0)
+    stopping_after(3, died, monkeypatch)
+    run = get_context("fork").Process(
+        target=run_scene, args=(scene, tmp_path / "out"), kwargs={"rom": rom, "jobs": 1}
+    )
+    run.start()
+    run.join()
+    killed = read_results(tmp_path / "out")
+    assert run.exitcode == -signal.SIGKILL
+    assert half_done(killed, "not solved yet") == [True, True, False, False]
+    assert killed.problems[0].startswith("2 of 4 curves so far; ")
+    first = [curve.amplitude_m for curve in killed[:2]]
+    monkeypatch.undo()
+    finished = run_scene(scene, tmp_path / "out", rom=rom, until="respond")
+    respond = finished.summary["stages"]["respond"]
+    assert (finished.complete, respond["reused"], respond["ran"]) == (True, 3, 1)
+    assert all((curve.amplitude_m == found).all() for curve, found in zip(finished[:2], first, strict=True))
 
 
 def test_python_stopped_by_hand_leaves_results_and_figures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -43,7 +43,10 @@ PAUSE, SHARE = 3.0, 20.0  # s between two intermediate results, and times as lon
 
 @dataclass
 class Intermediate:
-    """Has intermediate results written, so seldom that this takes a twentieth of the time at most."""
+    """Has intermediate results written, so seldom that this takes a twentieth of the time at most.
+
+    It is asked when a curve is solved and while others are being solved, so the last one waits for no other.
+    """
 
     write: Callable[[], None]
     written: int = 0  # curves of the last ones
@@ -65,8 +68,10 @@ class SweepCurves:
     there, while others are still being solved.
     """
 
-    def __init__(self, run: Run, jobs: Sequence[CurveJob], intermediate: Intermediate | None = None) -> None:
-        self._run, self._intermediate = run, intermediate
+    def __init__(
+        self, run: Run, jobs: Sequence[CurveJob], so_far: Callable[[int], None] = lambda solved: None
+    ) -> None:
+        self._run, self._so_far = run, so_far  # the latter gets the number of solved curves while the run goes on
         self._jobs: dict[str, CurveJob] = {}
         for item in jobs:
             self._jobs.setdefault(item.key, item)
@@ -110,14 +115,18 @@ class SweepCurves:
                 self._submit(curve_task(item), item)
             for extension in extensions:
                 self._submit(extension_task(extension), extension)
-            for future in executor.completed(self._counters[CURVES].within):
+            for future in executor.completed(self._within):
                 for extension in self._not_stored(self._finished(future)):
                     self._submit(extension_task(extension), extension)
-                if self._tasks and self._intermediate is not None:
-                    self._intermediate.offer(len(self.solved))
+                if self._tasks:
+                    self._so_far(len(self.solved))
         if self._added:
             found, curves = sum(self._added) or "none", len(self._added)
             reporter.line(f"branches carried from neighbours: {found} further in {curves} curve{'s' * (curves > 1)}")
+
+    def _within(self, detail: str) -> None:
+        self._counters[CURVES].within(detail)
+        self._so_far(len(self.solved))
 
     def _submit(self, task: Task, item: CurveJob | Extension) -> None:
         self._tasks[self._run.executor.submit(task)] = task, item
@@ -184,7 +193,10 @@ def member_models(run: Run, outcome: RunOutcome, given: ReducedModel | None) -> 
 
 
 def member_curves(
-    run: Run, models: Models, found: list[CurveResult], so_far: Callable[[list[CurveResult]], None] | None = None
+    run: Run,
+    models: Models,
+    found: list[CurveResult],
+    so_far: Callable[[list[CurveResult]], None] = lambda curves: None,
 ) -> Sequence[str]:
     """Add the response of every member to `found`; returns what else could not be computed, one line each.
 
@@ -207,8 +219,8 @@ def member_curves(
             else:
                 yield CurveResult(member, job.rom, None, None, missing)
 
-    seldom = None if so_far is None else Intermediate(lambda: so_far([*of_members(curves.solved, NOT_YET)]))
-    curves = SweepCurves(run, list(jobs.values()), seldom)
+    seldom = Intermediate(lambda: so_far([*of_members(curves.solved, NOT_YET)]))
+    curves = SweepCurves(run, list(jobs.values()), seldom.offer)
     solved = curves.solved
     try:
         with run.log.timed(Stage.RESPOND):
