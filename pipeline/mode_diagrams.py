@@ -14,6 +14,7 @@ from pipeline.figures.figure_stage import Look, look_of
 from pipeline.results.modes import ModelModes, modes_of_scene
 from pipeline.results.publishing import Attempts, PicturesMissing, published, remove_outdated
 from pipeline.run import built_models
+from pipeline.scene.labels import member_label
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.model.sweep_models import campbell_summary
 from pipeline.stages.stage import Stage
@@ -62,6 +63,9 @@ def find_modes(request: Request, reporter: Reporter) -> ModesFound:
             files = missing.files
             outcome.problems.extend(missing.problems)
         remove_outdated(request.out / FOLDER, [f"{name}.*" for name in FIGURES], files)
+        if len(request.scene.members) > 1:
+            said = member_label(request.scene.members[0])
+            reporter.line(f"sweep: nodal_diameters.png is of its first point, {said}")
     return ModesFound(found, values, files, outcome.problems)
 
 

@@ -27,9 +27,9 @@ from pipeline.scene.consistency import check_scene, check_scene_for_model, free_
 from pipeline.scene.plausibility import plausibility_warnings
 from pipeline.scene.schema import STUDIES
 from pipeline.stages.code_fingerprint import remember_code
-from pipeline.stages.curve.curve_table import table_of
+from pipeline.stages.curve.curve_table import NOT_COMPUTED, table_of
 from pipeline.stages.curve.respond import CurveResult
-from pipeline.stages.curve.sweep_curves import INTERRUPTED, member_curves, member_models
+from pipeline.stages.curve.sweep_curves import member_curves, member_models
 from pipeline.stages.model.sweep_models import (
     Models,
     campbell_summary,
@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 
     Drawn = Callable[[Run, Models, RunOutcome], list[Path]]
 
-GOES_ON = "the same command goes on from there"
+INTERRUPTED, GOES_ON = "interrupted", "the same command goes on from there"
 UNFINISHED = f"the run has not come to its end; {GOES_ON}"
 
 
@@ -177,7 +177,7 @@ def _write_what_is_done(run: Run, models: Models, outcome: RunOutcome) -> None:
     wanted = Stage.RESPOND in run.request.wanted
     if wanted and not outcome.curves:
         members = run.request.scene.members
-        outcome.curves = [CurveResult(member, None, None, None, INTERRUPTED) for member in members]
+        outcome.curves = [CurveResult(member, None, None, None, NOT_COMPUTED) for member in members]
     if wanted and outcome.response is None:
         _publish(run, models, outcome)
     if not outcome.models and all(member.index in models for member in run.request.scene.members):

@@ -113,7 +113,8 @@ def _print_results(request: Request, outcome: RunOutcome) -> None:
         entries = outcome.known.get("rows", {})
         _print_conclusion(request, outcome, screen_curves(outcome.curves, entries))
     print_modes(outcome.modes, outcome.campbell if outcome.modes else [])
-    for line in stress_lines(outcome.stress):
+    unstable = {n for n, curve in enumerate(outcome.curves) if curve.facts is not None and curve.facts.worst_unstable}
+    for line in stress_lines(outcome.stress, unstable):
         print(line)
     for study in outcome.studies.values():
         print("\n".join(study.lines))

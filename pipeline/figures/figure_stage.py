@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from pipeline.figures.data import curve_colours
 from pipeline.process.workers import Call, kept_count, workers
 from pipeline.results.publishing import Attempts, PicturesMissing, published, remove_outdated
-from pipeline.scene.labels import fixed_values
+from pipeline.scene.labels import fixed_values, values_said
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.stage import Stage
 from pipeline.store.fingerprints import fingerprint
@@ -64,7 +64,7 @@ def look_of(run: Run, verb: str = "run", options: str = " --until figures") -> L
         redraw = f"shroud.read_results({str(request.out)!r}).plot() in Python"
     asked = set(first.figures.formats)
     formats = asked | {"svg"} if Stage.REPORT in request.wanted else asked  # the report has vectors
-    fixed = fixed_values(first, request.scene.swept)
+    fixed = values_said(fixed_values(first, request.scene.swept))
     return Look(first.title or first.name, fixed, redraw, tuple(sorted(formats)), first.figures.bifurcations)
 
 

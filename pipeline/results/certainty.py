@@ -84,11 +84,17 @@ def _of_models(models: Sequence[Mapping[str, Any]]) -> Iterator[str]:
             f"With {worst['cut_face_motions']} motions of a cut face six natural frequencies of the disk are off by "
             f"at most {share(worst['wave_error'])}, against the whole mesh at nodal diameters {waves}."
         )
+    if said := coriolis_said(models):
+        yield f"Coriolis forces are neglected: {said}."
+
+
+def coriolis_said(models: Sequence[Mapping[str, Any]], tolerated: float = 0.0) -> str:
+    """What neglected Coriolis forces change; "" where that is not more than `tolerated`."""
     errors: list[Any] = [model.get("coriolis_error") for model in models]
     if None in errors:
-        yield "Coriolis forces are neglected; their effect is not known: the reduced model has no dataset coriolis."
-    elif any(errors):
-        yield f"Coriolis forces are neglected: they change natural frequencies in the range by {share(max(errors))}."
+        return "their effect is not known, the reduced model has no dataset coriolis"
+    largest = max(errors, default=0.0)
+    return f"they change natural frequencies in the range by {share(largest)}" if largest > tolerated else ""
 
 
 def _of_branches(facts: Facts) -> Iterator[str]:

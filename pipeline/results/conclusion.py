@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from nonlinear import TRUNCATION_TOLERATED
+from pipeline.results.certainty import coriolis_said
 from pipeline.results.frequency_range import MOST, linear_modes, stored_resonances
 from pipeline.results.overview import FEW_ROWS, MOST_ROWS
 from pipeline.results.tables import (
@@ -29,14 +30,16 @@ from pipeline.results.worst import (
     END_MARK,
     NOTICEABLE,
     SHORT_OF_TIME,
+    UNSTABLE_SAID,
     contact_state,
     number_error,
     share,
     worst_cells,
 )
-from pipeline.scene.labels import prefixed, quantity, value_label
+from pipeline.scene.labels import fixed_values, prefixed, quantity, value_label, values_said
 from pipeline.scene.reading import SceneFile
 from pipeline.stages.curve.curve_summary import CurveSummary
+from pipeline.stages.curve.curve_table import NOT_COMPUTED
 from pipeline.stages.model.natural_frequencies import stored_frequencies
 
 if TYPE_CHECKING:
@@ -71,6 +74,11 @@ class ShownCurve:
     def mean(self) -> float:
         """Mean displacement in the height, m; 0 where it is not worth saying."""
         return 0.0 if self.facts is None else self.facts.mean
+
+    @property
+    def waits(self) -> bool:
+        """Whether a run that was interrupted, or goes on, has not come to it."""
+        return self.facts is None and self.reason == NOT_COMPUTED
 
     @property
     def closed(self) -> bool:
@@ -116,23 +124,15 @@ def _subject(file: SceneFile, n_blades: int | None, loads: bool) -> dict[str, An
     from rom import excited_nodal_diameter
 
     scene, swept = file.first, set(file.swept)
-    wave, friction = scene.excitation, scene.contact.friction
-    angle_is_swept = bool(swept & {"shroud.angle", "mesh.file"})
-    order_is_swept = bool(swept & {"blade.n_blades", "excitation.engine_order"})
-    found = {
+    found = fixed_values(scene, swept)
+    known = n_blades is not None and not swept & {"blade.n_blades", "excitation.engine_order"}
+    order = scene.excitation.engine_order
+    found |= {
         "n_blades": None if "blade.n_blades" in swept else n_blades,
-        "engine_order": None if "excitation.engine_order" in swept else wave.engine_order,
-        "nodal_diameter": None
-        if order_is_swept or n_blades is None
-        else excited_nodal_diameter(wave.engine_order, n_blades),
-        "force_n": None if "excitation.force" in swept else wave.force,
-        "speed_rpm": None if "load.speed_rpm" in swept else scene.load.speed_rpm,
-        "shroud_angle": None if angle_is_swept or scene.shroud is None else scene.shroud.angle,
-        "friction": None if "contact.friction" in swept or not isinstance(friction, float) else friction,
+        "nodal_diameter": excited_nodal_diameter(order, n_blades) if known and n_blades is not None else None,
     }
     return {
         "title": scene.title or scene.name,
-        "at_tip": wave.at == "tip" and not wave.load,
         "frequency_hz": list(scene.response.frequency),
         "static_loads": loads,
         **found,
@@ -149,22 +149,8 @@ def screen_curves(curves: Sequence[CurveResult], rows: Mapping[int, Mapping[str,
 
 def heading(subject: Mapping[str, Any]) -> str:
     """Title, blades, excitation, speed, shroud angle and friction, as far as they are not swept."""
-    parts = []
-    if subject["n_blades"] is not None:
-        parts.append(f"{subject['n_blades']} blades")
-    if subject["engine_order"] is not None:
-        diameter = subject["nodal_diameter"]
-        parts.append(f"EO {subject['engine_order']}{'' if diameter is None else f' (nodal diameter {diameter})'}")
-    if subject["force_n"] is not None:
-        parts.append(f"{subject['force_n']:g} N{' at the tip' * subject['at_tip']}")
-    for name, form in (
-        ("speed_rpm", "{:g} rev/min"),
-        ("shroud_angle", "shroud {:g} deg"),
-        ("friction", "friction {:g}"),
-    ):
-        if subject[name] is not None:
-            parts.append(form.format(subject[name]))
-    return f"{subject['title']}: {', '.join(parts)}"
+    blades = [] if subject["n_blades"] is None else [f"{subject['n_blades']} blades"]
+    return f"{subject['title']}: {', '.join([*blades, values_said(subject)])}"
 
 
 def modes_line(linear: Sequence[Mapping[str, Any]], limits: Sequence[float]) -> str:
@@ -320,7 +306,7 @@ def _remarks(curve: ShownCurve, factor: float, is_lowest: bool) -> Iterator[str]
     """What a reader must know of the number of a curve, in words; the most important first."""
     facts = curve.facts
     if facts is None:
-        yield f"FAILED: {curve.reason}"
+        yield curve.reason if curve.waits else f"FAILED: {curve.reason}"
         return
     if not facts.complete:
         yield f"INCOMPLETE: {curve.reason}"
@@ -329,7 +315,7 @@ def _remarks(curve: ShownCurve, factor: float, is_lowest: bool) -> Iterator[str]
     if facts.at_end:
         yield "end of the range, no peak; may be higher"
     elif facts.worst_unstable:
-        yield "UNSTABLE, the ring leaves it"
+        yield UNSTABLE_SAID
     elif facts.worst_unresolved:
         short = any(reason in facts.worst_unresolved for reason in SHORT_OF_TIME)
         yield f"{'NOT SETTLED, ' * short}may be higher"
@@ -379,12 +365,17 @@ def lowest_line(curves: Sequence[ShownCurve]) -> str:
         least = "" if curve.closed else "at least "
         text = f"worst motion: {least}{_height(curve, factor_unit)}{_below_free(curve, factor_unit)}"
         return f"{text}; compare values with [sweep] or shroud optimise"
+    waiting = any(c.waits for c in curves)
     if best is None:
-        return "lowest: not known, every curve may be higher"
-    parts = [f"lowest: {best.label}, {_height(best, factor_unit)}{_below_free(best, factor_unit)}"]
-    parts.append("end of the sweep, go further" if _at_end_of_sweep(best, curves) else "refine with shroud optimise")
+        return f"lowest: not known{' so far' * waiting}, every curve{' computed' * waiting} may be higher"
+    parts = [
+        f"lowest{' so far' * waiting}: {best.label}, {_height(best, factor_unit)}{_below_free(best, factor_unit)}"
+    ]
+    if not waiting:
+        end = "end of the sweep, go further" if _at_end_of_sweep(best, curves) else "refine with shroud optimise"
+        parts.append(end)
     if lower := [c.number for c in curves if not c.closed and c.height < best.height]:
-        parts.append(f"lower so far: {listed(lower)}")
+        parts.append(f"perhaps lower, but not settled: {listed(lower)}")
     return "; ".join(parts)
 
 
@@ -415,9 +406,12 @@ def open_lines(
     summary: Mapping[str, Any], curves: Sequence[ShownCurve], periods: int | None, details: str = ""
 ) -> Iterator[str]:
     """What was left open, with the response.blade_periods of the curves, and what the numbers do not include."""
-    failed = [c.number for c in curves if c.facts is None or not c.facts.complete]
-    parts = [f"not complete: {listed(failed)}"] * bool(failed)
-    open_ = [c for c in curves if not c.closed and c.number not in failed]
+    waiting = [c.number for c in curves if c.waits]
+    failed = [c.number for c in curves if not c.waits and (c.facts is None or not c.facts.complete)]
+    parts = [f"{NOT_COMPUTED}: {listed(waiting)}"] * bool(waiting) + [f"not complete: {listed(failed)}"] * bool(
+        failed
+    )
+    open_ = [c for c in curves if not c.closed and c.number not in (*waiting, *failed)]
     if open_:
         more = any(c.facts and any(reason in c.facts.worst_unresolved for reason in SHORT_OF_TIME) for c in open_)
         which = "them" if len(open_) > 1 else "it"
@@ -437,11 +431,8 @@ def _not_included(summary: Mapping[str, Any]) -> Iterator[str]:
     models = summary.get("models", ())
     if any(model.get("mesh") is not None for model in models):
         yield "mesh error (shroud verify)"
-    errors = [model.get("coriolis_error") for model in models]
-    if None in errors:
-        yield "Coriolis forces"
-    elif any(error > TRUNCATION_TOLERATED for error in errors):
-        yield f"Coriolis forces ({share(max(errors))} of a frequency)"
+    if said := coriolis_said(models, TRUNCATION_TOLERATED):
+        yield f"Coriolis forces ({said})"
     if (accuracy := summary.get("accuracy")) is not None:
         expected, found = accuracy["expected_error"]["peak_amplitude"], measured_errors(models) or (0.0,)
         yield f'accuracy "{accuracy["preset"]}" ({share(max(expected, found[0]))})'

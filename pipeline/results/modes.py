@@ -173,13 +173,15 @@ ROWS = 6  # modes of a wave that the table shows, or more that are in the freque
 MOST_MODELS = 8  # reduced models of a sweep that have tables
 
 
+_TRAVELS = {"backward": " (travels against the rotation)", "forward": " (travels with the rotation)"}
+
+
 def wave_heading(model: ModelModes, wave: WaveModes, several: bool) -> str:
     """The model where there are several, engine order, wave, speed."""
     parts = [model.label] if several else []
     if model.n_blades is not None:
-        parts.append(
-            f"{model.n_blades} blades, EO {wave.engine_order}: nodal diameter {wave.nodal_diameter}, {wave.wave} wave"
-        )
+        parts.append(f"{model.n_blades} blades, EO {wave.engine_order}: nodal diameter {wave.nodal_diameter}")
+        parts.append(f"{wave.wave} wave{_TRAVELS.get(wave.wave, '')}")
     at = f"{model.speed_rpm:g} rev/min"
     parts.append(at if wave.excitation_hz is None else f"{at}: excitation at {wave.excitation_hz:.4g} Hz")
     return ", ".join(parts)
@@ -200,7 +202,8 @@ def wave_table(wave: WaveModes) -> Table:
 def static_table(cases: Sequence[StaticCase], speed_rpm: float) -> Table:
     """One row a member of the sweep: static contact, before the excitation acts."""
     title = f"static contact, {speed_rpm:g} rev/min"
-    table = _empty(title, "normal force [N]", "open [%]", "v = v0 + d_n [µm]", justify_first="left")
+    table = _empty(title, "normal force [N]", "open share of face [%]", "overlap v [µm]", justify_first="left")
+    table.caption, table.caption_justify = "v: interference and static displacement; below 0 a gap", "left"
     for case in cases:
         ends = (1e6 * case.lowest_m, 1e6 * case.highest_m)
         ends_said = " to ".join(dict.fromkeys(f"{value:.4g}" for value in ends))

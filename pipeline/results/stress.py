@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
+from pipeline.results.worst import UNSTABLE_SAID
 from pipeline.scene.labels import prefixed
 
 SPOT_HEADINGS = (
@@ -18,13 +19,21 @@ SPOT_HEADINGS = (
 )
 
 
-def stress_lines(entries: Sequence[Mapping[str, Any]]) -> list[str]:
-    """One line for each curve whose stress was computed, one for each of its notes."""
+def stress_lines(entries: Sequence[Mapping[str, Any]], unstable: Collection[int]) -> list[str]:
+    """A line for each curve with stress, one for each of its notes; `unstable`: curves whose motion is unstable."""
     lines = []
     for entry in entries:
-        lines.append(f"curve {entry['curve']}: {headline(entry)}; {errors_said(entry)}; {entry['file']}")
+        said = f"{_mark(entry, unstable)}{headline(entry)}; {errors_said(entry)}"
+        lines.append(f"curve {entry['curve']}: {said}; {entry['file']}")
         lines += [f"curve {entry['curve']}: {note}" for note in entry["notes"]]
     return lines
+
+
+def _mark(entry: Mapping[str, Any], unstable: Collection[int]) -> str:
+    """What a margin is not worth much without, in the words of the table of curves."""
+    if entry["motion"] == "peak":
+        return "NO MOTION PERSISTS, "
+    return f"{UNSTABLE_SAID}, " if entry["curve"] in unstable else ""
 
 
 def stress_warning(entries: Sequence[Mapping[str, Any]]) -> str:
@@ -58,9 +67,9 @@ _LARGEST = (("amplitude", "amplitude"), ("mean", "tensile mean"))
 
 def errors_said(entry: Mapping[str, Any]) -> str:
     """The error figures of the amplitude."""
-    said = f"static correction {100 * entry['expansion_error']:.2g} %"
+    said = f"errors: modes left out {100 * entry['expansion_error']:.2g} % (corrected)"
     if entry["model_error"] is not None:
-        said += f", from the full model {100 * entry['model_error']:.2g} %"
+        said += f", reduced against full model {100 * entry['model_error']:.2g} %"
     spots = entry["hot_spots"]
     if spots and spots[0]["amplitude_pa"]:
         spread = 100 * spots[0]["spread_pa"] / spots[0]["amplitude_pa"]

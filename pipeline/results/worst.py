@@ -21,6 +21,7 @@ CONTACT_SAID = {FREE: "open", SEPARATING: "opens and closes", SLIPPING: "slips",
 
 SEARCHED = "searched: "  # beginning of each sentence
 END_MARK = " (end)"  # beside a frequency or an amplitude at an end of the frequency range, where no peak is
+UNSTABLE_SAID = "UNSTABLE, the ring leaves it"  # the same as a remark
 UNSTABLE_MARK = " (unstable)"  # beside the amplitude of a solution that the ring leaves
 # what is open after too short a time integration
 SHORT_OF_TIME = ("take too long", "left out", "not settled", "was followed")

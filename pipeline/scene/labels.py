@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -88,17 +88,31 @@ def member_label(member: Member) -> str:
     return ", ".join(parts) if parts else member.scene.name
 
 
-def fixed_values(scene: Scene, swept: Collection[str]) -> str:
-    """Engine order, force, speed, friction and shroud angle in one line, without what is swept."""
-    excitation, shroud = scene.excitation, scene.shroud
-    said = {
-        "excitation.engine_order": f"EO {excitation.engine_order}",
-        "excitation.force": f"{excitation.force:.6g} N",
-        "load.speed_rpm": value_label("load.speed_rpm", scene.load.speed_rpm) if scene.load.speed_rpm else "",
-        "contact.friction": f"friction {quantity('contact.friction').value(scene.contact.friction)}",
-        "shroud.angle": "" if shroud is None else f"shroud {shroud.angle:.6g}°",
+def fixed_values(scene: Scene, swept: Collection[str]) -> dict[str, Any]:
+    """Engine order, force, speed, shroud angle, friction as in summary.json; None: swept, or not one number."""
+    wave, shroud, friction = scene.excitation, scene.shroud, scene.contact.friction
+    keys = {
+        "engine_order": (wave.engine_order, "excitation.engine_order"),
+        "force_n": (wave.force, "excitation.force"),
+        "speed_rpm": (scene.load.speed_rpm, "load.speed_rpm"),
+        "shroud_angle": (None if shroud is None else shroud.angle, "shroud.angle", "mesh.file"),
+        "friction": (friction if isinstance(friction, float) else None, "contact.friction"),
     }
-    return ", ".join(text for key, text in said.items() if text and key not in swept)
+    found = {name: None if {*by} & {*swept} else value for name, (value, *by) in keys.items()}
+    return {**found, "at_tip": wave.at == "tip" and not wave.load}
+
+
+def values_said(values: Mapping[str, Any]) -> str:
+    """`EO 6 (nodal diameter 6), 2 N at the tip, 5000 rev/min, shroud 70°, friction 0.3`, as far as they are known."""
+    diameter = values.get("nodal_diameter")
+    forms = {
+        "engine_order": "EO {:g}" + (f" (nodal diameter {diameter})" if diameter is not None else ""),
+        "force_n": "{:g} N" + " at the tip" * values["at_tip"],
+        "speed_rpm": "{:g} rev/min",
+        "shroud_angle": "shroud {:g}°",
+        "friction": "friction {:g}",
+    }
+    return ", ".join(form.format(values[name]) for name, form in forms.items() if values[name] is not None)
 
 
 _OF_BLADES = (1e-8, 1e-2)  # displacements, m, that all have one unit, um

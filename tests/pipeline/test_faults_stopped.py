@@ -99,7 +99,7 @@ def test_stopped_from_outside(copied: Path, number: signal.Signals, jobs: int, w
     said = f"{word}: {len(done)} of {len(FRICTIONS)} curves are done; the same command goes on from there"
     assert (summary["complete"], summary["problems"]) == (False, [said])
     assert 1 <= len(done) < len(results.curves) == len(FRICTIONS)
-    assert {curve.reason for curve in results.curves if not curve.complete} == {"interrupted"}
+    assert {curve.reason for curve in results.curves if not curve.complete} == {"not computed"}
     assert all(curve.frequency_hz.size for curve in done)
 
 
@@ -269,9 +269,9 @@ def stopped_scene(tmp_path: Path) -> tuple[dict[str, Any], Path]:
     )
 
 
-def half_done(results: Results, reason: str = "interrupted") -> list[bool]:
+def half_done(results: Results) -> list[bool]:
     """Which curves are there, of results that belong together."""
-    assert [curve.reason for curve in results.curves][2:] == [reason] * 2
+    assert [curve.reason for curve in results.curves][2:] == ["not computed"] * 2
     assert len((results.folder / "curves.csv").read_text().splitlines()) == 5
     return [bool(curve.frequency_hz.size) for curve in results.curves]
 
@@ -291,7 +291,7 @@ def test_a_killed_run_leaves_results_and_the_next_one_solves_the_rest(
     run.join()
     killed = read_results(tmp_path / "out")
     assert run.exitcode == -signal.SIGKILL
-    assert half_done(killed, "not solved yet") == [True, True, False, False]
+    assert half_done(killed) == [True, True, False, False]
     assert killed.problems[0].startswith("2 of 4 curves so far; ")
     first = [curve.amplitude_m for curve in killed[:2]]
     monkeypatch.undo()

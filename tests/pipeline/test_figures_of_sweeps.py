@@ -212,14 +212,16 @@ def test_the_highest_of_a_folded_curve() -> None:
 
 def test_the_story_gives_the_worst_and_the_best_and_what_is_open(tmp_path: Path) -> None:
     file = read_scene(write_scene(tmp_path / "s.toml", small_scene(sweep={V0: [-1e-6, 0.0, 1e-6, 2e-6]})))
-    source: Any = SimpleNamespace(
-        first=file.first, curves=[SimpleNamespace(facts=None)] * 4, swept=(V0,), model_rows=()
-    )
     heights = (4e-6, 1e-6, 2e-6, 5e-7)
-    points = [
-        SweepPoint(member, point(0, {}, h, unsure=i == 3).facts)
-        for i, (member, h) in enumerate(zip(file.members, heights, strict=True))
-    ]
+    known = [point(0, {}, h, unsure=i == 3).facts for i, h in enumerate(heights)]
+    known[2] = replace(known[2], truncation_error=0.07)
+    source: Any = SimpleNamespace(
+        first=file.first,
+        curves=[SimpleNamespace(facts=facts) for facts in known],
+        swept=(V0,),
+        model_rows=({"coriolis_error": 0.031},),
+    )
+    points = [SweepPoint(member, facts) for member, facts in zip(file.members, known, strict=True)]
     errors = [
         ErrorRow("truncation error", "7 %", "large", ""),
         ErrorRow("mesh error", "not measured", "not known", ""),
@@ -230,7 +232,9 @@ def test_the_story_gives_the_worst_and_the_best_and_what_is_open(tmp_path: Path)
     assert told["Worst motion"].startswith("4 µm at 400 Hz, with v0 = -1 µm")
     assert told["Best value"].startswith("v0 = 0 µm, with a worst motion of 1 µm")  # 0.5 µm may be higher
     assert "1 curve has a lower one so far" in told["Best value"]
-    assert "may be higher than found (>=)" in told["How sure"]
+    assert "The worst motion of curve 3 may be higher than found (>=)" in told["How sure"]
+    assert "by at most 7 % (curve 2), too much: raise response.harmonics." in told["How sure"]
+    assert "Coriolis forces are neglected: they change natural frequencies in the range by 3.1 %." in told["How sure"]
     assert told["How sure"].endswith("The mesh error was not measured.")
 
 

@@ -275,7 +275,7 @@ def test_eight_curves_are_fifteen_lines_with_the_numbers_of_the_summary(
     lines = capsys.readouterr().out.splitlines()
     assert len(lines) <= 15
     assert max(map(len, lines)) <= 120 + len(str(tmp_path))
-    assert lines[0] == "Ground: EO 0, 0.5 N at the tip, 0 rev/min, shroud 70 deg, friction 0.4"
+    assert lines[0] == "Ground: EO 0, 0.5 N at the tip, 0 rev/min, shroud 70°, friction 0.4"
     assert lines[1] == "mode 1 (1F): 0.11 Hz free, 0.2 to 0.25 Hz stuck; both inside the range 0.1 to 0.3 Hz"
     assert "worst [µm]" in lines[2]
     for number, (curve, line) in enumerate(zip(curves, lines[3:11], strict=True)):

@@ -116,7 +116,7 @@ def test_of_a_given_model_without_its_coriolis_matrix_the_effect_is_not_known(
         del file["coriolis"]
     assert stored_coriolis_error(store, BuiltModel("other", rom, None, {}), scene) is None
     said = error_sentences({}, [{"coriolis_error": 1e-3}, {"coriolis_error": None}])
-    assert said[-1].startswith("Coriolis forces are neglected; their effect is not known")
+    assert said[-1].startswith("Coriolis forces are neglected: their effect is not known")
 
 
 @pytest.mark.parametrize(

@@ -128,7 +128,7 @@ def test_what_is_said_of_a_margin_and_of_its_errors(stressed: Path) -> None:
     entries = summary_of(stressed)["stress"]
     (line,) = stress_lines(entries)
     assert "least margin" in line
-    assert "from the full model" in line
+    assert "reduced against full model" in line
     assert stress_warning(entries) == ""
     entries[0]["required_margin"] = 90.0
     assert "below the required 90 (curve 1)" in stress_warning(entries)

@@ -200,6 +200,10 @@ def test_the_screen_says_in_words_what_the_number_of_a_curve_is(curves: list[Cur
         assert line.endswith(end)
     failed = replace(curves[0], facts=None, reason="the model could not be made")
     assert screen([curves[0], failed])[1].endswith("FAILED: the model could not be made")
+    waiting = replace(failed, reason="not computed")
+    assert screen([curves[0], waiting])[1].endswith(" not computed")
+    assert lowest_line(shown([curves[0], waiting])).startswith("lowest so far: v0 = 10 µm, 5.73 µm (170 times")
+    assert next(open_lines({}, shown([curves[0], waiting]), None)) == "not computed: curve 1"
     assert "lowest" not in screen(curves[:1])[0]
 
 
@@ -207,7 +211,7 @@ def test_the_lines_below_the_table(curves: list[CurveResult]) -> None:
     """The lowest of the curves that nothing was left open on, how far below the free blade, what to do next."""
     assert lowest_line(shown(curves)) == (
         "lowest: v0 = 10 µm, 5.73 µm (170 times below the free blade); end of the sweep, go further; "
-        "lower so far: curve 3"
+        "perhaps lower, but not settled: curve 3"
     )
     assert lowest_line(shown([curves[1], curves[0], curves[2]])).endswith("go further")
     assert lowest_line(shown(curves[3:4])).startswith("worst motion: at least 2 µm (500 times below the free blade)")
@@ -219,7 +223,9 @@ def test_the_lines_below_the_table(curves: list[CurveResult]) -> None:
         "not included: mistuning, mesh error (shroud verify)",
     ]
     studied = {"studies": {"mistuning": {}}, "models": [{"mesh": None, "coriolis_error": None}]}
-    assert list(open_lines(studied, shown(curves[:1]), 10000)) == ["not included: Coriolis forces"]
+    assert list(open_lines(studied, shown(curves[:1]), 10000)) == [
+        "not included: Coriolis forces (their effect is not known, the reduced model has no dataset coriolis)"
+    ]
 
 
 def test_the_modes_of_the_range_are_said_in_one_line() -> None:

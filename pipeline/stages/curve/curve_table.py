@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from pipeline.stages.curve.respond import CurveResult
 
 
+NOT_COMPUTED = "not computed"  # reason of a curve that a run did not, or has not yet, come to
 TABLE = "table"  # group in response.h5
 _PARAMETERS = "parameters"
 Array = NDArray[Any]

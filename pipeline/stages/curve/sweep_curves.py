@@ -18,6 +18,7 @@ from pipeline.process.workers import WorkerDied
 from pipeline.stages.cache_keys import curve_key
 from pipeline.stages.curve.carry_branches import EXTENDED, BranchCarrier, Extension, added_branches, extension_task
 from pipeline.stages.curve.curve_file import CURVE
+from pipeline.stages.curve.curve_table import NOT_COMPUTED
 from pipeline.stages.curve.respond import (
     KIND,
     CurveJob,
@@ -180,9 +181,6 @@ class SweepCurves:
         return self._carrier.solved(key, found)
 
 
-INTERRUPTED, NOT_YET = "interrupted", "not solved yet"  # reasons of a curve that a run did not, has not come to
-
-
 def member_models(run: Run, outcome: RunOutcome, given: ReducedModel | None) -> Models:
     """The reduced model of every member: given, of matrices, or of a blade."""
     if given is not None:
@@ -200,7 +198,7 @@ def member_curves(
 ) -> Sequence[str]:
     """Add the response of every member to `found`; returns what else could not be computed, one line each.
 
-    Where an exception ends this, `found` gets the curves that are there, and the others as interrupted. `so_far`
+    Where an exception ends this, `found` gets the curves that are there, and the others as not computed. `so_far`
     gets them from time to time while others are being solved.
     """
     jobs = {}
@@ -209,7 +207,7 @@ def member_curves(
         if model is not None:
             jobs[member.index] = CurveJob(member, curve_key(member.scene, model.key), model.rom)
 
-    def of_members(solved: Mapping[str, CurveResult], missing: str) -> Iterator[CurveResult]:
+    def of_members(solved: Mapping[str, CurveResult]) -> Iterator[CurveResult]:
         for member in run.request.scene.members:
             job = jobs.get(member.index)
             if job is None:
@@ -217,9 +215,9 @@ def member_curves(
             elif job.key in solved:
                 yield replace(solved[job.key], member=member)
             else:
-                yield CurveResult(member, job.rom, None, None, missing)
+                yield CurveResult(member, job.rom, None, None, NOT_COMPUTED)
 
-    seldom = Intermediate(lambda: so_far([*of_members(curves.solved, NOT_YET)]))
+    seldom = Intermediate(lambda: so_far([*of_members(curves.solved)]))
     curves = SweepCurves(run, list(jobs.values()), seldom.offer)
     solved = curves.solved
     try:
@@ -228,5 +226,5 @@ def member_curves(
     finally:
         for curve in solved.values():
             run.log.note(Stage.RESPOND, curve.ran)
-        found.extend(of_members(solved, INTERRUPTED))
+        found.extend(of_members(solved))
     return curves.problems
