@@ -126,7 +126,9 @@ def test_a_second_run_reuses_the_stress(stressed: Path) -> None:
 
 def test_what_is_said_of_a_margin_and_of_its_errors(stressed: Path) -> None:
     entries = summary_of(stressed)["stress"]
-    (line,) = stress_lines(entries)
+    (line,) = stress_lines(entries, ())
+    (unstable,) = stress_lines(entries, [entries[0]["curve"]])
+    assert unstable == line.replace(": stress", ": UNSTABLE, the ring leaves it, stress", 1)
     assert "least margin" in line
     assert "reduced against full model" in line
     assert stress_warning(entries) == ""
