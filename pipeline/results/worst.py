@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 # Contact at the worst motion, and what it is called: no node ever in contact, some node opens at some time, some node
 # slips and none opens, all stick all the time.
 FREE, STUCK, SLIPPING, SEPARATING, UNKNOWN = "free", "stuck", "slipping", "separating", "unknown"
-CONTACT_SAID = {FREE: "open", SEPARATING: "opens and closes", SLIPPING: "slips", STUCK: "sticks", UNKNOWN: "-"}
+CONTACT_SAID = {FREE: "stays open", SEPARATING: "opens and closes", SLIPPING: "slips", STUCK: "sticks", UNKNOWN: "-"}
 
 SEARCHED = "searched: "  # beginning of each sentence
 END_MARK = " (end)"  # beside a frequency or an amplitude at an end of the frequency range, where no peak is

@@ -281,7 +281,7 @@ def _marks(axes: Axes, shape: MapShape) -> None:
     detached = np.array([point.is_detached for point in points])
     unsure = np.array([point.is_known and bool(point.may_be_higher) for point in points])
     _hatch(axes, shape, detached, ("////", "on a detached branch, above the main one"))
-    _hatch(axes, shape, unsure, ("....", "may be higher"))
+    _hatch(axes, shape, unsure, ("....", "not settled"))
     _mark_lowest(axes, shape)
 
 

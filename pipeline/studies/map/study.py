@@ -204,7 +204,7 @@ def conclusion(result: WorstMotionMap) -> list[str]:
     elif basin.borders_jump:
         said.append("beside it the worst motion jumps, or changes too fast for the grid")
     if lowest.may_be_higher:
-        said.append(f"it may be higher: {lowest.may_be_higher}")
+        said.append(f"it is not settled: {lowest.may_be_higher}")
     said += _ends_said(ends, result)
     if lacking:
         most = max(point.truncation_error for point in lacking)

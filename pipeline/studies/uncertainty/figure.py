@@ -197,7 +197,7 @@ def _draw_over_parameter(axes: Axes, result: UncertaintyResult, factor: float) -
             axes.plot(x[chosen], y[chosen], marker, color=colour, markersize=3.5, markeredgewidth=0.0, label=name)
     if result.lower_bound.any():
         at = result.lower_bound
-        axes.plot(x[at], y[at], "o", color="0.0", markerfacecolor="none", markersize=6, label="may be higher")
+        axes.plot(x[at], y[at], "o", color="0.0", markerfacecolor="none", markersize=6, label="not settled")
     terms = {} if result.first_order is None else {term.key: term for term in result.first_order.terms}
     if key in terms and result.centre is not None:
         ends = np.array([np.nanmin(x), np.nanmax(x)])

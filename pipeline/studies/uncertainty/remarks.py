@@ -72,7 +72,7 @@ def _bounds(result: UncertaintyResult) -> Iterator[str]:
     if result.incomplete:
         counts.append(f"{result.incomplete} incomplete curves")
     if result.unresolved:
-        counts.append(f"{result.unresolved} whose worst motion may be higher")
+        counts.append(f"{result.unresolved} whose worst motion is not settled")
     if counts:
         said = f"{' and '.join(counts)} of {n} samples: quantiles of the amplitude are lower bounds"
         top = next(q for level, q in zip(result.levels, result.amplitude.quantiles, strict=True) if level == 0.95)
