@@ -273,7 +273,7 @@ def check_what_is_said_of_open_samples(result: UncertaintyResult) -> None:
     said = "\n".join(remarks_on(changed, "", True))
     for part in (
         "1 of 16 samples have no curve and are left out",
-        "2 incomplete curves and 1 whose worst motion may be higher of 16 samples: quantiles of the amplitude are",
+        "2 incomplete curves and 1 whose worst motion is not settled of 16 samples: quantiles of the amplitude are",
         "that at 95 % is without an upper bound",
         "2 of 16 worst motions lie on a detached branch",
         "1 of 16 worst motions are quasi-periodic",
@@ -286,7 +286,7 @@ def check_what_is_said_of_open_samples(result: UncertaintyResult) -> None:
     assert "no first-order answer: the reason" in remarks_on(replace(changed, first_order=None), "the reason", False)
     with styled():
         labels = uncertainty_figure(changed, "some").axes[3].get_legend_handles_labels()[1]
-    assert {"main branch", "detached branch", "quasi-periodic", "may be higher"} <= set(labels)
+    assert {"main branch", "detached branch", "quasi-periodic", "not settled"} <= set(labels)
 
 
 @pytest.mark.parametrize(
