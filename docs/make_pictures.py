@@ -117,6 +117,7 @@ def pictures() -> dict[str, Picture]:
             for name, drawn in (
                 ("response", CURVES),
                 ("optimum", ("pipeline/studies/optimum/figure.py",)),
+                ("joint", ("pipeline/studies/optimum/figure.py",)),
                 ("haigh", ("pipeline/stress/haigh.py",)),
             )
         ),

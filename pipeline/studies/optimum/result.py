@@ -274,7 +274,7 @@ def robust_said(result: OptimumResult, robust: Robust) -> list[str]:
 def cost_said(result: OptimumResult) -> str:
     """Number of responses and time, and of values tried that need a model of their own."""
     count = sum(trial.curves > 1 for trial in result.trials)
-    candidates = f"{count} candidates, " if count else ""
+    candidates = f"{count} candidate{'s' * (count > 1)}, " if count else ""
     return f"{candidates}{result.responses} responses, {result.seconds:.1f} s"
 
 

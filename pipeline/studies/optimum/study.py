@@ -439,12 +439,13 @@ class _Search:
     def _rests_on(self, search: WindowSearch) -> list[str]:
         """How the values of the outer keys were compared."""
         named, reach = ", ".join(self.outer), shown(self.window, 2.0 * search.tolerance)
+        best = "" if search.close else " and the best"  # which is not reached where the search was stopped
         return [
             f"{named}: to {100 * self.search.tolerance:g} % of the range or {100 * CLOSE:g} % of the height; values "
             "tried that cannot be the best are not refined",
-            f"the whole range of {self.window} was searched with the first values of {named} and the best ones; with "
-            f"others around the optimum of the nearest, further out in steps that double from {reach}: a lower "
-            "valley between them that rises to both of its ends would be missed",
+            f"the whole range of {self.window} was searched with the first value of {named}{best}; with others "
+            f"around the optimum of the nearest, further out in steps that double from {reach}: a lower valley "
+            "between two of them would be missed",
         ]
 
     def _of_curves(self, best: Point) -> OptimumResult:
@@ -526,7 +527,7 @@ class _Search:
 
     def _within_outer(self, best: Point) -> dict[str, tuple[float, float]]:
         """Values around the optimum of one outer key up to which it is 10 % higher, between those known."""
-        if len(self.outer) != 1:
+        if len(self.outer) != 1 or len(self.trials) < 2:
             return {}
         ((low, high),) = (self.ranges[key] for key in self.outer)
         shares = sorted(point[0] for point in self.trials)
