@@ -129,7 +129,7 @@ def draw(out: Path, file: Path) -> None:
     from pipeline.figures.style import subplots
 
     with styled():
-        figure, axes = subplots(1, len(FIGURES), size=(13.5, 4.4), sharey=True)
+        figure, axes = subplots(1, len(FIGURES), size=(13.5, 5.4), sharey=True)
         for panel, (name, key) in zip(axes, FIGURES.items(), strict=True):
             for disk, look in ((False, {"linewidth": 0.8, "alpha": 0.5}), (True, {"linewidth": 1.6})):
                 curves = read_results(out / f"{name}_{disk}").curves
@@ -140,7 +140,7 @@ def draw(out: Path, file: Path) -> None:
                     panel.semilogy(curve.frequency_hz, curve.amplitude_m * 1e6, color=f"C{number}", **look, **said)
             panel.set_title(f"{name}: clamped (thin), on a disk (bold)")
             panel.set_xlabel("frequency [Hz]")
-            panel.legend(fontsize=7, ncols=2)
+            panel.legend(fontsize=8, ncols=5, loc="upper center", bbox_to_anchor=(0.5, -0.12), columnspacing=1.0)
         axes[0].set_ylabel("amplitude of the tip [µm]")
         figure.savefig(file, dpi=110)
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipeline import styled
-from pipeline.figures.style import keep_apart, plain_log_labels
+from pipeline.figures.style import keep_apart, legend_columns, plain_log_labels
 from work_precision.study import Measured, Study, fastest_within, pareto_front, shown_error
 
 if TYPE_CHECKING:
@@ -21,7 +21,6 @@ WHOLE = "whole"  # the study with a Pareto front instead of lines
 PRESET_SERIES = "accuracy ="
 TOLERANCES = (0.05, 0.01, 0.001)
 PANEL = (4.9, 3.9)  # inches
-LETTERS_AN_INCH = 12.0  # of the legend
 ROOM = 3.0  # times that the time axis begins before the fastest, for what is written beside the tolerances
 LEAST = 1e-16  # relative error: zero has no place on a logarithmic axis
 
@@ -42,8 +41,8 @@ def work_precision_figure(study: Study) -> Figure:
     for place in list(axes.flat)[count:]:
         place.set_visible(False)
     handles, labels = axes.flat[0].get_legend_handles_labels()
-    across = int(size[0] * LETTERS_AN_INCH / (max(len(label) for label in labels) + 6))  # 6: the sample of the line
-    figure.legend(handles, labels, loc="outside lower center", ncols=max(1, min(len(labels), across)), fontsize=9)
+    columns = legend_columns(figure, labels, len(labels))
+    figure.legend(handles, labels, loc="outside lower center", ncols=columns, fontsize=9)
     figure.suptitle(study.title)
     for place, labels in zip(axes.flat, names, strict=False):
         keep_apart(place, labels)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from textwrap import fill
@@ -43,7 +44,7 @@ def envelope_figure(check: Check, title: str) -> Figure:
         label = f"{'_' * (number > 0)}other solutions"
         axes.axhline(amplitude * factor, color="0.6", linestyle=(0, (1, 1.5)), linewidth=1.0, label=label)
     write_heading(axes, title)
-    said = fill(verdict(check), CHARACTERS, break_on_hyphens=False)
+    said = fill(re.sub(r"(\d) (?=[nµm]?m\b)", "\\1\u00a0", verdict(check)), CHARACTERS, break_on_hyphens=False)
     axes.set(xlabel=f"period\n{said}", ylabel=f"largest displacement of a period [{unit}]")
     axes.set_xlim(0, len(periods))
     axes.set_ylim(0.0, HEADROOM * factor * max(stored, *others, float(motion.envelope_m.max())) or 1.0)

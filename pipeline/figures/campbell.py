@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from pipeline.figures.data import Array
-from pipeline.figures.style import subplots, write_heading
+from pipeline.figures.style import keep_apart, subplots, write_heading
 from pipeline.stages.engine_orders import COUNT, FEWEST, by_speed, excited_orders
 from pipeline.stages.model.model_files import read_families
 from pipeline.stages.scene_to_solver import contact_on_model, springs_by_state
@@ -22,6 +22,7 @@ from pipeline.stages.scene_to_solver import contact_on_model, springs_by_state
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.text import Annotation
 
     from pipeline.scene.schema import Scene
     from rom import FollowedModes, ModeFamilies, ReducedModel, ResonanceCrossing
@@ -321,7 +322,7 @@ def campbell_figure(curves: Sequence[Modelled], title: str) -> Figure | None:
     _draw_engine_orders(axes, float(speeds[-1]), order, top)
     if not found["free"].names[0][0].startswith("mode"):
         write_names(axes, found["free"], 0, top)
-    _draw_crossings(axes, crossings, found["free"].names[0])
+    labels = _draw_crossings(axes, crossings, found["free"].names[0])
     low, high = curves[0].scene.response.frequency
     axes.axhspan(low, high, color="0.95", zorder=0, label="range of the response")
     write_heading(axes, title)
@@ -329,6 +330,7 @@ def campbell_figure(curves: Sequence[Modelled], title: str) -> Figure | None:
     axes.set_xlim(speeds[0] - NAMES * (speeds[-1] - speeds[0]), speeds[-1])
     axes.set_ylim(0.0, 1.05 * top)
     axes.legend(loc="center left", bbox_to_anchor=(1.06, 0.5), fontsize=9)
+    keep_apart(axes, labels)
     return figure
 
 
@@ -363,9 +365,9 @@ def _crossings(
 
 def _draw_crossings(
     axes: Axes, crossings: Sequence[tuple[int, dict[str, list[tuple[float, float]]]]], names: Sequence[str]
-) -> None:
-    """A marker at each crossing, the number of the mode's entry in the list below beside it."""
-    texts = []
+) -> list[Annotation]:
+    """A marker at each crossing, the number of the mode's entry in the list below beside it; returns the numbers."""
+    texts, labels = [], []
     for number, (mode, met) in enumerate(crossings, start=1):
         name = names[mode - 1]
         parts = [f"{state} {f:.4g} Hz at {n:.0f} rev/min" for state, places in met.items() for n, f in places]
@@ -373,8 +375,9 @@ def _draw_crossings(
         for speed, frequency in (place for places in met.values() for place in places):
             axes.scatter([speed], [frequency], s=36.0, marker="D", color=COLOUR, edgecolor="0.2", zorder=4.0)
             look: dict[str, Any] = {"xytext": (6, -4), "ha": "left", "va": "top", "fontsize": 8}
-            axes.annotate(str(number), (speed, frequency), textcoords="offset points", **look)
+            labels.append(axes.annotate(str(number), (speed, frequency), textcoords="offset points", **look))
     draw_list(axes, "Resonance crossings of the engine order with free and with stuck shrouds", texts)
+    return labels
 
 
 def _draw_engine_orders(axes: Axes, fastest: float, excited: int, top: float) -> None:
@@ -391,5 +394,5 @@ def _draw_engine_orders(axes: Axes, fastest: float, excited: int, top: float) ->
         end = (fastest, frequency) if inside else (60.0 * 1.05 * top / order, 1.05 * top)
         beside: dict[str, Any] = {"xytext": (3, 0), "va": "center"}
         if not inside:
-            beside = {"xytext": (0, 3), "ha": "center"}
+            beside = {"xytext": (4, -3), "va": "top"}
         axes.annotate(f"EO {order}", end, textcoords="offset points", fontsize=8, **beside)

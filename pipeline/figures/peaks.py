@@ -33,7 +33,8 @@ if TYPE_CHECKING:
     from nonlinear import ResponseCurve
 
 
-WORST, MAIN, AT_LEAST = "worst motion", "peak of the main branch", "worst motion, at least"
+WORST, MAIN, NOT_SETTLED = "worst motion", "peak of the main branch", "worst motion, not settled"
+TO_PEAK = "up to an unstable peak"  # of the main branch, higher than any motion known to persist
 MOST_LINES, MOST_MARKERS = 12, 40
 SHAPES = "osD^vPX<>pdh"  # by the value of the other keys
 _SYMLOG_FROM = 8.0  # ratio of the largest to the median value above which the axis is symmetric-logarithmic
@@ -82,7 +83,7 @@ def trend_figure(
         figure.legend(*upper.get_legend_handles_labels(), loc="outside right center", fontsize=9)
         figure.set_size_inches(9.0, 6.0)
     else:
-        upper.legend(fontsize=9)
+        figure.legend(*upper.get_legend_handles_labels(), loc="outside lower center", ncols=2, fontsize=9)
     return figure
 
 
@@ -99,28 +100,33 @@ def _mark_open(
     axes: Axes, x: Sequence[float], curves: Sequence[SweepPoint], factor: float, colours: Sequence[Any]
 ) -> None:
     """Open triangles around worst motions that may be higher, dotted up to a higher peak of the main branch."""
-    label = None if AT_LEAST in axes.get_legend_handles_labels()[1] else AT_LEAST
+    triangle: dict[str, Any] = {"marker": "^", "markerfacecolor": "none", "markersize": 9, "linestyle": "none"}
+    dots: dict[str, Any] = {"linestyle": ":", "linewidth": 1.0}
     for place, curve, colour in zip(x, curves, colours, strict=True):
-        height = curve.worst[1] * factor
+        height, peak = curve.worst[1] * factor, curve.peak[1] * factor
         if not curve.worst_open or not math.isfinite(height):
             continue
-        look: dict[str, Any] = {"color": colour, "markerfacecolor": "none", "markersize": 9, "zorder": 4}
-        axes.plot(place, height, "^", label=label, **look)
-        if curve.peak[1] > curve.worst[1]:
-            axes.plot([place, place], [height, curve.peak[1] * factor], ":", color=colour, linewidth=1.0)
-        label = None
+        axes.plot(place, height, color=colour, zorder=4, label=f"_{NOT_SETTLED}", **triangle)
+        _name_once(axes, NOT_SETTLED, triangle)
+        if peak > height:
+            axes.plot([place, place], [height, peak], color=colour, label=f"_{TO_PEAK}", **dots)
+            _name_once(axes, TO_PEAK, dots)
+
+
+def _name_once(axes: Axes, name: str, look: dict[str, Any]) -> None:
+    """A grey entry of the legend, which stands for all curves."""
+    if name not in axes.get_legend_handles_labels()[1]:
+        axes.plot([], [], color="0.35", label=name, **look)
 
 
 def _mark_ends(axes: Axes, x: Sequence[float], curves: Sequence[SweepPoint], colours: Sequence[Any]) -> None:
     """Arrow heads at the frequencies of highest amplitudes that are no peaks: the range ends there."""
-    label = None if END_OF_RANGE in axes.get_legend_handles_labels()[1] else END_OF_RANGE
-    look: dict[str, Any] = {"markerfacecolor": "none", "markersize": 9, "linestyle": "none", "zorder": 4}
+    look: dict[str, Any] = {"marker": MARK_OF_END, "markerfacecolor": "none", "markersize": 9, "linestyle": "none"}
     for place, curve, colour in zip(x, curves, colours, strict=True):
         if curve.facts.peak_at_end:
-            axes.plot(place, curve.peak[0], marker=MARK_OF_END, color=colour, label=label, **look)
-            label = None
-    if label is None:
-        axes.legend(fontsize=9)
+            axes.plot(place, curve.peak[0], color=colour, zorder=4, label=f"_{END_OF_RANGE}", **look)
+            _name_once(axes, END_OF_RANGE, look)
+            axes.legend(fontsize=9)
 
 
 def lines_over(points: Sequence[SweepPoint], key: SweepKey) -> dict[str, list[SweepPoint]]:

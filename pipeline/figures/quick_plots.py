@@ -10,6 +10,7 @@ import numpy as np
 from pipeline.errors import input_error
 from pipeline.figures.curve_line import UNITS, plot_curve
 from pipeline.figures.data import SweepKey, curve_colours, sweep_keys
+from pipeline.figures.style import CURVES_LOG_FROM, set_height_axis
 from pipeline.scene.labels import value_label
 
 if TYPE_CHECKING:
@@ -32,9 +33,13 @@ def own_axes(axes: Axes | None) -> Axes:
 def plot_curves(curves: Sequence[Curve], axes: Axes | None, unit: str, look: dict[str, Any]) -> Axes:
     """Response curves with the colours of a run's figures, their swept values in the legend."""
     axes = own_axes(axes)
+    empty = not axes.has_data()
     for curve, colour in zip(curves, curve_colours(curves), strict=True):
         label = ", ".join(value_label(key, value) for key, value in curve.parameters.items())
         plot_curve(axes, curve, label=label or None, unit=unit, **({"color": colour} | look))
+    motions = [motion for curve in curves for motion in (curve.peak, curve.worst) if motion is not None]
+    if empty and motions:
+        set_height_axis(axes, UNITS[unit] * np.array([each.amplitude_m for each in motions]), CURVES_LOG_FROM)
     axes.set(xlabel="excitation frequency [Hz]", ylabel=f"largest displacement over a period [{unit}]")
     if 1 < len(curves) <= NAMED:
         axes.legend(fontsize=8)

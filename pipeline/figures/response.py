@@ -20,6 +20,7 @@ from pipeline.figures.data import Array, PlottedCurve, SweepKey, groups, panel_k
 from pipeline.figures.linear_limits import Limit
 from pipeline.figures.style import (
     BEHIND,
+    CURVES_LOG_FROM,
     LIMIT_COLOUR,
     scale,
     set_height_axis,
@@ -69,7 +70,7 @@ def outputs_figure(curves: Sequence[PlottedCurve], colours: Colours, title: str)
     for axes in places[-1]:
         if axes.figure is not None:
             axes.set_xlabel("excitation frequency [Hz]")
-    figure.suptitle(f"{title}: largest values over a period")
+    write_heading(figure, f"{title}: largest values over a period")
     handles, labels = places.flat[0].get_legend_handles_labels()
     if len(curves) > 1 and handles:
         figure.legend(handles, labels, loc="outside lower center", fontsize=9, ncols=2)
@@ -239,11 +240,13 @@ def _set_range(axes: Axes, curves: Sequence[PlottedCurve], limits: Sequence[Limi
     tops = [height for curve in curves for height in (curve.peak[1], curve.worst[1])]
     bounds = [curve.response.residual_bounds for curve in curves]
     tops += [each.highest.amplitude_m for each in bounds if each is not None]
-    peaks = np.array(tops + [limit.peak[1] for limit in limits])
+    if not any(curve.facts.mean for curve in curves):  # limits without it are no heights of this axis
+        tops += [limit.peak[1] for limit in limits]
+    peaks = np.array(tops)
     peaks = peaks[np.isfinite(peaks) & (peaks > 0.0)] * factor
     if peaks.size == 0:
         return
-    if set_height_axis(axes, peaks):
+    if set_height_axis(axes, peaks, CURVES_LOG_FROM):
         axes.set_ylim(_floor(curves, factor, peaks), 1.6 * peaks.max())
     else:
         axes.set_ylim(0.0, 1.06 * peaks.max())

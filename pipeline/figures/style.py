@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
@@ -31,7 +32,10 @@ _LIGHT = (
 )  # fmt: skip
 LIMIT_COLOUR = "0.65"
 BEHIND = 1.5  # zorder of what lies behind the curves
-LOG_FROM = 8.0  # ratio of the highest to the lowest peak above which the axis is logarithmic
+LOG_FROM = 8.0  # ratio of the highest to the lowest peak above which an axis of points is logarithmic
+CURVES_LOG_FROM = 30.0  # the same for whole curves, which a logarithm makes flat
+LETTERS_AN_INCH = 11.0  # of a heading, and of a legend
+SAMPLE = 6  # letters for which the sample of a line in a legend has the room
 _SETTINGS: dict[str, Any] = {
     "font.size": 10.0,
     "axes.titlesize": 11.0,
@@ -130,10 +134,10 @@ def plain_log_labels(axis: Axis) -> None:
     axis.set_minor_formatter(FuncFormatter(lambda value, _: ""))
 
 
-def set_height_axis(axes: Axes, heights: NDArray[np.float64]) -> bool:
+def set_height_axis(axes: Axes, heights: NDArray[np.float64], log_from: float = LOG_FROM) -> bool:
     """The axis of some heights begins at zero, or is logarithmic where they span decades; returns which."""
     above = heights[np.isfinite(heights) & (heights > 0.0)]
-    logarithmic = above.size > 0 and bool(above.max() > LOG_FROM * above.min())
+    logarithmic = above.size > 0 and bool(above.max() > log_from * above.min())
     if logarithmic:
         axes.set_yscale("log")
         plain_log_labels(axes.yaxis)
@@ -143,11 +147,22 @@ def set_height_axis(axes: Axes, heights: NDArray[np.float64]) -> bool:
 
 
 def write_heading(place: Axes | Figure, text: str) -> None:
-    """Write a heading as it stands: the title of a scene is no formula, whatever dollar signs it has."""
+    """Write a heading as it stands: the title of a scene is no formula, whatever dollar signs it has.
+
+    Above a figure, a line longer than the figure is broken.
+    """
     if hasattr(place, "suptitle"):
-        place.suptitle(text, fontsize=11, parse_math=False)
+        letters = int(LETTERS_AN_INCH * place.get_size_inches()[0])
+        lines = (fill(line, letters, break_on_hyphens=False) for line in text.split("\n"))
+        place.suptitle("\n".join(lines), fontsize=11, parse_math=False)
     else:
         place.set_title(text, parse_math=False)
+
+
+def legend_columns(figure: Figure, labels: Sequence[str], most: int) -> int:
+    """Columns of a legend of 9 points across a figure, `most` of them, that have room for the longest label."""
+    longest = max(map(len, labels), default=1) + SAMPLE
+    return max(1, min(most, len(labels), int(LETTERS_AN_INCH * figure.get_size_inches()[0] / longest)))
 
 
 def subplots(

@@ -171,7 +171,7 @@ def _add_own(plotter: Any, surface: Any, from_tip: bool, of_bar: str) -> None:
         line_width=0.5,
         opacity=0.45 if from_tip else 1.0,
         show_scalar_bar=not from_tip,
-        scalar_bar_args=ring.scalar_bar(of_bar),
+        scalar_bar_args=ring.scalar_bar(of_bar) | {"width": 0.75},  # its title is wider than that of a motion
     )
     plotter.add_mesh(ring.edges(surface), color="black", line_width=2.0)
 

@@ -20,7 +20,7 @@ from pipeline.figures.data import PlottedCurve, SweepKey, SweepPoint, is_isolate
 from pipeline.figures.hysteresis import node_figure, spread
 from pipeline.figures.peaks import END_COLOURS, ENDS, MOST_KEYS, WORST, ends, has_few_lines, lines_over
 from pipeline.figures.response import has_lines, panel_keys
-from pipeline.figures.style import LOG_FROM, drawn, group_colours, scale, styled, subplots
+from pipeline.figures.style import CURVES_LOG_FROM, LOG_FROM, drawn, group_colours, scale, styled, subplots
 from pipeline.render.ring import LEFT_DARK, RIGHT_COLOUR, VIEW, blades_of, turned
 from pipeline.report.viewer import Surface, outer_surface
 from pipeline.scene.labels import value_label
@@ -260,7 +260,7 @@ def _response(
         "ylabel": f"largest displacement over a period [{unit}]",
         "xunit": "Hz",
         "yunit": unit,
-        "log": _spans_decades(peaks),
+        "log": _spans_decades(peaks, CURVES_LOG_FROM),
         "lines": lines,
         "marks": marks,
         "parts": [value_label(keys[1].name, value) for value in keys[1].values] if keys else [],
@@ -377,9 +377,9 @@ def _numbers(values: Iterable[float]) -> list[float | None]:
     return [float(f"{value:.{DIGITS}g}") if math.isfinite(value) else None for value in values]
 
 
-def _spans_decades(heights: Iterable[float]) -> bool:
+def _spans_decades(heights: Iterable[float], log_from: float = LOG_FROM) -> bool:
     above = [height for height in heights if math.isfinite(height) and height > 0.0]
-    return bool(above) and max(above) > LOG_FROM * min(above)
+    return bool(above) and max(above) > log_from * min(above)
 
 
 def _hex(colour: Any) -> str:

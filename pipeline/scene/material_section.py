@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
 from pydantic import Field
 
@@ -22,9 +22,13 @@ Limit = Positive | Annotated[dict[str, Positive], Field(min_length=1)]
 class Stress(Section):
     """[stress]: stress on the mesh at the worst motion. Not computed unless this section or [fatigue] is there."""
 
-    curves: Truth | Annotated[tuple[Annotated[Whole, Field(ge=0)], ...], Field(min_length=1, max_length=20)] = key(
-        "true for the curves with the highest and the lowest worst motion, false for none, or their numbers from 0",
-        "true, false or a list of {count} numbers of curves, the first is 0",
+    curves: (
+        Truth
+        | Literal["all"]
+        | Annotated[tuple[Annotated[Whole, Field(ge=0)], ...], Field(min_length=1, max_length=20)]
+    ) = key(
+        'true for the curves with the highest and the lowest worst motion, "all", false, or their numbers from 0',
+        'true, false, "all" or a list of {count} numbers of curves, the first is 0',
         True,
     )
     hot_spots: Whole = key("number of hot spots listed", "a whole number, {bounds}", 5, ge=1, le=50)
@@ -71,9 +75,9 @@ def unfit_stress_keys(file: SceneFile) -> Iterator[InputError]:
     for section in ("stress", "fatigue"):
         if scene.model is not None and getattr(scene, section) is not None:
             yield input_error(file.path, section, "given beside [model]", "a scene with a mesh: matrices have none")
-    curves = () if scene.stress is None or isinstance(scene.stress.curves, bool) else scene.stress.curves
+    curves = () if scene.stress is None or isinstance(scene.stress.curves, (bool, str)) else scene.stress.curves
     if curves and max(curves) >= count:
-        allowed = f"true, false or a list of numbers of curves, 0 to {count - 1}"
+        allowed = f'true, false, "all" or a list of numbers of curves, 0 to {count - 1}'
         yield input_error(file.path, "stress.curves", shown(list(curves)), allowed)
     if scene.fatigue is None:
         return

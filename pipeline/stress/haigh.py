@@ -6,7 +6,7 @@ required factor is the limit line shrunk by it: what lies below has a larger mar
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -35,6 +35,8 @@ if TYPE_CHECKING:
 
 MEGA = 1e-6
 REQUIRED, LIMIT = DISTINCT[1], "0.0"
+LOWER = "margin may be lower: unstable, or the motion may be higher"
+TRIANGLE: dict[str, Any] = {"marker": "v", "markerfacecolor": "none", "markersize": 14, "linestyle": "none"}
 CLOSE = 0.4  # largest amplitude over the endurance limit below which a second panel shows the places closer
 _DASHES = ("-", (0, (6, 2)), (0, (1, 1)), (0, (6, 2, 1, 2)))  # of the materials
 
@@ -126,10 +128,13 @@ def _draw_limits(
     dash, of = look
     mean = np.unique([*np.linspace(*ends, 400), 0.0]) / MEGA
     lines: list[tuple[Array, dict[str, Any]]] = [
-        (allowed_amplitude((limits[0], limits[1], None), mean), {"color": LIMIT, "label": f"Goodman line{of}"}),
+        (
+            allowed_amplitude((limits[0], limits[1], None), mean),
+            {"color": LIMIT, "linewidth": 1.2, "zorder": BEHIND + 0.1, "label": f"Goodman line{of}"},
+        ),
         (
             allowed_amplitude(limits, mean, factor),
-            {"color": REQUIRED, "linewidth": 2.0, "label": f"required factor {factor:g}{of}"},
+            {"color": REQUIRED, "linewidth": 3.0, "label": f"required factor {factor:g}{of}"},
         ),
     ]
     if limits[2] is not None:
@@ -137,13 +142,14 @@ def _draw_limits(
         lines.insert(1, (langer, {"color": "0.45", "linewidth": 1.0, "label": f"yield line{of}"}))
     for height, line in lines:
         inside = height >= 0.0
-        axes.plot(mean[inside] * MEGA, height[inside] * MEGA, linestyle=dash, zorder=BEHIND, **line)
+        axes.plot(mean[inside] * MEGA, height[inside] * MEGA, linestyle=dash, **{"zorder": BEHIND, **line})
 
 
 def _draw_spots(axes: Axes, spots: Sequence[Mapping[str, Any]]) -> list[Annotation]:
     """The hot spots, a line of the legend for each, and their numbers."""
     line = {"arrowstyle": "-", "linewidth": 0.5, "color": "0.4", "shrinkA": 0, "shrinkB": 3}
     look: dict[str, Any] = {"textcoords": "offset points", "fontsize": 9, "zorder": 6, "arrowprops": line}
+    look["bbox"] = {"boxstyle": "round,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.8}
     labels = [
         axes.annotate(str(number), (spot["mean_pa"] * MEGA, spot["amplitude_pa"] * MEGA), (6, 6), **look)
         for number, spot in enumerate(spots, 1)
@@ -158,12 +164,17 @@ def _draw_spots(axes: Axes, spots: Sequence[Mapping[str, Any]]) -> list[Annotati
 
 
 def margin_figure(
-    entries: Sequence[Mapping[str, Any]], members: Sequence[Member], colours: Mapping[int, Any], title: str
+    entries: Sequence[Mapping[str, Any]],
+    members: Sequence[Member],
+    colours: Mapping[int, Any],
+    title: str,
+    unsure: Collection[int] = (),
 ) -> Figure | None:
     """Least margin outside of singular places over the swept key with the most values; a mark for each curve.
 
     Circles: along a line from the origin of the Haigh diagram; open: of the amplitude at its mean. None for one curve
-    or without limits. `members`: of the curves of the entries.
+    or without limits. `members`: of the curves of the entries; `unsure`: curves whose motion may be higher than the
+    one that the stress is of, which have triangles around their circles.
     """
     known = [(e, m) for e, m in zip(entries, members, strict=True) if e["least_margin"] is not None]
     keys: list[SweepKey] = sweep_keys([member for _, member in known])
@@ -187,11 +198,15 @@ def margin_figure(
             open_look = look | {"markerfacecolor": "none", "markersize": 9}
             axes.plot(x, of_amplitude, label=f"_{said}margin of the amplitude at its mean", **open_look)
             heights.append(of_amplitude)
+        if entry["curve"] in unsure:
+            axes.plot(x, entry["least_margin"], color=colour, label=f"_{said}{LOWER}", **TRIANGLE)
     for name in names:
         look = {"marker": shapes[name], "color": shades[name] if len(names) > 1 else "0.35", "linestyle": "none"}
         axes.plot([], [], label=f"{name}, margin" if name else "margin", **look)
     look = {"marker": "o", "color": "0.35", "markerfacecolor": "none", "markersize": 9, "linestyle": "none"}
     axes.plot([], [], label="margin of the amplitude at its mean", **look)
+    if any(entry["curve"] in unsure for entry, _ in known):
+        axes.plot([], [], color="0.35", label=LOWER, **TRIANGLE)
     axes.axhline(required, color=REQUIRED, linewidth=2.0, zorder=BEHIND, label=f"required factor {required:g}")
     above = [height for height in heights if height > 0.0]
     axes.set_yscale("log")

@@ -106,10 +106,15 @@ class OperatingPoint:
     @property
     def notes(self) -> list[str]:
         """What the reader of the numbers has to know of the point."""
+        ratio = self.worst_amplitude_m / self.amplitude_m
+        if self.motion == "peak" and math.isfinite(ratio):
+            return [
+                "the worst motion is no solution of the curve: the stress is that of the peak of the main branch, "
+                f"of whose amplitude the motion has {ratio:.3g} times"
+            ]
         if self.motion == "peak":
             return ["no motion that persists is known: the stress is that of the peak of the main branch"]
         if self.motion != "periodic":
-            ratio = self.worst_amplitude_m / self.amplitude_m
             return [
                 f"the worst motion is {self.motion}; the stress is that of the periodic solution from which it "
                 f"departs, whose amplitude the motion exceeds by the factor {ratio:.3g}"

@@ -88,7 +88,7 @@ def chosen_curves(stress: Stress, curves: Sequence[CurveResult]) -> list[int]:
         return []
     if stress.curves is True:
         return sorted({max(heights, key=heights.__getitem__), min(heights, key=heights.__getitem__)})
-    return sorted(set(stress.curves) & set(heights))
+    return sorted(heights if stress.curves == "all" else set(stress.curves) & set(heights))
 
 
 def _height(curve: CurveResult) -> float:
@@ -165,6 +165,8 @@ def _haigh_drawn(run: Run, curve: CurveResult, entry: dict[str, Any], cycles: Pa
     scene, look, name = curve.member.scene, _look(run), f"{HAIGH}_{entry['curve']}"
     title = f"{look.title}, {member_label(curve.member)}" if curve.member.parameters else look.title
     heading = f"{title}: {entry['frequency_hz']:.1f} Hz\n{look.fixed}"
+    if entry["motion"] != "periodic":
+        heading += f"\n{entry['notes'][0]}"
     known = {name: value for name, value in entry.items() if name != "pictures"}
     assert scene.fatigue is not None
     limits = scene.fatigue
@@ -186,12 +188,15 @@ def _margins_drawn(run: Run, curves: Sequence[CurveResult], entries: Sequence[di
     def draw() -> Figure | None:
         from pipeline.stress.haigh import margin_figure
 
-        return margin_figure(entries, members, dict(enumerate(colours)), f"{look.title}\n{look.fixed}")
+        heading = f"{look.title}\n{look.fixed}"
+        return margin_figure(entries, members, dict(enumerate(colours)), heading, unsure)
 
     known = [
         {name: value for name, value in entry.items() if name.startswith(("curve", "least_"))} for entry in entries
     ]
-    content = [known, [dict(member.parameters) for member in members], colours]
+    facts = {number: curve.facts for number, curve in enumerate(curves) if curve.facts is not None}
+    unsure = [e["curve"] for e in entries if e["motion"] != "periodic" or facts[e["curve"]].worst_unresolved]
+    content = [known, [dict(member.parameters) for member in members], colours, unsure]
     several = sum(entry["least_margin"] is not None for entry in entries) > 1
     return _figure_published(run, look, MARGIN, content, draw) if several else []
 

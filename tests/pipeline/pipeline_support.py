@@ -185,7 +185,8 @@ def statuses(folder: Path) -> dict[str, str]:
 
 
 def overlapping_texts(figure: Any) -> list[tuple[str, str]]:
-    """Pairs of texts of a figure whose boxes overlap by more than a pixel, as matplotlib lays them out."""
+    """Pairs of texts of a figure whose boxes overlap by more than a pixel, as matplotlib lays them out; a text that
+    the edge of the figure cuts stands alone."""
     figure.draw_without_rendering()
     texts = [*figure.texts, *(text for legend in figure.legends for text in legend.get_texts())]
     for axes in figure.axes:
@@ -195,9 +196,15 @@ def overlapping_texts(figure: Any) -> list[tuple[str, str]]:
             texts += [axis.label, *(t.label1 for t in axis.get_major_ticks() if low <= t.get_loc() <= high)]
     shown = [text for text in texts if text.get_visible() and text.get_text().strip()]
     boxes = [text.get_window_extent().padded(-1.0) for text in shown]
-    return [
+    page = figure.bbox.padded(1.0)
+    cut = [text.get_text() for text, box in zip(shown, boxes, strict=True) if not _contains(page, box)]
+    return [(text, "") for text in cut] + [
         (shown[i].get_text(), shown[k].get_text())
         for i in range(len(shown))
         for k in range(i)
         if boxes[i].overlaps(boxes[k])
     ]
+
+
+def _contains(page: Any, box: Any) -> bool:
+    return bool(page.x0 <= box.x0 and box.x1 <= page.x1 and page.y0 <= box.y0 and box.y1 <= page.y1)

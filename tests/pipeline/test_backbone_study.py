@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pipeline_support import ground_scene, shroud, to_toml, write_ground_model
+from pipeline_support import ground_scene, overlapping_texts, shroud, to_toml, write_ground_model
 
 from pipeline import run_scene
 from pipeline.codec import plain, restored
@@ -87,7 +87,9 @@ def test_a_figure_without_any_mode(result: BackboneResult) -> None:
     missing = replace(curve.modes[0], **empty, resonances=(), complete=False, message="no motion of mode 1")
     one = replace(result, curves=(replace(curve, modes=(missing, curve.modes[1])),))
     none_at_all = replace(result, curves=(replace(curve, modes=(missing,)),))
-    assert len(backbone_figure(result, "title").axes) == 6
+    figure = backbone_figure(result, "title")
+    assert len(figure.axes) == 6
+    assert overlapping_texts(figure) == []
     assert len(backbone_figure(one, "title").axes) == 3
     assert "no nonlinear mode" in backbone_figure(none_at_all, "title").axes[0].texts[0].get_text()
     assert any("no motion of mode 1" in line for line in backbone_section(one).conclusion)

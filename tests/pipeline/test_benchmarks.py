@@ -12,7 +12,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pipeline_support import QUICK, small_scene, write_scene
+from pipeline_support import QUICK, overlapping_texts, small_scene, write_scene
+
+from pipeline import styled
 
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 NAMES = ("mesh", "assembly", "ordering", "factorisation", "constraint modes", "fixed-interface modes", "projection")
@@ -182,6 +184,13 @@ def test_refinement_reduces_the_error(studies: dict[str, Any]) -> None:
     assert exact < 1e-7 < fine < coarse
     loose, tight = (row.errors[peak] for row in studies["continuation"].rows[2:])
     assert tight < min(loose, 1e-6)
+
+
+@pytest.mark.parametrize("name", ["whole", "mesh", "modes", "harmonics", "integration"])
+def test_no_label_of_a_measured_figure_lies_on_another(benchmark: Any, name: str) -> None:
+    study = benchmark("work_precision.study").read_csv(BENCHMARKS / "measured" / f"{name}.csv")
+    with styled():
+        assert overlapping_texts(benchmark("work_precision.figure").work_precision_figure(study)) == []
 
 
 def test_front_and_fastest_setting(benchmark: Any) -> None:

@@ -12,7 +12,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
-from pipeline_support import small_scene, write_scene
+from pipeline_support import overlapping_texts, small_scene, write_scene
 
 from nonlinear import Peak, ResponseCurve, TerminationReason
 from pipeline.figures.data import PlottedCurve, SweepPoint, curve_colours, groups, is_grid, sweep_keys
@@ -177,6 +177,7 @@ def test_a_figure_of_many_curves_has_few_artists() -> None:
     assert len(read) < 310
     assert {each.index for each in ends(points)} <= set(read)
     figure = quantile_figure(points, "title")
+    assert overlapping_texts(figure) == []
     assert figure is not None
     assert sum(len(axes.lines) + len(axes.collections) for axes in figure.axes) < 30
     median = next(line for line in figure.axes[0].lines if line.get_label() == "median")

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from map_support import exact_point, peak
 from matplotlib.tri import LinearTriInterpolator, Triangulation
+from pipeline_support import overlapping_texts
 
 from pipeline.figures.style import styled, subplots
 from pipeline.results.worst import SLIPPING, STUCK
@@ -176,6 +177,7 @@ def test_the_figure_marks_what_the_map_knows() -> None:
         changed.append(replace(point, **values))
     changed[-1] = replace(changed[-1], amplitude_m=None, frequency_hz=None, may_be_higher="not solved")
     figure = map_figure(worst_motion_map(base.grid, changed), "50 $ for a title")
+    assert overlapping_texts(figure) == []
     said = [text.get_text() for text in figure.legends[0].get_texts()]
     assert "contact state changes" in said
     assert any("jumps" in each for each in said)

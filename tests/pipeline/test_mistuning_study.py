@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pipeline_support import shroud, small_scene, to_toml, write_scene
+from pipeline_support import overlapping_texts, shroud, small_scene, to_toml, write_scene
 
 from pipeline import run_scene
 from pipeline.codec import plain, restored
@@ -119,6 +119,7 @@ def test_report_and_figure_tell_what_was_found(done: tuple[Path, Results], resul
     assert "stuck contacts, 12 rings: 5 %" in said
     assert (done[0] / "out" / "figures" / "mistuning.png").is_file()
     figure = mistuning_figure(result, "title")
+    assert overlapping_texts(figure) == []
     envelope = figure.axes[0].lines[1]
     assert float(np.max(envelope.get_ydata())) == pytest.approx(result.highest.envelope_m.max(), rel=1e-9)
     assert plain(restored(MistuningResult, plain(result))) == plain(result)

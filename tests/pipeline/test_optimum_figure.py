@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pipeline_support import overlapping_texts
 
 from nonlinear import Optimum, PeakCurve, PerformanceCurve, SolvedResponse, WorstEnvelope
 from pipeline.figures.performance_figure import MULTIPLES, performance_figure
@@ -148,6 +149,7 @@ def test_values_tried_are_drawn_over_every_key() -> None:
     )
     figure = optimum_figure(several, "blade")
     assert figure is not None
+    assert overlapping_texts(figure) == []
     for panel, key in zip(figure.axes, keys, strict=True):
         places = [trial.values[key] for trial in tried[:4]]
         np.testing.assert_allclose(lines(panel)["values tried"].get_xydata(), np.c_[places, [1.0, 2.0, 3.0, 4.0]])

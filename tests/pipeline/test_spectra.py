@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from pipeline_support import small_scene, write_scene
+from pipeline_support import overlapping_texts, small_scene, write_scene
 
 from pipeline.cli import command
 from pipeline.errors import InputError
@@ -54,7 +54,9 @@ def lines(axes: Axes, state: str) -> np.ndarray:
 
 def test_campbell_lines_are_the_frequencies_of_the_summary(outcome: RunOutcome, curves: list[PlottedCurve]) -> None:
     assert {"campbell", "nodal_diameters"} <= {Path(name).stem for name in outcome.pictures}
-    axes = campbell_figure(curves, "title").axes[0]
+    figure = campbell_figure(curves, "title")
+    axes = figure.axes[0]
+    assert overlapping_texts(figure) == []
     for state in COLOURS:
         drawn = lines(axes, state)
         assert drawn.shape == (4, len(SPEEDS))

@@ -3,6 +3,7 @@
 import csv
 import json
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import h5py
@@ -10,10 +11,21 @@ import numpy as np
 import pytest
 import pyvista
 from PIL import Image
-from pipeline_support import QUICK, shroud, small_scene, statuses, summary_of, without_lines, write_scene
+from pipeline_support import (
+    QUICK,
+    overlapping_texts,
+    shroud,
+    small_scene,
+    statuses,
+    summary_of,
+    without_lines,
+    write_scene,
+)
 
 from pipeline import read_results
 from pipeline.results.stress import stress_lines, stress_warning
+from pipeline.scene.material_section import Fatigue
+from pipeline.stress.haigh import LOWER, haigh_figure, margin_figure
 from pipeline.stress.operating_stress import operating_point, write_vtu
 from rom import von_mises
 
@@ -88,6 +100,19 @@ def test_the_haigh_diagram_has_the_places_their_margins_and_the_line_of_the_requ
     for number, spot in enumerate(entry["hot_spots"]):
         k = next(k for k, row in enumerate(rows) if row["series"] == numbered[number])
         assert (amplitude[k], mean[k]) == pytest.approx((spot["amplitude_pa"] / 1e6, spot["mean_pa"] / 1e6))
+    cycles = np.array([[1e6 * mean[k], 1e6 * amplitude[k], 1.0 / used[k], 0.0] for k in places])
+    limits = Fatigue(endurance_limit=300e6, tensile_strength=900e6, yield_strength=700e6, factor=1.5)
+    assert overlapping_texts(haigh_figure(entry, cycles, limits, "title")) == []
+
+
+def test_a_margin_that_may_be_lower_is_marked(stressed: Path) -> None:
+    (entry,) = summary_of(stressed)["stress"]
+    members: Any = [SimpleNamespace(index=k, parameters={"contact.interference": 1e-5 * k}) for k in (0, 1)]
+    figure = margin_figure([entry | {"curve": 0}, entry], members, {0: "C0", 1: "C1"}, "title", unsure=[1])
+    assert figure is not None
+    series = {str(line.get_label()): list(line.get_xdata()) for line in figure.axes[0].lines}
+    assert series[f"_{LOWER}"] == [10.0]
+    assert overlapping_texts(figure) == []
 
 
 def test_the_displacement_of_the_tip_is_that_of_the_curve(stressed: Path) -> None:
@@ -141,7 +166,7 @@ def test_what_is_said_of_a_margin_and_of_its_errors(stressed: Path) -> None:
     [
         (
             {"stress": {"curves": [2]}},
-            "stress.curves: [2], allowed: true, false or a list of numbers of curves, 0 to 1",
+            'stress.curves: [2], allowed: true, false, "all" or a list of numbers of curves, 0 to 1',
         ),
         ({"fatigue": {"endurance_limit": 3e8}}, "fatigue.tensile_strength: missing, allowed: a number above 0"),
         (

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pipeline_support import RAW_TEXT, shroud, small_scene, write_scene
+from pipeline_support import RAW_TEXT, overlapping_texts, shroud, small_scene, write_scene
 from scipy import stats
 
 from pipeline import run_scene
@@ -285,7 +285,9 @@ def check_what_is_said_of_open_samples(result: UncertaintyResult) -> None:
     assert "95 % >= " in headline(changed)
     assert "no first-order answer: the reason" in remarks_on(replace(changed, first_order=None), "the reason", False)
     with styled():
-        labels = uncertainty_figure(changed, "some").axes[3].get_legend_handles_labels()[1]
+        figure = uncertainty_figure(changed, "some")
+        labels = figure.axes[3].get_legend_handles_labels()[1]
+        assert overlapping_texts(figure) == []
     assert {"main branch", "detached branch", "quasi-periodic", "not settled"} <= set(labels)
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from nonlinear import NEARLY_LOWEST
 from pipeline.figures.data import SweepKey
-from pipeline.figures.style import LOG_FROM, give_data, scale, subplots, write_heading
+from pipeline.figures.style import LOG_FROM, give_data, legend_columns, scale, subplots, write_heading
 from pipeline.results.worst import FREE, SEPARATING, SLIPPING, STUCK, UNKNOWN
 from pipeline.scene.labels import quantity, value_label
 from pipeline.studies.map.grid import MapAxis, known_heights
@@ -245,7 +245,7 @@ def map_figure(result: WorstMotionMap, title: str) -> Figure:
     panels[1].set_ylabel("")
     _name_regions(panels[0], shape)
     handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=min(3, max(1, len(labels))), fontsize=9)
+    figure.legend(handles, labels, loc="outside lower center", ncols=legend_columns(figure, labels, 3), fontsize=9)
     write_heading(figure, title)
     return figure
 

@@ -6,7 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pipeline.figures.style import DISTINCT, plain_log_labels, scale, subplots, write_heading
+from pipeline.figures.style import (
+    CURVES_LOG_FROM,
+    DISTINCT,
+    scale,
+    set_height_axis,
+    subplots,
+    write_heading,
+)
 from pipeline.studies.mistuning.result import MistuningResult, Numbers
 
 if TYPE_CHECKING:
@@ -38,8 +45,8 @@ def _draw_curves(axes: Axes, result: MistuningResult, factor: float, unit: str) 
     name = f"mistuned, any blade (seed {ring.seed})" if result.drawn else "mistuned, any blade"
     axes.plot(tuned.frequency_hz, tuned.amplitude_m * factor, color=TUNED, label="tuned")
     axes.plot(ring.frequency_hz, ring.envelope_m * factor, color=MISTUNED, label=name)
-    axes.set_yscale("log")
-    plain_log_labels(axes.yaxis)
+    heights = np.concatenate([tuned.amplitude_m, ring.envelope_m]) * factor
+    set_height_axis(axes, heights, CURVES_LOG_FROM)
     axes.set_xlabel("frequency [Hz]")
     axes.set_ylabel(f"amplitude [{unit}]")
     axes.legend(fontsize=9)
