@@ -152,7 +152,8 @@ def write_heading(place: Axes | Figure, text: str) -> None:
     Above a figure, a line longer than the figure is broken.
     """
     if hasattr(place, "suptitle"):
-        letters = int(LETTERS_AN_INCH * place.get_size_inches()[0])
+        figure: Any = place
+        letters = int(LETTERS_AN_INCH * figure.get_size_inches()[0])
         lines = (fill(line, letters, break_on_hyphens=False) for line in text.split("\n"))
         place.suptitle("\n".join(lines), fontsize=11, parse_math=False)
     else:

@@ -18,6 +18,7 @@ from pipeline.figures.style import (
     DISTINCT,
     group_colours,
     keep_apart,
+    legend_columns,
     plain_log_labels,
     subplots,
     write_heading,
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
 
 MEGA = 1e-6
 REQUIRED, LIMIT = DISTINCT[1], "0.0"
-LOWER = "margin may be lower: unstable, or the motion may be higher"
+LOWER = "margin may be lower, as the motion higher"
 TRIANGLE: dict[str, Any] = {"marker": "v", "markerfacecolor": "none", "markersize": 14, "linestyle": "none"}
 CLOSE = 0.4  # largest amplitude over the endurance limit below which a second panel shows the places closer
 _DASHES = ("-", (0, (6, 2)), (0, (1, 1)), (0, (6, 2, 1, 2)))  # of the materials
@@ -214,7 +215,9 @@ def margin_figure(
     plain_log_labels(axes.yaxis)
     set_abscissa(axes, key)
     axes.set(xlabel=key.axis, ylabel="least fatigue margin")
-    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2, fontsize=9)
+    handles, shown = axes.get_legend_handles_labels()
+    columns = legend_columns(figure, shown, 2)
+    figure.legend(handles, shown, loc="outside lower center", ncols=columns, fontsize=9)
     write_heading(axes, title)
     return figure
 
