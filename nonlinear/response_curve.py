@@ -395,7 +395,7 @@ class ResponseCurve:
         Largest real part of the Floquet exponents over all perturbations looked at, 1/s; on linear segments that of
         the poles of the ring with its contact springs. NaN without exponents. Between points where they are computed
         rates of decay are interpolated, and where the wave itself is unstable those of other nodal diameters, to
-        some 20 %; where perturbations grow, the rate is that of one that does, followed from point to point.
+        some 20 %; where other nodal diameters grow, the rate is that of one that does, followed and interpolated.
     growth_nodal_diameter : (P,) int
         k of that perturbation: its phase shift from blade to blade is 2 pi k / N_b beside that of the wave,
         0 <= k <= N_b / 2 (-k has the complex conjugate exponents); -1 where not known.

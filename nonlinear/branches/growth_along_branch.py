@@ -36,7 +36,6 @@ UNSTABLE_STRIDE = 64  # the same in long stretches where the wave itself is unst
 LOOKS = 8  # at a shorter stretch
 AMPLIFIED = 0.98  # share of the least decay without contact; what decays slower is fed by contact forces
 SIMILAR_DECAY = 0.2  # relative difference of two rates of decay between which one is interpolated
-SIMILAR_GROWTH = 0.05  # the same of an interpolated rate of growth
 UNSTABLE_WAVE = 1e-3  # growth of the wave, in units of omega, beside which other nodal diameters change no flag
 MAX_LOCATIONS = 4  # nodal diameters that may take over from each other where the motion becomes unstable
 
@@ -239,7 +238,7 @@ def _find(
     """Find the exponents of the points looked at and of all between them."""
     for chosen in looked_at:
         if chosen not in found:
-            found[chosen] = stability.worst_pattern(points[chosen])
+            found[chosen] = stability.worst_pattern(points[chosen], any_growing=True)
     for first, last in pairwise(looked_at):
         ends = [(found[index], points[index].omega) for index in (first, last)]
         alike = all(one is not None and one.grows(omega) for one, omega in ends)
@@ -269,15 +268,15 @@ def _fill(
         followed = stability.follow_pattern(points[middle], guess)
         growing = one.grows(points[first].omega)
         if followed is not None and followed.grows(points[middle].omega) == growing:
-            tolerance = SIMILAR_GROWTH if growing else SIMILAR_DECAY
-            alike = _same_rate(followed.exponent.real, guess.exponent.real, tolerance)
-            found[middle] = followed if growing or alike else None
+            # a rate of growth is interpolated whatever it is: its sign is what matters
+            alike = growing or _same_rate(followed.exponent.real, guess.exponent.real, SIMILAR_DECAY)
+            found[middle] = followed if alike else None
             if alike and last - first <= 2 * STRIDE:
                 for ends in ((first, middle), (middle, last)):
                     _interpolate(points, found, *ends)
                 return
     if found[middle] is None:
-        found[middle] = stability.worst_pattern(points[middle])
+        found[middle] = stability.worst_pattern(points[middle], any_growing=True)
     _fill(stability, points, found, first, middle)
     _fill(stability, points, found, middle, last)
 
@@ -370,8 +369,8 @@ def locate_pattern_change(
 
         def with_leader(point: SolutionPoint, start: PatternExponent = leader) -> SolutionPoint:
             recorded = continuation.recorder.record(point)
-            followed = stability.follow_pattern(recorded, start, climb=False)
-            return replace(recorded, pattern=followed or stability.worst_pattern(recorded))
+            followed = stability.follow_pattern(recorded, start)
+            return replace(recorded, pattern=followed or stability.worst_pattern(recorded, any_growing=True))
 
         found = locate_change(
             continuation,
@@ -400,7 +399,7 @@ def _excess_rate(point: SolutionPoint, limit: float) -> float:
 
 def _looked_at_again(continuation: Continuation, stability: PointStability, point: SolutionPoint) -> SolutionPoint:
     """A point located by one exponent, with those of the wave and the least stable of all and that one."""
-    known, worst = point.pattern, stability.worst_pattern(point)
+    known, worst = point.pattern, stability.worst_pattern(point, any_growing=True)
     if worst is None or (known is not None and known.exponent.real > worst.exponent.real):
         worst = known
     return replace(continuation.recorder.with_exponents(point), pattern=worst)

@@ -156,18 +156,19 @@ class PointStability:
         """Whether perturbations of other nodal diameters are looked at, and exist."""
         return self.ring and largest_nodal_diameter(point.balance.receptance.modal) > 0
 
-    def worst_pattern(self, point: SolutionPoint) -> PatternExponent | None:
-        """The least stable exponent over all nodal diameters but that of the wave; None if there is none."""
+    def worst_pattern(self, point: SolutionPoint, any_growing: bool = False) -> PatternExponent | None:
+        """The least stable exponent over all nodal diameters but that of the wave; None if there is none.
+
+        `any_growing`: one that grows suffices, of whichever nodal diameter.
+        """
         state = self.linear_state(point)
         if state is not None:
             return self._pattern_of_linear_motion(point, state)
-        return self._of_ring(point, lambda ring, contact: ring.leading(contact))
+        return self._of_ring(point, lambda ring, contact: ring.leading(contact, any_growing))
 
-    def follow_pattern(
-        self, point: SolutionPoint, start: PatternExponent, climb: bool = True
-    ) -> PatternExponent | None:
+    def follow_pattern(self, point: SolutionPoint, start: PatternExponent) -> PatternExponent | None:
         """The exponent that the one of a neighbouring point, `start`, leads to; see `RingStability.followed`."""
-        return self._of_ring(point, lambda ring, contact: ring.followed(contact, start, climb))
+        return self._of_ring(point, lambda ring, contact: ring.followed(contact, start))
 
     def _of_ring(
         self, point: SolutionPoint, solve: Callable[[RingStability, LinearisedContact], Found | None]

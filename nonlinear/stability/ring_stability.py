@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
+from nonlinear.stability.eigenproblem import OVERLAP
 from nonlinear.stability.floquet import NEUTRAL, FloquetAnalysis
 from nonlinear.stability.perturbation_pencils import FARTHEST
 from nonlinear.stability.point_contact import PointContact
@@ -23,10 +24,12 @@ from rom import RingModes
 SCAN_ERROR = 0.005  # of an eigenvalue that leads a scan, in units of omega, before it is refined
 SAME_RATE = 0.1  # relative difference of two rates that is left where it does not matter to the stability
 FAMILY = 0.05  # distance of two eigenvalues of one family of neighbouring nodal diameters
-FAST = 1.0  # growth, in units of omega, beyond which the scan, linear in sigma, tells little
-MOST_FAST = 4  # of these eigenvalues that are tried all the same
+LIKELY = 0.3  # growth, in units of omega, beyond which few eigenvalues of a scan lead to any
+FAST = 1.0  # growth, in units of omega, beyond which a scan, linear in sigma, has spurious eigenvalues
+MOST_FAST = 4  # of these that are tried all the same, where the largest real part is asked for
 COARSE = 3  # nodal diameters from one looked at to the next, where perturbations of one of these grow
 CLEARLY_GROWING = 0.02  # growth in the scan, in units of omega, that is likely to be one
+HALF_STRIP = 0.5 + OVERLAP + SCAN_ERROR  # beyond it are the eigenvalues of other nodal diameters
 MAX_REFINED = 12  # eigenvalues of one point, or more: all those that grow in the scan, until one grows
 
 
@@ -79,41 +82,44 @@ class RingStability:
     wave: FloquetAnalysis  # perturbations with the symmetry of the wave (kappa = 0)
     n_blades: int  # n_b, at least 2
 
-    def leading(self, contact: LinearisedContact) -> PatternExponent | None:
+    def leading(self, contact: LinearisedContact, any_growing: bool = False) -> PatternExponent | None:
         """The exponent with the largest real part over all k; None if none lies in the strip.
 
         The eigenvalues of the interpolated problems are refined, the least stable first, until no other one can lead
-        or can turn a stable motion into an unstable one.
+        or can turn a stable motion into an unstable one. `any_growing`: the first one that grows suffices.
         """
         point = self.wave.point(*contact)
         if self._has_disk:
-            best = self._least_stable(point, self._sector_scan.eigenvalues(point))
+            best = self._least_stable(point, self._sector_scan.eigenvalues(point), any_growing)
         else:
-            leading = (self._leading_of(point, slices) for slices in self._scanned(point))
+            leading = (self._leading_of(point, slices, any_growing) for slices in self._scanned(point))
             best = next((found for found in leading if found is not None), None)
-        return best if best is None else self._climbed(point, best)
+        return best if best is None or any_growing else self._climbed(point, best)
 
-    def _leading_of(self, point: PointContact, slices: ScannedSlices) -> PatternExponent | None:
+    def _leading_of(self, point: PointContact, slices: ScannedSlices, any_growing: bool) -> PatternExponent | None:
         """The least stable exponent; one that grows from some of the nodal diameters, else from all."""
         every = np.arange(1, self.n_blades // 2 + 1)
         coarse = every % COARSE == 1
         scanned = slices.eigenvalues(every[coarse])
         if scanned and scanned[0][0].real > CLEARLY_GROWING:
-            best = self._least_stable(point, scanned)
+            best = self._least_stable(point, scanned, any_growing)
             if best is not None and best.grows(point.omega):
                 return best
         scanned += slices.eigenvalues(every[~coarse])
-        return self._least_stable(point, sorted(scanned, key=lambda item: -item[0].real))
+        return self._least_stable(point, sorted(scanned, key=lambda item: -item[0].real), any_growing)
 
-    def _least_stable(self, point: PointContact, scanned: list[tuple[complex, int]]) -> PatternExponent | None:
-        """The least stable exponent that eigenvalues of a scan lead to."""
-        best, left, errors = None, _plausible(scanned), ScanErrors()
+    def _least_stable(
+        self, point: PointContact, scanned: list[tuple[complex, int]], any_growing: bool
+    ) -> PatternExponent | None:
+        """The least stable exponent that eigenvalues of a scan lead to, or the first that grows."""
+        best, errors = None, ScanErrors()
+        left = _plausible(scanned, 0 if any_growing else MOST_FAST)
         values, diameters = (np.array([item[part] for item in left]) for part in (0, 1))
         for number in range(len(left)):
             rates = errors.corrected(values, diameters)
             if self._has_disk:  # errors of neighbouring nodal diameters, with other modes, differ
                 rates = np.maximum(rates, values.real)
-            index = int(np.argmax(rates))
+            index = int(np.argmax(np.where(rates > LIKELY, 0.0, rates) if any_growing else rates))
             may_grow = values[index].real > NEUTRAL
             if best is not None:
                 highest = best.exponent.real / point.omega
@@ -127,18 +133,16 @@ class RingStability:
             values, diameters = np.delete(values, index), np.delete(diameters, index)
             found = self._refined(point, sigma, k)
             if found is not None:
+                if any_growing and found.grows(point.omega):
+                    return found
                 errors.add(sigma, k, found.exponent / point.omega)
                 if best is None or found.exponent.real > best.exponent.real:
                     best = found
         return best
 
-    def followed(
-        self, contact: LinearisedContact, start: PatternExponent, climb: bool = True
-    ) -> PatternExponent | None:
+    def followed(self, contact: LinearisedContact, start: PatternExponent) -> PatternExponent | None:
         """The exponent that the one of a neighbouring point leads to; None if it leads to none."""
-        point = self.wave.point(*contact)
-        best = self._refined(point, start.exponent / contact.omega, start.nodal_diameter)
-        return best if best is None or not climb else self._climbed(point, best)
+        return self._refined(self.wave.point(*contact), start.exponent / contact.omega, start.nodal_diameter)
 
     def _climbed(self, contact: PointContact, best: PatternExponent) -> PatternExponent:
         """From an exponent that grows, that of the neighbouring nodal diameters that grows most."""
@@ -192,10 +196,11 @@ class RingStability:
         return None if found is None else PatternExponent(contact.omega * found, k)
 
 
-def _plausible(scanned: list[tuple[complex, int]]) -> list[tuple[complex, int]]:
-    """Eigenvalues of a scan without most of those that grow very fast: stiff contacts bring many that are none."""
-    fast = sorted((item for item in scanned if item[0].real > FAST), key=lambda item: item[0].real)
-    return [*reversed(fast[:MOST_FAST]), *(item for item in scanned if not item[0].real > FAST)]
+def _plausible(scanned: list[tuple[complex, int]], most_fast: int) -> list[tuple[complex, int]]:
+    """Eigenvalues of a scan in the strip, few of those that grow very fast: with stiff contacts many are none."""
+    inside = [item for item in scanned if abs(item[0].imag) <= HALF_STRIP]
+    fast = sorted((item for item in inside if item[0].real > FAST), key=lambda item: item[0].real)
+    return [*reversed(fast[:most_fast]), *(item for item in inside if not item[0].real > FAST)]
 
 
 def largest_nodal_diameter(modal: RingModes) -> int:

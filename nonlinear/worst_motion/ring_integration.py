@@ -119,7 +119,7 @@ class RingPatterns:
             near = sorted(near, key=lambda item: self.ring.blades(item[1]))
             for sigma, k in near[:1]:
                 start = PatternExponent(self.omega * sigma, k)
-                refined = self._stability.followed(self._contact, start, climb=False)
+                refined = self._stability.followed(self._contact, start)
                 found += [] if refined is None else [refined]
         return max(found, key=lambda pattern: pattern.exponent.real)
 
