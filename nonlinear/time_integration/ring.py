@@ -177,8 +177,24 @@ class RingState:
         times, rest = divmod(n_blades, self.n_blades)
         if rest:
             raise ValueError(f"blades: {n_blades}, allowed: multiples of {self.n_blades}")
-        parts = self.coordinates, self.rates, self.slider, self.force
-        return RingState(*(np.concatenate([part] * times) for part in parts))
+        return RingState(*(np.concatenate([part] * times) for part in self._parts))
+
+    def with_blades_of(self, other: "RingState", count: int) -> "RingState":
+        """The state with its first blades in another motion.
+
+        Parameters
+        ----------
+        other : RingState
+            State of as many blades.
+        count : int
+            Number of blades that are taken from it.
+        """
+        pairs = zip(other._parts, self._parts, strict=True)
+        return RingState(*(np.concatenate([first[:count], rest[count:]]) for first, rest in pairs))
+
+    @property
+    def _parts(self) -> tuple[Array, Array, Array, Array]:
+        return self.coordinates, self.rates, self.slider, self.force
 
 
 RETENTION = 20.0  # modes up to this multiple of the excitation frequency are integrated

@@ -11,6 +11,7 @@ from nonlinear.contact.parameters import Array
 from nonlinear.response_curve import BifurcationKind, ResponseCurve
 
 CLEARLY_HIGHER = 0.02  # relative distance of the amplitudes of two solutions of one frequency, see UnstableStretch
+APART = 1.3  # ratio of the highest and the lowest solution of a frequency from which blades can be on either
 LONG = 1000  # periods in which a disturbance of a motion that persists grows by a factor of e at most
 Place = tuple[int, int]  # branch (0: main, k: detached branch k) and index of the point
 
@@ -26,6 +27,19 @@ class UnstableStretch:
     branch: int  # branch: 0, the main branch; k, detached branch k
     exposed: NDArray[np.int64]  # (k,), indices of the exposed points, in the order of the branch
     height_m: float  # largest amplitude of the exposed points, m
+
+
+@dataclass(frozen=True)
+class Coexistence:
+    """A range of frequencies with a high and a low solution."""
+
+    start_hz: float  # the end where the high solution is lower
+    end_hz: float  # the other end
+    height_m: float  # largest amplitude of the high solution, m
+
+    def at(self, share: float) -> float:
+        """Frequency at a share of the way from the start to the end, Hz."""
+        return self.start_hz + share * (self.end_hz - self.start_hz)
 
 
 def branches_of(curve: ResponseCurve) -> tuple[ResponseCurve, ...]:
@@ -93,8 +107,37 @@ def _is_exposed(branches: Sequence[ResponseCurve], branch: ResponseCurve, index:
     frequency_hz, height = float(branch.frequency_hz[index]), branch.amplitude_m[index]
     if np.any(stable_amplitudes(branches, frequency_hz) >= height * (1.0 - CLEARLY_HIGHER)):
         return False
-    solutions = [_at(each, np.ones(each.points - 1, dtype=bool), frequency_hz) for each in branches if each.points]
-    return not np.any(np.concatenate(solutions) >= height * (1.0 + CLEARLY_HIGHER))
+    return not np.any(_amplitudes(branches, frequency_hz) >= height * (1.0 + CLEARLY_HIGHER))
+
+
+def coexistences(branches: Sequence[ResponseCurve]) -> list[Coexistence]:
+    """The ranges of frequencies with solutions far apart, that with the highest first."""
+    points = np.unique(np.concatenate([branch.frequency_hz for branch in branches]))
+    middles = 0.5 * (points[:-1] + points[1:])
+    found = [_amplitudes(branches, frequency_hz) for frequency_hz in middles.tolist()]
+    high, low = (np.array([pick(each) if each.size else 0.0 for each in found]) for pick in (np.max, np.min))
+    ranges = []
+    for run in _runs(high > APART * low):
+        ends = sorted((run[0], run[-1]), key=lambda index: high[index])
+        start, end = (float(middles[index]) for index in ends)
+        ranges.append(Coexistence(start, end, float(high[run].max())))
+    return sorted(ranges, key=lambda each: -each.height_m)
+
+
+def highest_beside(branches: Sequence[ResponseCurve], frequency_hz: float) -> Place:
+    """The point before the highest solution at a frequency, on any branch."""
+    found = []
+    for number, branch in enumerate(branches):
+        for index in np.flatnonzero(_crosses(branch, frequency_hz)).tolist():
+            found.append((float(branch.amplitude_m[index]), number, index))
+    return max(found)[1:]
+
+
+def _amplitudes(branches: Sequence[ResponseCurve], frequency_hz: float) -> Array:
+    """Amplitudes of all solutions at a frequency, m."""
+    return np.concatenate(
+        [_at(each, np.ones(each.points - 1, bool), frequency_hz) for each in branches if each.points]
+    )
 
 
 def _stable_parts(branch: ResponseCurve) -> NDArray[np.bool_]:
@@ -107,10 +150,18 @@ def _stable_parts(branch: ResponseCurve) -> NDArray[np.bool_]:
     return parts
 
 
+def _crosses(branch: ResponseCurve, frequency_hz: float) -> NDArray[np.bool_]:
+    """Whether a frequency lies between neighbouring points of a branch, (P-1,)."""
+    crosses: NDArray[np.bool_] = (branch.frequency_hz[:-1] - frequency_hz) * (
+        branch.frequency_hz[1:] - frequency_hz
+    ) <= 0.0
+    return crosses
+
+
 def _at(branch: ResponseCurve, parts: NDArray[np.bool_], frequency_hz: float) -> Array:
     """Amplitudes of the chosen parts (P-1,) of a branch at a frequency, m."""
     before, after = branch.frequency_hz[:-1], branch.frequency_hz[1:]
-    crosses = parts & ((before - frequency_hz) * (after - frequency_hz) <= 0.0)
+    crosses = parts & _crosses(branch, frequency_hz)
     first, last = before[crosses], after[crosses]
     width = np.where(first == last, 1.0, last - first)
     share = np.where(first == last, 0.0, (frequency_hz - first) / width)

@@ -220,6 +220,8 @@ class RingIntegration:
     def confirmed(self, omega: float, motion: RingMotion, height_m: float) -> RingMotion:
         """A motion, if it is higher than all known ones followed on until it is clear whether it counts.
 
+        Where it does not persist, the one that the ring goes over to.
+
         Parameters
         ----------
         omega : float
@@ -231,9 +233,10 @@ class RingIntegration:
         """
         if not counts(motion) and motion.amplitude_m > height_m:
             motion = self._continued(omega, motion, height_m)
-        if counts(motion) and motion.amplitude_m > height_m:
-            motion = self._followed_on(omega, motion)
-        return motion
+        if not counts(motion) or motion.amplitude_m <= height_m:
+            return motion
+        motion = self._followed_on(omega, motion)
+        return motion if counts(motion) else self._continued(omega, motion, height_m)
 
     def _continued(self, omega: float, motion: RingMotion, height_m: float) -> RingMotion:
         """A motion that ended too early to count, until it has settled, persisted or fallen below a height."""
@@ -248,7 +251,7 @@ class RingIntegration:
         )
 
     def _followed_on(self, omega: float, motion: RingMotion) -> RingMotion:
-        """A motion that counts, disturbed and followed for longer; its largest displacement, if it persists.
+        """A motion that counts, disturbed and followed for longer; its largest displacement at the end of that.
 
         In a ring of a multiple of its blades, if that is no large one.
         """
@@ -264,8 +267,8 @@ class RingIntegration:
             motion,
             settled=motion.settled and persists,
             persistence=motion.persistence + LONGER if persists else 0,
-            amplitude_m=max(motion.amplitude_m, float(after.max())),
-            lowest_m=min(motion.lowest_m, float(after.min())),
+            amplitude_m=float(after.max()),
+            lowest_m=float(after.min()),
             n_blades=integrator.n_blades,
             periods=motion.periods + LONGER,
             envelope_m=record.envelope_m,
@@ -435,13 +438,19 @@ class SolutionSearch:
     def _on(self, number: int, branch: BranchPoints) -> Iterator[FoundSolution]:
         """The solutions on one branch, each once."""
         seen: list[Array] = []
-        for displacement in self._crossings(branch):
+        for displacement in self.crossings(branch):
             if not any(_same(displacement, other) for other in seen):
                 seen.append(displacement)
                 yield self._found(number, displacement)
 
-    def _crossings(self, branch: BranchPoints) -> Iterator[Array]:
-        """Real coefficients of the solutions between neighbouring points, (2H+1, n_c, 3)."""
+    def crossings(self, branch: BranchPoints) -> Iterator[Array]:
+        """Real coefficients of the solutions between neighbouring points, (2H+1, n_c, 3).
+
+        Parameters
+        ----------
+        branch : BranchPoints
+            The branch.
+        """
         frequency = branch.frequency_hz
         crossed = (frequency[:-1] - self.frequency_hz) * (frequency[1:] - self.frequency_hz) <= 0.0
         for before in np.flatnonzero(crossed).tolist():
@@ -472,3 +481,48 @@ class SolutionSearch:
 def _same(one: Array, other: Array) -> bool:
     """Whether two solutions are one."""
     return one.shape == other.shape and bool(np.abs(one - other).max() <= SAME_SOLUTION * np.abs(one).max())
+
+
+@dataclass(frozen=True)
+class MixedStarts:
+    """Rings with some blades on a high and the others on a low solution: a localised motion needs such a start."""
+
+    integration: RingIntegration
+    branches: Sequence[ResponseCurve]
+
+    @cached_property
+    def pattern(self) -> int:
+        """Nodal diameter that the largest ring of few blades carries; that of the wave where it needs many."""
+        ring = self.integration.ring
+        patterns = range((ring.modal.n_blades or 0) // 2 + 1)
+        few = [k for k in patterns if ring.blades(k) <= MOST_BLADES]
+        return max(few, key=lambda k: (ring.blades(k), -k), default=0)
+
+    @property
+    def blades(self) -> int:
+        """Number of blades of that ring."""
+        return self.integration.ring.blades(self.pattern)
+
+    @property
+    def high_blades(self) -> list[int]:
+        """Numbers of neighbours on the high solution that are tried: all but one, half of them, one."""
+        return list(dict.fromkeys(number for number in (self.blades - 1, self.blades // 2, 1) if number))
+
+    def __call__(self, frequency_hz: float, high_blades: int, blade_periods: int, height_m: float) -> Integrated:
+        """The motion that the ring reaches; none where there are not two solutions, or too few blades times periods.
+
+        Blades that fall clearly below the high solution have left it.
+        """
+        ring, omega = self.integration.ring, 2.0 * np.pi * frequency_hz
+        periods = min(USUAL_PERIODS, blade_periods // self.blades)
+        search = SolutionSearch(ring, self.integration.options, frequency_hz)
+        found = [each for branch in self.branches for each in search.crossings(branch)]
+        if periods < FEWEST_PERIODS or len(found) < 2:
+            return Integrated(None)
+        integrator = RingIntegrator.of(ring, omega, nodal_diameter=self.pattern)
+        heights = [float(np.abs(integrator.wave_output(each)).max()) for each in found]
+        low, high = (integrator.on_wave(found[int(pick(heights))]) for pick in (np.argmin, np.argmax))
+        limits = RingLimits(most_periods=periods, floor_m=FLOOR * max(height_m, *heights), window=WINDOW)
+        state = low.with_blades_of(high, high_blades)
+        motion = integrate_ring(ring, omega, state, nodal_diameter=self.pattern, limits=limits)
+        return Integrated(self.integration.confirmed(omega, motion, height_m))

@@ -19,6 +19,7 @@ FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 3e-3, 6e-3, 4e-4  # relative to the fr
 LONGER_STEP = 1.4  # factor on a step after one that kept the motion
 SETTLING = 20  # periods of a step before its window
 FIRST_WAY = 0.75  # share of the periods times blades for the way in which the motion gets higher
+RISING = 1.5  # the same for either way as long as the motion gets higher
 LOW = 0.5  # of the highest point of a sweep, below which it ends
 MOST_TOPS = 3  # highest points that are integrated for longer, until no other was higher
 
@@ -45,8 +46,9 @@ class SteppedSweep:
         """Follow a motion both ways with at most so many blades times periods, and settle where it is highest."""
         walk = _Walk(self.integration, motion, frequency_hz)
         way = 1.0 if walk.rises() else -1.0
-        complete = walk.go(way, round(FIRST_WAY * blade_periods))
-        complete &= walk.go(-way, blade_periods)
+        rising = round(RISING * blade_periods)
+        complete = walk.go(way, round(FIRST_WAY * blade_periods), rising)
+        complete &= walk.go(-way, blade_periods, rising)
         top_hz, top = walk.top()
         places = sorted(walk.points)
         heights = [walk.points[place][0] for place in places]
@@ -81,8 +83,11 @@ class _Walk:
         self.points[place] = found
         return True
 
-    def go(self, sign: float, most: int) -> bool:
-        """Step one way until the motion is lost or low or the range ends; False: `most` was spent before."""
+    def go(self, sign: float, most: int, most_rising: int) -> bool:
+        """Step one way until the motion is lost or low or the range ends; False: `most` was spent before.
+
+        `most_rising`: the same while the motion gets higher.
+        """
         at, step = self.start_hz, FIRST_STEP
         while step >= SMALLEST_STEP:
             height, state = self.points[at]
@@ -90,7 +95,7 @@ class _Walk:
             low, high = self.integration.options.frequency_hz
             if height < LOW * self.highest or not low <= place <= high:
                 return True
-            if self.spent >= most:
+            if self.spent >= (most if height < self.highest else most_rising):
                 return False
             found = self.points.get(place) or self._step(place, state)
             if found is None or found[0] < KEEPS * height:

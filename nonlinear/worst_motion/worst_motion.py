@@ -23,6 +23,8 @@ from nonlinear.worst_motion.candidates import (
     Place,
     UnstableStretch,
     branches_of,
+    coexistences,
+    highest_beside,
     highest_persistent,
     persists,
     stable_amplitudes,
@@ -32,6 +34,7 @@ from nonlinear.worst_motion.candidates import (
 from nonlinear.worst_motion.ring_integration import (
     FLOOR,
     Integrated,
+    MixedStarts,
     RingIntegration,
     RingPatterns,
     Solution,
@@ -45,6 +48,9 @@ MOST_FURTHER = 4  # starts after those from the highest points of the unstable s
 MOST_EXPLORED = 8  # the same with those that would take too long
 FASTER = 1.5  # ratio of two growths in a period from which the faster one is a start of its own
 TOLD = 3.0  # growth (of the logarithm) of a disturbance that has to be missing where a ring stays all the same
+# shares of the way through a range with two solutions, from the end where the high one is lower, of mixed starts: the
+# first one, the next where blades have left the high solution there, and where not
+FIRST_MIXED, MIXED_BEFORE, MIXED_BEYOND = 0.25, 0.125, 0.5
 FALLING = 0.05  # relative fall of a motion that is still falling
 SAME_SWEEP = 0.2  # relative difference of the heights of two motions in time at one frequency that count as one
 SAME_AMPLITUDE = 0.05  # relative difference from a stable solution up to which a periodic motion counts as it
@@ -80,6 +86,7 @@ class Departure:
     failure: str = ""  # why there is no motion, or none of the pattern that grows fastest
     spent: bool = False  # whether too few periods were left to find a motion
     sweep: Sweep | None = None  # the motion over the frequency, where it was followed
+    high_blades: int = 0  # of a mixed start, on the high solution
 
     @property
     def new_height(self) -> float:
@@ -107,12 +114,13 @@ class DepartureSearch:
     tolerance: float = SAME_AMPLITUDE
     blade_periods: int = BLADE_PERIODS  # blades times periods that are left
     follow: Follow | None = None  # follows a motion from a frequency with so many blades times periods at most
+    mix: MixedStarts | None = None  # starts with some blades on a high and the others on a low solution
     _highest: float = field(default=0.0, init=False)  # of the motions found
 
     def __post_init__(self) -> None:
         """Shares of what may be integrated."""
         self._one_start, self._spared = (round(share * self.blade_periods) for share in (ONE_START, SPARED))
-        self._to_follow = self.blade_periods
+        self._to_follow = self._to_mix = self.blade_periods
 
     def departures(self, stretches: Sequence[UnstableStretch]) -> Iterator[Departure]:
         """From a few exposed points of each stretch, then from other points of one of them.
@@ -141,6 +149,43 @@ class DepartureSearch:
                     if position not in before:
                         yield self._departure(stretch, position)
 
+    def mixed(self) -> Iterator[Departure]:
+        """From mixed starts in the ranges with two solutions, the highest first.
+
+        Near one end of a range the blades keep the high solution, near the other they leave it.
+        """
+        ranges = coexistences(self.branches) if self.mix else []
+        for high_blades in self.mix.high_blades if self.mix else ():
+            shares = [FIRST_MIXED] * len(ranges)
+            for _ in range(2):
+                for number, each in enumerate(ranges):
+                    found, lost = self._from_mixed(each.at(shares[number]), each.height_m, high_blades)
+                    shares[number] = MIXED_BEFORE if lost else MIXED_BEYOND
+                    if found is not None:
+                        yield found
+
+    def _from_mixed(self, frequency_hz: float, most_m: float, high_blades: int) -> tuple[Departure | None, bool]:
+        """What the ring does from a mixed start, and whether it falls below the high solution.
+
+        Nothing is integrated where the high solutions, up to `most_m`, are low. A motion that has not settled, and is
+        not above all that are known, falls.
+        """
+        height = max(self.height_m, self._highest)
+        if self.mix is None or most_m < COULD_MATTER * height:
+            return None, True
+        try:
+            motion = self.mix(frequency_hz, high_blades, self._to_mix, height).motion
+        except ArithmeticError:
+            return None, True
+        if motion is None:
+            return None, True
+        self._to_mix -= motion.periods * motion.n_blades
+        place = highest_beside(self.branches, frequency_hz)
+        found = replace(self._judged(place, frequency_hz, motion, ""), high_blades=high_blades)
+        found = replace(found, falls=found.falls or (not counts(motion) and motion.amplitude_m <= height))
+        self._highest = max(self._highest, found.new_height)
+        return found, motion.amplitude_m < FLOOR * self.branches[place[0]].amplitude_m[place[1]]
+
     def followed(self, departures: Sequence[Departure]) -> Iterator[Departure]:
         """The motions that no branch holds over the frequency, the highest first; each at its highest point.
 
@@ -157,7 +202,7 @@ class DepartureSearch:
             sweep = self.follow(each.frequency_hz, each.motion, self._to_follow)
             known.append(sweep)
             self._to_follow -= sweep.blade_periods
-            if sweep.top is None:
+            if sweep.top is None or sweep.top.amplitude_m < each.new_height:
                 yield replace(each, sweep=sweep)
             else:
                 top = replace(sweep.top, started_m=each.motion.started_m)
@@ -248,7 +293,8 @@ class DepartureSearch:
             motion = replace(motion, stays=False, settled=False, persistence=0)
         stable = stable_amplitudes(self.branches, frequency_hz)
         near = np.abs(stable - motion.amplitude_m) <= self.tolerance * stable
-        known = motion.periodic and motion.settled and bool(np.any(near))
+        steady = motion.lowest_m >= (1.0 - 2.0 * self.tolerance) * motion.amplitude_m  # on its way to it
+        known = bool(np.any(near)) and (motion.periodic if motion.settled else steady)
         falls = motion.amplitude_m < FLOOR * height or (_falls(motion) and _end(motion) <= height)
         return Departure(place, frequency_hz, motion, known, falls, failure)
 
@@ -304,9 +350,9 @@ def searched(
 ) -> str:
     """What was searched (branches, stability, harmonics, time integration), and what was not, by semicolons."""
     parts = [_branches(curve, options), _stability(options, n_blades), f"harmonics 0 to {curve.harmonics}"]
-    motions = [each.motion for each in departures if each.motion is not None and each.sweep is None]
-    if motions:
-        parts.append(_integrated(motions, sum(each.sweep is not None for each in departures)))
+    starts = [each for each in departures if each.motion is not None and each.sweep is None]
+    if starts:
+        parts.append(_integrated(starts, sum(each.sweep is not None for each in departures)))
     else:
         unchecked = options.stability != "ring" and not options.time_integration
         left_out = lacking or departures or unchecked
@@ -336,12 +382,15 @@ def _stability(options: SolverOptions, n_blades: int | None) -> str:
     return f"stability against nodal diameters 0 to {n_blades // 2}"
 
 
-def _integrated(motions: Sequence[RingMotion], followed: int) -> str:
+def _integrated(starts: Sequence[Departure], followed: int) -> str:
     """Where time integration started, and with how many blades."""
-    count, rings = len(motions), sorted({motion.n_blades for motion in motions})
-    text = f"time integration from {count} unstable solution{'s' if count != 1 else ''}"
-    if rings:
-        text += f" (ring{'s' if len(rings) > 1 else ''} of {', '.join(map(str, rings))} blades)"
+    mixed = sum(each.high_blades > 0 for each in starts)
+    solutions, motions = len(starts) - mixed, [each.motion for each in starts if each.motion is not None]
+    places = [f"{solutions} unstable solution{'s' if solutions != 1 else ''}"] * bool(solutions)
+    places += [f"{mixed} mixed start{'s' if mixed != 1 else ''}"] * bool(mixed)
+    rings = sorted({motion.n_blades for motion in motions})
+    text = f"time integration from {' and '.join(places)}"
+    text += f" (ring{'s' if len(rings) > 1 else ''} of {', '.join(map(str, rings))} blades)"
     stayed = sum(motion.stays for motion in motions)
     text += f", {stayed} of which the ring did not leave" if stayed else ""
     return f"{text}, {followed} motion{'s' if followed > 1 else ''} followed in frequency" if followed else text
@@ -426,8 +475,8 @@ def find_worst_motion(problem: ProblemTuple, curve: ResponseCurve) -> WorstMotio
         return integration(Solution.of(branches[place[0]], place[1]), blade_periods, height_m)
 
     reason = _why_not(options)
-    follow = SteppedSweep(integration)
-    worst = worst_of(curve, options, modal.n_blades, None if reason else integrate, reason, follow)
+    others = SteppedSweep(integration), MixedStarts(integration, branches)
+    worst = worst_of(curve, options, modal.n_blades, None if reason else integrate, reason, *others)
     is_solution = worst.motion == "periodic" and worst.branch >= 0
     if options.stability == "ring" or options.method != "coupled" or not (modal.n_blades and is_solution):
         return worst
@@ -455,6 +504,7 @@ def worst_of(
     integrate: Integrate | None,
     reason: str = "",
     follow: Follow | None = None,
+    mix: MixedStarts | None = None,
 ) -> WorstMotion:
     """The worst motion with a given time integration; without one, `reason` says why."""
     tolerance = max(options.harmonic_tolerance, TRUNCATION_TOLERATED)
@@ -465,15 +515,15 @@ def worst_of(
     departures: list[Departure] = []
     left_out: Sequence[UnstableStretch] = matter
     if integrate is not None:
-        search = DepartureSearch(branches, integrate, height, _tolerance(curve), options.blade_periods, follow)
-        departures = list(search.departures(matter[:MOST_STRETCHES]))
+        search = DepartureSearch(branches, integrate, height, _tolerance(curve), options.blade_periods, follow, mix)
+        departures = [*search.departures(matter[:MOST_STRETCHES]), *search.mixed()]
         departures += search.followed(departures)
         left_out, reason = matter[MOST_STRETCHES:], f"the {MOST_STRETCHES} highest were integrated"
     spoken: dict[str, Any] = {
         "searched": searched(curve, options, n_blades, departures, bool(left_out)),
         "unresolved": unresolved(curve, departures, [stretch.height_m for stretch in left_out], reason),
     }
-    found = max(departures, key=lambda departure: departure.new_height, default=None)
+    found = max(departures, key=lambda each: (each.new_height, each.sweep is not None), default=None)
     if found is not None and found.motion is not None and found.new_height > height:
         worst = _reached(found, found.motion, spoken)
     elif place is None:

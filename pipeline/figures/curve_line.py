@@ -128,6 +128,7 @@ MARKS = {"branch point": "D", "Neimark-Sacker": "s", "period doubling": "^"}
 END_OF_RANGE = "end of the range, no peak"
 MARK_OF_END = 6  # of matplotlib: an arrow head up, its tip on the point
 SAME_HEIGHT = 1e-3  # relative difference of a worst motion and a peak that are one point of the figure
+FOLLOWED = "worst motion in time"
 THIN = 0.8  # width of a detached branch
 OPEN: dict[str, Any] = {"linestyle": "none", "markerfacecolor": "none", "zorder": 4}
 
@@ -169,6 +170,17 @@ def mark_worst(axes: Axes, curves: Sequence[PlottedCurve], colours: Sequence[Any
     if found:
         look["clip_on"] = True  # the layout would make room for a mark without a place
         axes.plot([], [], "*", label="worst motion", color="0.35", **look)
+
+
+def mark_followed(axes: Axes, curves: Sequence[PlottedCurve], colours: Sequence[Any], factor: float) -> None:
+    """Worst motions on no branch over the frequencies at which they were integrated in time."""
+    look: dict[str, Any] = {"linewidth": 0.6, "marker": ".", "markersize": 3.5, "zorder": 3}
+    chosen = [pair for pair in zip(curves, colours, strict=True) if pair[0].facts.worst_followed_hz]
+    for curve, colour in chosen:
+        heights = np.array(curve.facts.worst_followed_m) * factor
+        axes.plot(curve.facts.worst_followed_hz, heights, color=colour, label=f"_{curve.label}, {FOLLOWED}", **look)
+    if chosen:
+        axes.plot([], [], color="0.35", label=FOLLOWED, **look)
 
 
 def explain_lines(axes: Axes, curves: Sequence[PlottedCurve]) -> None:

@@ -13,6 +13,7 @@ from pipeline.figures.curve_line import (
     explain_lines,
     grey_mark,
     mark_bifurcations,
+    mark_followed,
     mark_peak,
     mark_worst,
 )
@@ -98,9 +99,9 @@ def response_figure(
 
     Where two keys are swept, the colour tells one and the panel the other. Long dashes: unstable against another
     nodal diameter. A pale band shows the amplitudes that residual tractions allow, where asked for. A star marks the
-    worst motion of a curve where that is not its peak. Detached branches are thin lines of the same colour;
-    `bifurcations` other than folds have marks (`MARKS`) where asked for. Dark lines are nonlinear modes, where they
-    were computed, and crosses their resonances.
+    worst motion of a curve where that is not its peak, dots where it was followed in time. Detached branches are thin
+    lines of the same colour; `bifurcations` other than folds have marks (`MARKS`) where asked for. Dark lines are
+    nonlinear modes, where they were computed, and crosses their resonances.
     """
     factor, unit = scale(np.concatenate([curve.response.amplitude_m for curve in curves]), "m")
     keys = panel_keys(sweep_keys(curves))
@@ -159,6 +160,7 @@ def _draw_panel(
         mark_peak(axes, curve.peak[0], curve.peak[1] * factor, colour, curve.facts.peak_at_end, name)
     explain_lines(axes, curves)
     _draw_residual_bands(axes, curves, colours, factor)
+    mark_followed(axes, curves, colours, factor)
     mark_worst(axes, curves, colours, factor)
 
 

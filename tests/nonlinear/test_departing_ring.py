@@ -17,7 +17,8 @@ from nonlinear import (
     forced_response,
     integrate_ring,
 )
-from nonlinear.worst_motion.ring_integration import USUAL_PERIODS, Solution, _persists
+from nonlinear.worst_motion.candidates import coexistences
+from nonlinear.worst_motion.ring_integration import USUAL_PERIODS, MixedStarts, Solution, _persists
 from nonlinear.worst_motion.stepped_sweep import SteppedSweep
 from rom import modal_model
 
@@ -101,6 +102,33 @@ def test_a_motion_persists_if_it_keeps_height_and_scatter(last, persists):
     assert _persists(1.0, before, after) == persists
     after[60:] = 0.1  # high in the first half of the window, and nearly at rest at its end
     assert not _persists(1.0, before, after)
+
+
+def test_a_localised_motion_is_found_from_a_mixed_start():
+    """Three of eight blades move clearly more than the others, more than in any wave that persists, for good."""
+    modal = modal_model(lumped_blade(8, 1), damping_ratio=0.02)
+    contact = ContactParameters.shared(
+        1, normal_stiffness=3.0, tangential_stiffness=2.1, friction=0.3, interference=-0.8
+    )
+    options = SolverOptions((0.12, 0.3), harmonics=3, detached=False, truncation=False, time_integration=False)
+    curve = forced_response(modal, contact, Excitation(4, 0.3), options)
+    ring = Ring(modal, contact, Excitation(4, 0.3))
+    (between,) = coexistences([curve])
+    assert between.start_hz > between.end_hz  # a hardening contact: the high solution falls with the frequency
+    mix, frequency_hz = MixedStarts(RingIntegration(ring, options), [curve]), between.at(0.25)
+    assert (mix.blades, mix.high_blades) == (8, [7, 4, 1])
+    assert mix(frequency_hz, 1, 8 * 199, 0.0).motion is None
+    motion = mix(frequency_hz, 1, 10_000, 0.0).motion
+    assert motion is not None
+    blades = np.sort(motion.envelope_m[-40:].max(axis=0))
+    assert blades[5] > 2.5 * blades[2]
+    stable = curve.amplitude_m[curve.stable & (np.abs(curve.frequency_hz - frequency_hz) < 0.002)]
+    assert motion.amplitude_m > 1.2 * stable.max()
+    limits = RingLimits(most_periods=400, window=100, finer=2)
+    pattern = {"nodal_diameter": mix.pattern, "limits": limits}
+    again = integrate_ring(ring, 2.0 * np.pi * frequency_hz, motion.final, **pattern)
+    assert again.settled
+    assert again.amplitude_m == pytest.approx(motion.amplitude_m, rel=0.02)
 
 
 def test_none_where_there_is_no_time():

@@ -9,7 +9,7 @@ import pytest
 
 from nonlinear import OptionsError, Peak, ResponseCurve, SolverOptions, TerminationReason
 from nonlinear.time_integration.ring_motion import RingMotion
-from nonlinear.worst_motion.candidates import branches_of, stable_amplitudes, unstable_stretches
+from nonlinear.worst_motion.candidates import branches_of, coexistences, stable_amplitudes, unstable_stretches
 from nonlinear.worst_motion.ring_integration import Integrated
 from nonlinear.worst_motion.stepped_sweep import Sweep
 from nonlinear.worst_motion.worst_motion import MOST_FURTHER, MOST_STRETCHES, worst_of
@@ -152,6 +152,32 @@ def test_a_motion_is_followed_in_frequency(complete):
     assert "1 motion followed in frequency" in worst.searched
     only = "" if complete else "the motion at 7.5 Hz was followed from 2.5 to 7.5 Hz only"
     assert worst.unresolved == only
+
+
+@pytest.mark.parametrize("height", [1.0, 12.0])
+def test_mixed_starts_go_where_blades_keep_the_high_solution(height):
+    """Where they leave it a quarter of the way, nearer to the end where it is lower, otherwise to the middle."""
+    frequency = [3.0, 5.0, 7.0, 7.0, 5.0, 3.0, 2.0]
+    curve = curve_of(frequency, [2.0, 6.0, 10.0, 5.0, 2.0, 0.5, 0.5], [True] * 7)
+    ring, _ = ring_to(height)
+    starts = []
+
+    class Mix:
+        high_blades = (7, 1)
+
+        def __call__(self, frequency_hz, high_blades, blade_periods, floor):
+            starts.append((frequency_hz, high_blades, blade_periods))
+            return ring(None, 0, 0.0) if blade_periods > 8_000 else Integrated(None)
+
+    worst = worst_of(curve, OPTIONS, 72, never, mix=Mix())
+    (between,) = coexistences(branches_of(curve))
+    assert (between.start_hz, between.end_hz, between.height_m) == (4.0, 6.0, 8.0)
+    second = 5.0 if height > 10.0 else 4.25
+    assert starts[:2] == [(4.5, 7, 10_000), (second, 7, 8_800)]
+    assert [each[2] for each in starts[2:]] == [7_600, 7_600]  # blades times periods are spent
+    assert worst.amplitude_m == max(height, 10.0)
+    assert "time integration from 2 mixed starts (ring of 4 blades)" in worst.searched
+    assert worst.unresolved == ""
 
 
 def test_an_unstable_solution_below_a_stable_one_is_left_alone():

@@ -144,6 +144,20 @@ def test_two_keys_are_told_by_colour_and_panel_and_the_legend_explains_the_lines
     assert all(line.get_markerfacecolor() == "none" for line in marks)  # the curve shows through
 
 
+def test_a_motion_followed_in_time_is_drawn_in_the_colour_of_its_curve() -> None:
+    """As wide as it was followed, with one entry of the legend; nothing where nothing was followed."""
+    points = [point(0, {V0: -1e-6}, 1e-6), point(1, {V0: 1e-6}, 2e-6)]
+    seen = {"worst_followed_hz": (390.0, 400.0, 410.0), "worst_followed_m": (2e-6, 3e-6, 2.5e-6)}
+    curves = [curve(replace(points[0], facts=replace(points[0].facts, **seen))), curve(points[1])]
+    figure = response_figure(curves, [], {0: "tab:red", 1: "tab:blue"}, "title")
+    (line,) = [each for each in figure.axes[0].lines if str(each.get_label()).endswith("worst motion in time")][:-1]
+    assert line.get_color() == "tab:red"
+    assert line.get_xdata() == pytest.approx([390.0, 400.0, 410.0])
+    assert line.get_ydata() == pytest.approx([2.0, 3.0, 2.5])
+    said = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
+    assert said.count("worst motion in time") == 1
+
+
 def test_a_map_has_the_height_of_each_curve_in_its_cell() -> None:
     points = grid(4, 3)
     figure = cell_figure(points, "title")
