@@ -374,7 +374,8 @@ def _draw_crossings(
         texts.append(f"{name}: {', '.join(parts)}")
         for speed, frequency in (place for places in met.values() for place in places):
             axes.scatter([speed], [frequency], s=36.0, marker="D", color=COLOUR, edgecolor="0.2", zorder=4.0)
-            look: dict[str, Any] = {"xytext": (6, -4), "ha": "left", "va": "top", "fontsize": 8}
+            look: dict[str, Any] = {"xytext": (6, -4), "ha": "left", "va": "top", "fontsize": 8, "zorder": 5.0}
+            look["bbox"] = {"boxstyle": "round,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.8}
             labels.append(axes.annotate(str(number), (speed, frequency), textcoords="offset points", **look))
     draw_list(axes, "Resonance crossings of the engine order with free and with stuck shrouds", texts)
     return labels
