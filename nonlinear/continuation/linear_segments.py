@@ -56,6 +56,7 @@ class LinearSegmentSystem:
     balance: HarmonicBalance
     contact: ContactParameters
     state: LinearState
+    at_origin: bool = False  # whether sliders that have left their origin count as slipping
 
     @cached_property
     def held(self) -> NDArray[np.bool_]:
@@ -204,14 +205,12 @@ class LinearSegmentSystem:
     def margin(self, displacement: Array) -> float:
         """Distance (m) of a displacement from the nearest change of state; negative beyond it.
 
-        Sliders are where the vibration leaves them: a node slips if no place between their limits is left. Time
-        samples know this place at the samples alone: there sliders at their origin count.
+        Sliders are where the vibration leaves them: a node slips if no place between their limits is left.
         """
         normal, sliders = self._distances(displacement)
-        sampled = isinstance(self.balance.element, AFTContact)
         if self.contact.law == "cone":
-            sliders = self._distances_in_cone(displacement, of_static=float(sampled))
-        each = sliders if sampled else sliders.mean(axis=0)
+            sliders = self._distances_in_cone(displacement, of_static=float(self.at_origin))
+        each = sliders if self.at_origin else sliders.mean(axis=0)
         return float(min(normal.min(), each.min(initial=np.inf)))
 
     def room(self, motion: LinearMotion) -> float:
@@ -321,13 +320,17 @@ class LinearSegments:
 
     balance: HarmonicBalance  # the equations
     contact: ContactParameters  # parameters of the contact nodes
+    # whether only those are meant whose motion is also that of time samples: these know the place of a slider at the
+    # samples alone. For a perturbation, in which it stands still, the place does not matter
+    as_sampled: bool = True
     _systems: dict[bytes, LinearSegmentSystem] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def system(self, state: LinearState) -> LinearSegmentSystem:
         """The equations in one state of the contacts."""
         key = state.pressed.tobytes()
         if key not in self._systems:
-            self._systems[key] = LinearSegmentSystem(self.balance, self.contact, state)
+            at_origin = self.as_sampled and isinstance(self.balance.element, AFTContact)
+            self._systems[key] = LinearSegmentSystem(self.balance, self.contact, state, at_origin)
         return self._systems[key]
 
     def uniform(self) -> tuple[LinearSegmentSystem, LinearSegmentSystem]:

@@ -256,7 +256,7 @@ class PointStability:
 
     def _linear_segments(self, balance: HarmonicBalance) -> LinearSegments:
         if balance.n_harmonics not in self._segments:
-            self._segments[balance.n_harmonics] = LinearSegments(balance, self.contact)
+            self._segments[balance.n_harmonics] = LinearSegments(balance, self.contact, as_sampled=False)
         return self._segments[balance.n_harmonics]
 
     def _analysis(self, balance: HarmonicBalance) -> FloquetAnalysis:

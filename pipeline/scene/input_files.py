@@ -7,6 +7,7 @@ includes, are refused before they are opened.
 
 from __future__ import annotations
 
+import difflib
 import hashlib
 import os
 import stat
@@ -59,6 +60,22 @@ def read_bytes(file: str, contents: Contents) -> bytes:
     return data
 
 
+def file_problem(file: Path, suffixes: tuple[str, ...] = ("",)) -> str:
+    """What is wrong with a file, with a name like it in its folder; empty for one that can be opened."""
+    try:
+        if not file.exists():
+            names = os.listdir(file.parent) if file.parent.is_dir() else []
+            names = [name for name in names if name.lower().endswith(suffixes)]
+            near = difflib.get_close_matches(file.name, names, n=1, cutoff=0.5)
+            return "no such file" + (f", did you mean {near[0]}?" if near else "")
+        if not file.is_file():
+            return "not a file"
+        with file.open("rb"):
+            return ""
+    except (OSError, ValueError) as error:  # a name that is too long, or with a zero byte
+        return f"cannot be read: {system_reason(error) if isinstance(error, OSError) else error}"
+
+
 def file_parts(file: str) -> tuple[Path, ...]:
     """A file and those that it includes, directly or not, in their order, as they are named."""
     return tuple(place for place, _ in _walk(file, lambda source, place: source if source.is_file() else None))
@@ -66,13 +83,14 @@ def file_parts(file: str) -> tuple[Path, ...]:
 
 def file_size(file: str) -> int:
     """Bytes of a file and of those that it includes; 0 where it is not there."""
-    return sum(part.stat().st_size for part in file_parts(file) if part.is_file()) if Path(file).is_file() else 0
+    parts = file_parts(file) if os.path.isfile(file) else ()
+    return sum(part.stat().st_size for part in parts if os.path.isfile(part))
 
 
 def content_hash(file: str) -> str:
     """SHA-256 of the content of a file and of those that it includes, whatever their names."""
     main, *others = [source for _, source in _walk(file, _if_there) if source is not None]
-    return _combined([_hash(main), *(_hash(source) for source in others if source.is_file())])
+    return _combined([_hash(main), *(_hash(source) for source in others if os.path.isfile(source))])
 
 
 def with_hashes(files: Sequence[str], known: dict[str, str]) -> None:
@@ -175,7 +193,8 @@ def _walk(file: str, take: _Take) -> list[tuple[Path, Path | None]]:
         if place == main and suffix in _WITH_DOFS:
             names = (main.with_suffix(".dof").name,)
         for name in names:
-            beside = source.parent if (source.parent / name).is_file() else main.parent  # as the readers look for it
+            # as the readers look for it
+            beside = source.parent if os.path.isfile(source.parent / name) else main.parent
             target = os.path.realpath(beside / name)
             inside = os.path.commonpath([folder, target]) == folder
             near = place.parent if beside == source.parent else beside
@@ -184,7 +203,7 @@ def _walk(file: str, take: _Take) -> list[tuple[Path, Path | None]]:
 
 
 def _if_there(source: Path, place: Path) -> Path | None:
-    return source if source.is_file() else None
+    return source if os.path.isfile(source) else None
 
 
 def _state(path: Path) -> tuple[int, ...]:

@@ -17,7 +17,7 @@ from pydantic import Field, ValidationInfo, field_validator
 
 from pipeline.errors import InputError, shown, system_reason
 from pipeline.scene.fields import NotNegative, Number, Section, Vector, Whole, allowed_of, key
-from pipeline.scene.input_files import Contents, read_bytes
+from pipeline.scene.input_files import Contents, file_problem, read_bytes
 
 if TYPE_CHECKING:
     import numpy as np
@@ -80,8 +80,8 @@ def temperature_table(file: str, contents: Contents | None = None) -> NodalTable
 def check_readable(file: str) -> None:
     """Refuse a file that is not there or too large. Raises InputError."""
     path = Path(file)
-    if not path.is_file():
-        raise _refused(file, "no such file" if not path.exists() else "not a file", "a readable CSV file")
+    if problem := file_problem(path):
+        raise _refused(file, problem, "a readable CSV file")
     if path.stat().st_size > LARGEST_FILE:
         raise _refused(file, f"larger than {LARGEST_FILE} bytes", "a smaller CSV file")
 

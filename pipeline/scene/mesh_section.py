@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -26,7 +24,7 @@ from pipeline.scene.fields import (
     allowed_of,
     key,
 )
-from pipeline.scene.input_files import file_parts
+from pipeline.scene.input_files import file_parts, file_problem
 
 if TYPE_CHECKING:
     from pipeline.scene.reading import Member
@@ -40,14 +38,8 @@ def check_mesh_file(path: Path, member: Member) -> None:
     file = member.scene.mesh_file
     assert file is not None
     place, allowed = member.key_in_file("mesh.file"), f"a readable mesh file ({', '.join(SUFFIXES)})"
-    there = Path(file)
-    if not there.exists():
-        near = _near(there)
-        raise input_error(
-            path, place, f"{shown_file(file)}: no such file{near and f', did you mean {near}?'}", allowed
-        )
-    if not there.is_file():
-        raise input_error(path, place, f"{shown_file(file)}: not a file", allowed)
+    if problem := file_problem(Path(file), SUFFIXES):
+        raise input_error(path, place, f"{shown_file(file)}: {problem}", allowed)
     try:
         parts = file_parts(file)
     except OSError as error:
@@ -55,17 +47,8 @@ def check_mesh_file(path: Path, member: Member) -> None:
             path, place, f"{shown_file(file)}: cannot be read: {system_reason(error)}", allowed
         ) from None
     for part in parts[1:]:
-        if not part.is_file():
-            found = "not a file" if part.exists() else "no such file"
-            raise input_error(path, place, f"{shown_file(file)} includes {part}: {found}", "files that are there")
-
-
-def _near(place: Path) -> str:
-    """The name of a mesh file in the same folder that is much like this one."""
-    if not place.parent.is_dir():
-        return ""
-    names = [name for name in os.listdir(place.parent) if name.lower().endswith(SUFFIXES)]
-    return next(iter(difflib.get_close_matches(place.name, names, n=1, cutoff=0.5)), "")
+        if problem := file_problem(part):
+            raise input_error(path, place, f"{shown_file(file)} includes {part}: {problem}", "files that are there")
 
 
 SET_NAME = "the name of a node set or surface of the file"

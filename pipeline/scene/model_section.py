@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
-from pipeline.errors import InputError, input_error, shown, shown_file, system_reason
+from pipeline.errors import InputError, input_error, shown, shown_file
 from pipeline.scene.fields import (
     AXIS,
     AXIS_POINT,
@@ -28,6 +27,7 @@ from pipeline.scene.fields import (
     allowed_of,
     key,
 )
+from pipeline.scene.input_files import file_problem
 
 if TYPE_CHECKING:
     from pipeline.scene.reading import Member, SceneFile
@@ -136,7 +136,7 @@ def unfit_matrix_keys(path: Path, member: Member) -> Iterator[InputError]:
         allowed = f"0{other}, the speed that the stiffness of [model] holds at (model.speed_rpm)"
         yield input_error(path, member.key_in_file("load.speed_rpm"), shown(speed), allowed)
     for name, file in model.files.items():
-        if problem := _problem(Path(file)):
+        if problem := file_problem(Path(file)):
             place = member.key_in_file(f"model.{name}")
             yield input_error(path, place, f"{shown_file(file)}: {problem}", allowed_of(Model, name))
 
@@ -154,25 +154,3 @@ def _unfit_loads_of_superelement(path: Path, member: Member) -> Iterator[InputEr
     for place, is_given in given.items():
         if is_given:
             yield input_error(path, place, "loads or outputs on nodes", allowed)
-
-
-def _problem(file: Path) -> str:
-    """What is wrong with a file; empty for one that can be opened."""
-    try:
-        found = file.exists()
-    except (OSError, ValueError) as error:  # a name that is too long, or with a zero byte
-        return f"cannot be read: {system_reason(error) if isinstance(error, OSError) else error}"
-    if not found:
-        near = difflib.get_close_matches(file.name, _names(file.parent), n=1, cutoff=0.5)
-        return "no such file" + (f", did you mean {near[0]}?" if near else "")
-    if not file.is_file():
-        return "not a file"
-    try:
-        with file.open("rb"):
-            return ""
-    except OSError as error:
-        return f"cannot be read: {system_reason(error)}"
-
-
-def _names(folder: Path) -> list[str]:
-    return os.listdir(folder) if folder.is_dir() else []

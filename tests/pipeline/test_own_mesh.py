@@ -196,6 +196,7 @@ def test_comments_include_nothing(line: str, tmp_path: Path) -> None:
     ("changes", "said"),
     [
         ({"mesh__file": "blad.inp"}, 'mesh.file: .*blad.inp": no such file, did you mean blade.inp'),
+        ({"mesh__file": "ä" * 200 + ".inp"}, "mesh.file: .*cannot be read: File name too long"),
         ({"mesh__file": "."}, "mesh.file: .*: not a file"),
         ({"mesh__n_blades": None}, "mesh.n_blades: missing, allowed: a whole number, 3 to 10000"),
         ({"mesh__size": 0.01}, "mesh.size: 0.01, allowed: nothing beside mesh.file"),
