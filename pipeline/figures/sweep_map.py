@@ -65,7 +65,7 @@ def cell_figure(points: Sequence[SweepPoint], title: str) -> Figure | None:
     """Worst motion over two swept keys, amplitude beside frequency; None unless exactly two keys are swept.
 
     A full grid is a heat map with a cell for each curve; other samples are dots. The lowest worst
-    motion has a frame, those that may be higher a dot in the corner of the cell.
+    motion has a frame, those not settled a dot in the corner of the cell.
     """
     keys = sweep_keys(points)
     if len(keys) != 2 or len(keys[0].values) < FEWEST:
@@ -146,7 +146,7 @@ def _dots(axes: Axes, points: Sequence[SweepPoint], keys: Sequence[SweepKey], va
 
 
 def _mark_cells(axes: Axes, points: Sequence[SweepPoint], keys: Sequence[SweepKey], heights: Array) -> None:
-    """A frame around the lowest worst motion, dots where it may be higher, explained above the map."""
+    """A frame around the lowest worst motion, dots where it is not settled, explained above the map."""
     from matplotlib.patches import Rectangle
 
     at, known = _numbers(points, keys), np.isfinite(heights)
@@ -161,7 +161,7 @@ def _mark_cells(axes: Axes, points: Sequence[SweepPoint], keys: Sequence[SweepKe
         said.append("orange frame: lowest")
     if is_open.any():
         axes.plot(at[is_open, 0] + 0.88, at[is_open, 1] + 0.84, "o", color="#D55E00", markersize=2.5, zorder=5)
-        said.append("dot: may be higher")
+        said.append("dot: not settled")
     axes.set_title("; ".join(said), fontsize=9)
 
 

@@ -81,7 +81,7 @@ _BANDS = (
 )
 _PEAKS = (
     "Height and frequency of the worst motions, and of the peaks of the main branches (bars), against the swept "
-    "parameter, with the linear limits. Triangles: the worst motion may be higher."
+    "parameter, with the linear limits. Triangles: worst motions that are not settled."
 )
 _QUANTILES = (
     "Quantiles of the worst motions and of their frequencies against each swept parameter; dots: single curves."
@@ -89,7 +89,7 @@ _QUANTILES = (
 _OTHERS = {
     "map": (
         "Worst motion over the two swept parameters: height on the left, frequency on the right. Frame: the lowest; "
-        "dots in the corner of a cell: it may be higher."
+        "dots in the corner of a cell: not settled."
     ),
     "nodal_diameters": (
         "Natural frequencies against nodal diameter; excitation and frequency range are marked. Bars: resonance "

@@ -141,9 +141,10 @@ def _detail(source: ReportSource, entry: dict[str, Any], attempts: Attempts) -> 
     number: int = entry["curve"]
     picture = next((source.pictures[name] for name in entry["pictures"] if name in source.pictures), None)
     drawn = None if picture is None else attempts.result(f"stress of curve {number}", partial(inline_render, picture))
+    facts = source.curves[number].facts
     return StressDetail(
         label=member_label(source.curves[number].member),
-        headline=headline(entry),
+        headline=headline(entry, facts is not None and facts.worst_unstable),
         errors=errors_said(entry),
         file=entry["file"],
         uri=drawn,

@@ -23,17 +23,10 @@ def stress_lines(entries: Sequence[Mapping[str, Any]], unstable: Collection[int]
     """A line for each curve with stress, one for each of its notes; `unstable`: curves whose motion is unstable."""
     lines = []
     for entry in entries:
-        said = f"{_mark(entry, unstable)}{headline(entry)}; {errors_said(entry)}"
+        said = f"{headline(entry, entry['curve'] in unstable)}; {errors_said(entry)}"
         lines.append(f"curve {entry['curve']}: {said}; {entry['file']}")
         lines += [f"curve {entry['curve']}: {note}" for note in entry["notes"]]
     return lines
-
-
-def _mark(entry: Mapping[str, Any], unstable: Collection[int]) -> str:
-    """What a margin is not worth much without, in the words of the table of curves."""
-    if entry["motion"] == "peak":
-        return "NO MOTION PERSISTS, "
-    return f"{UNSTABLE_SAID}, " if entry["curve"] in unstable else ""
 
 
 def stress_warning(entries: Sequence[Mapping[str, Any]]) -> str:
@@ -54,12 +47,13 @@ def _short(entry: Mapping[str, Any]) -> bool:
     return margin is not None and required is not None and margin < required
 
 
-def headline(entry: Mapping[str, Any]) -> str:
-    """Largest amplitude and mean, and the least margin, outside of singular places."""
+def headline(entry: Mapping[str, Any], unstable: bool) -> str:
+    """Largest amplitude and mean, least margin, outside of singular places; marked where no motion has them."""
+    mark = "NO MOTION PERSISTS, " if entry["motion"] == "peak" else f"{UNSTABLE_SAID}, " * unstable
     parts = [f"{with_prefix(entry[f'largest_{name}_pa'])} {said}" for name, said in _LARGEST]
     if entry["least_margin"] is not None:
         parts.append(f"least margin {entry['least_margin']:.3g}")
-    return f"stress at {entry['frequency_hz']:.6g} Hz, outside of singular places: at most {', '.join(parts)}"
+    return f"{mark}stress at {entry['frequency_hz']:.6g} Hz, outside of singular places: at most {', '.join(parts)}"
 
 
 _LARGEST = (("amplitude", "amplitude"), ("mean", "tensile mean"))

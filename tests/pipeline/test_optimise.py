@@ -264,6 +264,11 @@ def test_a_curve_whose_search_is_open_counts_by_its_highest_solution() -> None:
     assert height(facts) == 5e-6
     assert height(replace(facts, detached=())) == 3e-6
     assert height(replace(facts, worst_unresolved="")) == 1e-6
+    # a static mean is told by what holds it alone
+    curves: list[Any] = [
+        SimpleNamespace(facts=replace(facts, mean_m=8e-7, worst_unresolved=said)) for said in ("", "x")
+    ]
+    assert [trial_of({}, curve, scene).mean_m for curve in curves] == [8e-7, 0.0]
 
 
 @pytest.mark.long

@@ -73,6 +73,7 @@ class Trial:
     curves: int = 0
     seconds: float = 0.0
     model_seconds: float = 0.0
+    mean_m: float = 0.0  # mean displacement in the amplitude, m; 0 where it is small or not known
 
     @property
     def value(self) -> float:

@@ -57,6 +57,7 @@ FLAT = 1e-3  # relative variation that counts as none
 MOST_FOLLOWED = 3  # keys of the solver, which `nonlinear.find_joint_optimum` takes
 COARSE = 2e-2  # tolerance of keys at each of whose values a window slides, as a share of the range
 CLOSE = 1e-2  # relative gain that is not worth a further curve there
+LARGE_MEAN = 0.25  # share of a static mean in the height from which it is said
 ROUGH, FINE = 24, 80  # values of a window at most, of single values of the other keys and of the best
 DRAWN = 401  # places of the envelope that are kept
 PEAKS, CURVES, BOTH = "peaks", "curves", "both"
@@ -500,6 +501,10 @@ class _Search:
             notes.append(f"the highest of {len(cases)} load cases counts ({names})")
         if self.outer and not self.window:
             notes.append(f"{', '.join(self.outer)}: to {100 * self.search.tolerance:g} % of the range")
+        own = found.base
+        if found.objective == "displacement" and not found.output and own.mean_m > LARGE_MEAN * own.amplitude_m:
+            mean = f"{found.said(own.mean_m)} of the scene's own {found.said(own.amplitude_m)} are a static mean"
+            notes.append(f'{mean}, which objective "harmonic_1" leaves out')
         found = replace(found, remarks=(*found.remarks, *notes))
         return replace(found, message=message_of(found))
 

@@ -280,7 +280,8 @@ def trial_of(point: Mapping[str, float], curve: CurveResult, context: StudyConte
         amplitude, frequency, at_end, open_end = found.bound_m, found.frequency_hz, found.at_end, found.unresolved
     elif known and open_end:  # what the search has left open may be as high as the highest solution
         amplitude, frequency, motion = max((amplitude, frequency, motion), *_highest_solutions(facts))
-    trial = Trial(dict(point), amplitude, frequency, motion, at_end, open_end, "", number_error(facts))
+    mean = facts.mean if amplitude == facts.height else 0.0
+    trial = Trial(dict(point), amplitude, frequency, motion, at_end, open_end, "", number_error(facts), mean_m=mean)
     if section is not None and section.output is not None:
         return _of_output(trial, facts, section.output)
     return _of_stress(trial, curve, context) if objective_of(context) in BY_STRESS else trial
