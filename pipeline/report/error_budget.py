@@ -378,6 +378,8 @@ def _worst(known: Sequence[SweepPoint], count: int) -> str:
     text = f"{'At least ' * highest.worst_open}{_place(highest)}{where}."
     if count > 1:
         text += f" It is the highest of {len(known)} curves."
+    if highest.facts.mean:
+        text += f" {with_unit(highest.facts.mean)} of it are a static mean."
     if highest.peak[1] > NOTICEABLE * highest.worst[1]:
         text += f" The main branch reaches {with_unit(highest.peak[1])}, but that motion is unstable."
     elif highest.worst[1] > NOTICEABLE * highest.peak[1]:
@@ -392,7 +394,7 @@ def _best(known: Sequence[SweepPoint]) -> str:
     lowest = min(closed, key=lambda point: point.worst[1])
     highest = max(known, key=lambda point: point.worst[1])
     text = f"{lowest.label}, with a worst motion of {_place(lowest)}"
-    if lowest.worst[1] > 0.0 and highest is not lowest:
+    if highest.worst[1] > NOTICEABLE * lowest.worst[1] > 0.0:
         text += f"; the highest is {highest.worst[1] / lowest.worst[1]:.3g} times as high"
     unsure = [point for point in known if point.worst_open and point.worst[1] < lowest.worst[1]]
     if unsure:
