@@ -23,16 +23,19 @@ from nonlinear.worst_motion.stepped_sweep import SteppedSweep
 from rom import modal_model
 
 
+def solved(n_blades, excitation, frequency_hz, interference, tangential_stiffness=2.0):
+    """A ring of blades of one mass, the options, and the response."""
+    modal = modal_model(lumped_blade(n_blades, 1), damping_ratio=0.02)
+    values = {"normal_stiffness": 3.0, "tangential_stiffness": tangential_stiffness, "friction": 0.3}
+    contact = ContactParameters.shared(1, **values, interference=interference)
+    options = SolverOptions(frequency_hz, harmonics=3, detached=False, truncation=False, time_integration=False)
+    return Ring(modal, contact, excitation), options, forced_response(modal, contact, excitation, options)
+
+
 @cache
 def unstable():
     """The ring, and a solution that grows fastest in a pattern of 15 blades, less than half as fast in one of 3."""
-    modal = modal_model(lumped_blade(60, 1), damping_ratio=0.02)
-    contact = ContactParameters.shared(
-        1, normal_stiffness=3.0, tangential_stiffness=2.0, friction=0.3, interference=-0.3
-    )
-    options = SolverOptions((0.1, 0.2), harmonics=3, detached=False, truncation=False, time_integration=False)
-    curve = forced_response(modal, contact, Excitation(20, 1.0), options)
-    ring = Ring(modal, contact, Excitation(20, 1.0))
+    ring, options, curve = solved(60, Excitation(20, 1.0), (0.1, 0.2), -0.3)
     blades = np.array([ring.blades(int(k)) for k in curve.growth_nodal_diameter])
     index = int(np.argmin(np.where(blades == 15, np.abs(curve.frequency_hz - 0.18647), np.inf)))
     assert blades[index] == 15
@@ -106,13 +109,7 @@ def test_a_motion_persists_if_it_keeps_height_and_scatter(last, persists):
 
 def test_a_localised_motion_is_found_from_a_mixed_start():
     """Three of eight blades move clearly more than the others, more than in any wave that persists, for good."""
-    modal = modal_model(lumped_blade(8, 1), damping_ratio=0.02)
-    contact = ContactParameters.shared(
-        1, normal_stiffness=3.0, tangential_stiffness=2.1, friction=0.3, interference=-0.8
-    )
-    options = SolverOptions((0.12, 0.3), harmonics=3, detached=False, truncation=False, time_integration=False)
-    curve = forced_response(modal, contact, Excitation(4, 0.3), options)
-    ring = Ring(modal, contact, Excitation(4, 0.3))
+    ring, options, curve = solved(8, Excitation(4, 0.3), (0.12, 0.3), -0.8, tangential_stiffness=2.1)
     (between,) = coexistences([curve])
     assert between.start_hz > between.end_hz  # a hardening contact: the high solution falls with the frequency
     mix, frequency_hz = MixedStarts(RingIntegration(ring, options), [curve]), between.at(0.25)
@@ -139,13 +136,9 @@ def test_none_where_there_is_no_time():
 @pytest.mark.parametrize("interference", [-0.3, 30.0])
 def test_a_quick_look_says_whether_the_highest_solution_is_stable(interference):
     """What exponents along the whole curve say of its highest solution, whichever one comes to stand there."""
-    modal = modal_model(lumped_blade(60, 1), damping_ratio=0.02)
-    contact = ContactParameters.shared(
-        1, normal_stiffness=3.0, tangential_stiffness=2.0, friction=0.3, interference=interference
-    )
-    full = SolverOptions((0.1, 0.4), harmonics=3, detached=False, truncation=False, time_integration=False)
-    curve = forced_response(modal, contact, Excitation(20, 1.0), full)
-    quick = forced_response(modal, contact, Excitation(20, 1.0), replace(full, stability="folds")).worst
+    ring, full, curve = solved(60, Excitation(20, 1.0), (0.1, 0.4), interference)
+    folds = replace(full, stability="folds")
+    quick = forced_response(ring.modal, ring.contact, ring.excitation, folds).worst
     peak, worst = curve.peak, curve.worst
     assert (quick.amplitude_m, quick.frequency_hz) == pytest.approx((peak.amplitude_m, peak.frequency_hz), rel=1e-6)
     assert quick.unstable == (not curve.stable[peak.index]) == (interference < 0.0)
