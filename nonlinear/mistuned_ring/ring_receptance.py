@@ -12,16 +12,19 @@ forces f_(j-1), f_j and f_(j+1) alone: the receptance of the ring is block-tridi
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from nonlinear.contact.fourier import ComplexArray
-from nonlinear.contact.parameters import Array
+from nonlinear.contact.parameters import Array, ContactParameters
 from nonlinear.mistuned_ring.cyclic_blocks import CyclicBlockFactors, CyclicBlocks
 from nonlinear.mistuned_ring.mistuned_structure import RingStructure, RingSystem, by_pair, from_pairs, real_product
+from nonlinear.mistuned_ring.mistuning import Mistuning
+from nonlinear.options import Excitation
+from nonlinear.time_integration.ring import Ring
 from rom import ModalModel, RelativeReceptance
 
 
@@ -63,6 +66,10 @@ class RingReceptance(RingStructure):
     def blade(self) -> ModalModel:
         """The modes of the tuned blade alone."""
         return self.tuned.modal.at(0)
+
+    def with_harmonics(self, n_harmonics: int) -> RingReceptance:
+        """The same with harmonics 0 to H."""
+        return replace(self, tuned=replace(self.tuned, harmonics=tuple(range(n_harmonics + 1))))
 
     @property
     def n_blades(self) -> int:
@@ -158,3 +165,12 @@ class RingReceptance(RingStructure):
         column, row = (by_pair(each, n_rows, self.n_blades)[..., None] for each in (system.column, system.row))
         blocks = self.jacobian_blocks(system.omega, system.change)
         return RingFactors(CyclicBlockFactors.of(blocks, column, row, end), n_rows)
+
+
+def ring_in_time(
+    modal: ModalModel, contact: ContactParameters, excitation: Excitation, mistuning: Mistuning, output: str = "tip"
+) -> Ring:
+    """The ring of clamped blades that differ, for time integration; `contact` of the tuned pair."""
+    tuned = Ring(modal, contact, excitation, output)
+    blades = RingReceptance(tuned.excited, 1.0 + mistuning.frequency)
+    return replace(tuned, contact=mistuning.contact(contact), blades_apart=blades)

@@ -43,7 +43,7 @@ from nonlinear.contact.parameters import Array, ContactParameters
 
 
 class NodeLaw(NamedTuple):
-    """Contact parameters (n_c,) of the nodes; `initial_load` is N0 + kn v0."""
+    """Contact parameters (s, n_c) of the nodes, see `RingSystem`; `initial_load` is N0 + kn v0."""
 
     normal_stiffness: Array
     tangential_stiffness: Array
@@ -61,15 +61,19 @@ class RingSystem(NamedTuple):
     `own`, `previous` and `following` hold the motion of a pair of faces under a unit force at the end of the step, on
     the pair itself, on the one before it and on the one after it. The row belongs to the force. One blade is its
     own neighbour: `own` holds the whole.
+
+    Arrays have a first axis of s = 1 where all blades are alike. Where they differ it is q, and `each` is 1: what
+    belongs to blade j, or to the pair of faces after it, stands at j * each.
     """
 
-    position: Array  # (4, m): modal coordinates over a step, see `propagation`
-    rate: Array  # (4, m): their rates
-    own: Array  # (r, r), m/N
-    previous: Array  # (r, r)
-    following: Array  # (r, r)
-    free_motion: Array  # (2H+1, r): relative displacement without contact: static, cosine and sine of harmonic 1, ...
-    free_output: Array  # (2H+1,): the same of the output
+    each: int  # 0: all blades are alike
+    position: Array  # (s, 4, m): modal coordinates over a step, see `propagation`
+    rate: Array  # (s, 4, m): their rates
+    own: Array  # (s, r, r), m/N
+    previous: Array  # (s, r, r)
+    following: Array  # (s, r, r)
+    free_motion: Array  # (s, 2H+1, r): relative displacement without contact: static, cosine, sine of harmonic 1, ...
+    free_output: Array  # (s, 2H+1): the same of the output
     waves: Array  # (q, 2): cosine and sine of j psi
     contact: NodeLaw
 
@@ -85,7 +89,7 @@ class BladeSystem(NamedTuple):
     right_modes: Array  # (m, r): the transposes
     left_modes: Array  # (m, r)
     output_modes: Array  # (m,)
-    output_forces: Array  # (2, r): residual flexibility of the output to forces on its right and on its left pair
+    output_forces: Array  # (s, 2, r): residual flexibility of the output to forces on its right and its left pair
 
 
 class RingWork(NamedTuple):
@@ -106,14 +110,14 @@ class RingWork(NamedTuple):
     slip: Array  # (q, n_c, 2): slip direction of the cone there; 0: none
 
 
-def node_law(contact: ContactParameters) -> NodeLaw:
-    """Contact parameters of the nodes of a pair of faces."""
+def node_law(contact: ContactParameters, n_nodes: int) -> NodeLaw:
+    """Contact parameters of the nodes of one pair of faces that all are alike, or of all q pairs, pair after pair."""
     return NodeLaw(
-        contact.normal_stiffness,
-        contact.tangential_stiffness,
-        contact.friction,
-        contact.initial_load,
-        contact.preload,
+        contact.normal_stiffness.reshape(-1, n_nodes),
+        contact.tangential_stiffness.reshape(-1, n_nodes),
+        contact.friction.reshape(-1, n_nodes),
+        contact.initial_load.reshape(-1, n_nodes),
+        contact.preload.reshape(-1, n_nodes),
         contact.law == "cone",
     )
 
@@ -173,18 +177,18 @@ TINY = 1e-300
 @inlined
 def begin_step(j: int, node: int, system: RingSystem, work: RingWork) -> None:
     """Keep what the law needs of the beginning of a step: normal load and slip direction times the limit."""
-    first, contact = 3 * node, system.contact
-    load = contact.initial_load[node] + contact.normal_stiffness[node] * work.motion[j, first + 2]
+    first, contact, k = 3 * node, system.contact, j * system.each
+    load = contact.initial_load[k, node] + contact.normal_stiffness[k, node] * work.motion[j, first + 2]
     work.load[j, node] = load
     for a in range(2):
         work.slip[j, node, a] = 0.0
-    stiffness = contact.tangential_stiffness[node]
+    stiffness = contact.tangential_stiffness[k, node]
     if not contact.cone or load <= 0.0 or stiffness == 0.0:
         return
     x = work.motion[j, first] - work.slider[j, node, 0]
     y = work.motion[j, first + 1] - work.slider[j, node, 1]
     size = math.sqrt(x * x + y * y)
-    if size > 0.0 and stiffness * size >= ON_LIMIT * contact.friction[node] * load:
+    if size > 0.0 and stiffness * size >= ON_LIMIT * contact.friction[k, node] * load:
         work.slip[j, node, 0], work.slip[j, node, 1] = x / size, y / size
 
 
@@ -194,18 +198,18 @@ def solve_node(j: int, node: int, system: RingSystem, work: RingWork) -> float:
 
     The pair of faces moves; what its neighbours feel is in `work.change` (see `pass_on`).
     """
-    contact, row, normal = system.contact, 3 * node, 3 * node + 2
-    own, stiffness = system.own, contact.normal_stiffness[node]
+    contact, row, normal, k = system.contact, 3 * node, 3 * node + 2, j * system.each
+    own, stiffness = system.own[k], contact.normal_stiffness[k, node]
     flexibility, before = own[normal, normal], work.force[j, normal]
     free = work.guess[j, normal] - flexibility * before
-    preload, initial = contact.preload[node], contact.initial_load[node]
+    preload, initial = contact.preload[k, node], contact.initial_load[k, node]
     pressed = initial + stiffness * (free + flexibility * preload)
     load = pressed / (1.0 + stiffness * flexibility) if pressed > 0.0 else 0.0
     change = preload - load - before
     x = work.guess[j, row] + change * own[normal, row]
     y = work.guess[j, row + 1] + change * own[normal, row + 1]
     change_x, change_y = 0.0, 0.0
-    if contact.tangential_stiffness[node] > 0.0:
+    if contact.tangential_stiffness[k, node] > 0.0:
         change_x, change_y = _solve_tangents(j, node, (load, x, y), system, work)
     if change == 0.0 and change_x == 0.0 and change_y == 0.0:
         for a in range(3):
@@ -224,21 +228,21 @@ def _solve_tangents(
     j: int, node: int, pressed: tuple[float, float, float], system: RingSystem, work: RingWork
 ) -> tuple[float, float]:
     """Changes of both tangential forces; `pressed`: normal load, displacements along t1 and t2. Places sliders."""
-    contact, row, (load, x, y) = system.contact, 3 * node, pressed
-    own = system.own
+    contact, row, (load, x, y), k = system.contact, 3 * node, pressed, j * system.each
+    own = system.own[k]
     if load == 0.0:
         change_x, change_y = -work.force[j, row], -work.force[j, row + 1]
         work.placed[j, node, 0] = x + change_x * own[row, row] + change_y * own[row + 1, row]
         work.placed[j, node, 1] = y + change_x * own[row, row + 1] + change_y * own[row + 1, row + 1]
         return change_x, change_y
-    stiffness = contact.tangential_stiffness[node]
+    stiffness = contact.tangential_stiffness[k, node]
     stick = stiffness
     anchor_x, anchor_y = work.slider[j, node, 0], work.slider[j, node, 1]
     before = work.load[j, node]
     if before < 0.0:  # re-contact: the share of the step after it
         stick *= load / (load - before)
         anchor_x, anchor_y = work.motion[j, row], work.motion[j, row + 1]
-    limit = contact.friction[node] * load
+    limit = contact.friction[k, node] * load
     if contact.cone:
         change_x, change_y, sticks = _solve_plane(j, node, (x - anchor_x, y - anchor_y, stick, limit), system, work)
         sticks_x, sticks_y = sticks, sticks
@@ -277,8 +281,9 @@ def _solve_plane(
     larger of the two flexibilities: the iteration still ends at the solution.
     """
     x, y, stick, limit = law
-    row, stiffness = 3 * node, system.contact.tangential_stiffness[node]
-    flexibility = max(system.own[row, row], system.own[row + 1, row + 1]) + abs(system.own[row, row + 1])
+    row, k = 3 * node, j * system.each
+    own, stiffness = system.own[k], system.contact.tangential_stiffness[k, node]
+    flexibility = max(own[row, row], own[row + 1, row + 1]) + abs(own[row, row + 1])
     x -= flexibility * work.force[j, row]
     y -= flexibility * work.force[j, row + 1]
     size = math.sqrt(x * x + y * y)
@@ -300,14 +305,14 @@ def _solve_plane(
 @inlined
 def pass_on(j: int, changes: Array, system: RingSystem, work: RingWork) -> None:
     """Move both neighbouring pairs of faces by changes (r,) of the forces on the pair after blade j."""
-    last = len(work.guess) - 1
+    last, k = len(work.guess) - 1, j * system.each
     if last == 0:
         return
     after, before = j + 1 if j < last else 0, j - 1 if j > 0 else last
     for row in range(0, changes.size, 3):
         if changes[row] != 0.0 or changes[row + 1] != 0.0 or changes[row + 2] != 0.0:
-            add_node(1.0, row, changes, system.previous, work.guess[after])
-            add_node(1.0, row, changes, system.following, work.guess[before])
+            add_node(1.0, row, changes, system.previous[k], work.guess[after])
+            add_node(1.0, row, changes, system.following[k], work.guess[before])
 
 
 @inlined

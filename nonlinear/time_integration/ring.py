@@ -1,4 +1,4 @@
-"""A ring of identical blades, the blades that a motion needs, its state, and the modes that are integrated in time.
+"""A ring of blades, the blades that a motion needs, its state, and the modes that are integrated in time.
 
 The other modes are a residual flexibility; the fastest motion of the integrated ones sets the step.
 """
@@ -6,6 +6,7 @@ The other modes are a residual flexibility; the fastest motion of the integrated
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,26 @@ from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactError, ContactParameters
 from nonlinear.options import Excitation
 from rom import RelativeReceptance, RingModes, contact_springs
+
+
+class DifferentBlades(Protocol):
+    """The structure of a mistuned ring of N blades, each in its own time: see `mistuned_ring`."""
+
+    @property
+    def frequency_ratio(self) -> Array:
+        """Natural frequencies of the blades over the tuned ones, (N,)."""
+
+    def with_harmonics(self, n_harmonics: int) -> Self:
+        """The same with harmonics 0 to H."""
+
+    def coordinates(self, omega: float, force: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+        """Modal coordinates (n_h, N, m) under the excitation and contact forces (n_h, N, r), and their slopes."""
+
+    def relative(self, coordinates: ComplexArray) -> ComplexArray:
+        """Relative displacements (n_h, N, r) of modal coordinates."""
+
+    def output(self, name: str, coordinates: ComplexArray) -> ComplexArray:
+        """An output of all blades, (N, n_h)."""
 
 
 @dataclass(frozen=True)
@@ -25,11 +46,13 @@ class Ring:
     modal : rom.ModalModel or rom.SectorModes
         Modes with free contacts, with their damping: of a blade alone, or of a sector with a disk wave by wave.
     contact : ContactParameters
-        Parameters of the contact nodes of one pair of faces.
+        Parameters of the contact nodes of one pair of faces; of a mistuned ring those of all pairs, pair after pair.
     excitation : Excitation
         Engine order and force.
     output : str
         Name of the output of which the amplitude is wanted.
+    blades_apart : RingReceptance or None
+        The structure of a mistuned ring of clamped blades; None: all blades and pairs are alike.
 
     Examples
     --------
@@ -45,14 +68,20 @@ class Ring:
     contact: ContactParameters
     excitation: Excitation
     output: str = "tip"
+    blades_apart: DifferentBlades | None = None
 
     def __post_init__(self) -> None:
         """Check that the contact fits the model."""
-        if self.contact.n_contacts != self.modal.n_contacts:
+        expected = self.modal.n_contacts * self.frequency_ratio.size
+        if self.contact.n_contacts != expected:
             raise ContactError(
-                f"contact: parameters of {self.contact.n_contacts} nodes, allowed: {self.modal.n_contacts}, "
-                "as the model"
+                f"contact: parameters of {self.contact.n_contacts} nodes, allowed: {expected}, as the model"
             )
+
+    @property
+    def frequency_ratio(self) -> Array:
+        """Natural frequencies of the blades over the tuned ones, (N_b,); (1,) where all are alike."""
+        return np.ones(1) if self.blades_apart is None else self.blades_apart.frequency_ratio
 
     @property
     def phase(self) -> float:
@@ -80,6 +109,8 @@ class Ring:
             and no disk.
         """
         n_blades = self.modal.n_blades
+        if self.blades_apart is not None:
+            return self.frequency_ratio.size
         if n_blades is None or not self.modal.neighbours_coupled:
             return 1
         numbers = (self.excitation.engine_order, nodal_diameter)
@@ -119,16 +150,58 @@ class Ring:
         """Receptance of the wave in harmonics 0 to the highest of the excitation."""
         return self.receptance(self.receptance(1).excited_harmonics[-1])
 
+    def coordinates(self, omega: float, force: ComplexArray) -> ComplexArray:
+        """Modal coordinates (n_h, s, m) under contact forces, each harmonic in the modes of its own wave.
+
+        Harmonics are in the time of each blade; s is 1 where all are alike.
+
+        Parameters
+        ----------
+        omega : float
+            Excitation frequency, rad/s.
+        force : (n_h, s, 3 n_c) complex
+            Contact forces on the right faces, N.
+        """
+        if self.blades_apart is not None:
+            return self.blades_apart.with_harmonics(len(force) - 1).coordinates(omega, force)[0]
+        return self.receptance(len(force) - 1).modal_response(omega, force[:, 0])[0][:, None]
+
     def free_response(self, omega: float) -> ComplexArray:
-        """Modal coordinates without contact, (n_h, m): each harmonic in the modes of its own wave.
+        """Modal coordinates without contact, (n_h, s, m), see `coordinates`.
 
         Parameters
         ----------
         omega : float
             Excitation frequency, rad/s.
         """
-        no_force = np.zeros((len(self.excited.harmonics), 3 * self.modal.n_contacts), dtype=complex)
-        return self.excited.modal_response(omega, no_force)[0]
+        shape = len(self.excited.harmonics), self.frequency_ratio.size, 3 * self.modal.n_contacts
+        return self.coordinates(omega, np.zeros(shape, dtype=complex))
+
+    def relative(self, coordinates: ComplexArray) -> ComplexArray:
+        """Relative displacements (n_h, s, 3 n_c) of modal coordinates.
+
+        Parameters
+        ----------
+        coordinates : (n_h, s, m) complex
+            Modal coordinates.
+        """
+        n_harmonics = len(coordinates) - 1
+        if self.blades_apart is not None:
+            return self.blades_apart.with_harmonics(n_harmonics).relative(coordinates)
+        return np.einsum("hrm,hsm->hsr", self.receptance(n_harmonics).relative, coordinates)
+
+    def outputs(self, coordinates: ComplexArray) -> ComplexArray:
+        """Harmonics (s, n_h) of the output, m.
+
+        Parameters
+        ----------
+        coordinates : (n_h, s, m) complex
+            Modal coordinates.
+        """
+        n_harmonics = len(coordinates) - 1
+        if self.blades_apart is not None:
+            return self.blades_apart.with_harmonics(n_harmonics).output(self.output, coordinates)
+        return self.receptance(n_harmonics).output(self.output, coordinates[:, 0])[None]
 
 
 @dataclass(frozen=True)
@@ -256,7 +329,11 @@ class RetainedModes:
         The springs k act in series with the residual flexibility G: (I + k G)^-1 k.
         """
         modal, contact = self.ring.modal, self.ring.contact
-        springs = contact_springs(contact.n_contacts, contact.normal_stiffness, contact.tangential_stiffness)
+        stiffest = (
+            each.reshape(-1, modal.n_contacts).max(axis=0)
+            for each in (contact.normal_stiffness, contact.tangential_stiffness)
+        )
+        springs = contact_springs(modal.n_contacts, *stiffest)
         waves = modal.waves(self.ring.sampled_phases(), rigid=True)
         highest = 0.0
         for frequency, motion in zip(waves.angular_frequency, waves.relative, strict=True):
@@ -267,7 +344,7 @@ class RetainedModes:
             kept = motion[:, chosen]
             stiffness = np.diag(frequency[chosen] ** 2) + kept.conj().T @ series @ kept
             highest = max(highest, float(np.linalg.eigvalsh(stiffness)[-1]))
-        return math.sqrt(highest)
+        return math.sqrt(highest) * float(self.ring.frequency_ratio.max())
 
     def steps(self, omega: float) -> int:
         """Steps a period: enough for the fastest mode, and a multiple of the blades of the wave."""

@@ -30,7 +30,7 @@ def with_more_harmonics(ring: Ring, omega: float, displacement: Array, harmonics
     Shapes: `displacement` (2H+1, n_c, 3), returns (2H'+1, n_c, 3).
     """
     few = len(displacement)
-    if few >= 2 * harmonics + 1:
+    if few >= 2 * harmonics + 1 or ring.blades_apart is not None:  # many blades: the ring settles by itself
         return displacement
     options = SolverOptions((1.0, 2.0), harmonics=harmonics)
     element = contact_element(ring.contact, harmonics, options)
@@ -175,9 +175,9 @@ class RingIntegrator:
 
     def at_rest(self) -> RingState:
         """All blades and sliders where they are without any force; contacts loaded by their interference."""
-        contact = self.ring.contact
-        force = np.zeros((self.n_blades, contact.n_contacts, 3))
-        force[:, :, 2] = contact.preload - contact.normal_load(np.zeros(contact.n_contacts))
+        contact, nodes = self.ring.contact, self.ring.modal.n_contacts
+        force = np.zeros((self.n_blades, nodes, 3))
+        force[:, :, 2] = (contact.preload - contact.normal_load(np.zeros(contact.n_contacts))).reshape(-1, nodes)
         shape = self.n_blades, self.structure.angular_frequency.shape[-1]
         return RingState(np.zeros(shape), np.zeros(shape), np.zeros((*force.shape[:2], 2)), force)
 
@@ -189,7 +189,7 @@ class RingIntegrator:
         displacement : (2H+1, n_c, 3) float
             Real Fourier coefficients of the relative displacement, m.
         """
-        contact = self.ring.contact
+        contact, nodes = self.ring.contact, self.ring.modal.n_contacts
         coordinates, order = self._wave_coordinates(displacement)
         coordinates = self._padded(coordinates)
         angle = self.ring.phase * np.arange(self.n_blades)
@@ -197,13 +197,15 @@ class RingIntegrator:
         samples = self.ring.wave_blades * -(-CYCLE_SAMPLES // self.ring.wave_blades)
         cycle = contact_cycle(to_complex(displacement), contact, samples)
         instant = np.rint(angle / (2.0 * np.pi) * samples).astype(int) % samples
+        pair = np.arange(self.n_blades) % (contact.n_contacts // nodes)
         stiffness = np.where(contact.tangential_stiffness > 0.0, contact.tangential_stiffness, np.inf)
-        traction = cycle.force[instant].copy()
-        traction[:, :, 2] -= contact.preload
+        sliders = cycle.displacement - cycle.force / stiffness[:, None]
+        traction = cycle.force.reshape(samples, -1, nodes, 3)[instant, pair]
+        traction[:, :, 2] -= contact.preload.reshape(-1, nodes)
         return RingState(
-            coordinates=(phases @ coordinates).real,
-            rates=(phases @ (1j * self.omega * order[:, None] * coordinates)).real,
-            slider=(cycle.displacement - cycle.force / stiffness[:, None])[instant][:, :, :2],
+            coordinates=np.einsum("qh,hqm->qm", phases, coordinates).real,
+            rates=np.einsum("qh,hqm->qm", 1j * self.omega * order * phases, coordinates).real,
+            slider=sliders.reshape(samples, -1, nodes, 3)[instant, pair, :, :2],
             force=-traction,
         )
 
@@ -215,11 +217,11 @@ class RingIntegrator:
         displacement : (2H+1, n_c, 3) float
             Real Fourier coefficients of the relative displacement, m.
         """
-        coordinates = self._wave_coordinates(displacement)[0]
-        harmonics = self.ring.receptance(len(coordinates) - 1).output(self.ring.output, coordinates)
+        coordinates, order = self._wave_coordinates(displacement)
+        harmonics = self.ring.outputs(coordinates)
         theta = 2.0 * np.pi * np.arange(1, self.steps + 1) / self.steps
         angle = theta[:, None] + self.ring.phase * np.arange(self.n_blades)
-        return (np.exp(1j * angle[:, :, None] * np.arange(len(harmonics))) @ harmonics).real
+        return (np.exp(1j * angle[:, :, None] * order) * harmonics).sum(axis=-1).real
 
     def vibration(self, state: RingState) -> float:
         """Largest rate of the retained modal coordinates over omega: a scale for disturbances.
@@ -310,13 +312,12 @@ class RingIntegrator:
         return states, output
 
     def _wave_coordinates(self, displacement: Array) -> tuple[ComplexArray, NDArray[np.int64]]:
-        """Modal coordinates (H+1, m) of the wave, and its harmonics 0 .. H."""
+        """Modal coordinates (H+1, s, m) of the wave, see `Ring.coordinates`, and its harmonics 0 .. H."""
         order = np.arange((len(displacement) + 1) // 2)
         options = SolverOptions((1.0, 2.0), harmonics=len(order) - 1)
         force = contact_element(self.ring.contact, len(order) - 1, options).evaluate(displacement).force
-        receptance = self.ring.receptance(len(order) - 1)
-        coordinates, _ = receptance.modal_response(self.omega, to_complex(force).reshape(len(order), -1))
-        return coordinates, order
+        by_pair = to_complex(force).reshape(len(order), self.ring.frequency_ratio.size, -1)
+        return self.ring.coordinates(self.omega, by_pair), order
 
     def contact_free(self, theta: float) -> tuple[Array, Array]:
         """Modal coordinates and rates of all modes in the response to the excitation without contact.
@@ -331,7 +332,7 @@ class RingIntegrator:
         coordinates, rates : (q, m) float
             Modal coordinates and their rates.
         """
-        coordinates = self._padded(self.ring.free_response(self.omega))
+        coordinates = self._padded(self.ring.free_response(self.omega))  # (n_h, s, m)
         angle = theta + self.ring.phase * np.arange(self.n_blades)
         turn = np.exp(1j * angle)[:, None]
         position = coordinates[0].real + (turn * coordinates[1]).real
@@ -343,9 +344,9 @@ class RingIntegrator:
         return position, rate
 
     def _padded(self, coordinates: ComplexArray) -> ComplexArray:
-        """Modal coordinates (n_h, m) of a wave with as many modes as the waves of the ring have."""
+        """Modal coordinates (n_h, s, m) of a wave with as many modes as the waves of the ring have."""
         missing = self.structure.angular_frequency.shape[-1] - coordinates.shape[-1]
-        return np.pad(coordinates, ((0, 0), (0, missing)))
+        return np.pad(coordinates, ((0, 0), (0, 0), (0, missing)))
 
     def _loaded(self, state: RingState) -> RingWork:
         """Arrays of the kernels at a state."""
@@ -374,7 +375,7 @@ class RingIntegrator:
 
     def _residual(self, modal_force: Array) -> Array:
         """Coordinates (q, m) of the modes that are not integrated under modal forces (q, m)."""
-        return self.structure.scaled(modal_force, self.modes.flexibility(self.structure.angular_frequency))
+        return self.structure.scaled(modal_force, self.structure.flexibility)
 
     def _stored(self, work: RingWork, theta: float = 0.0) -> RingState:
         """The state that the arrays of the kernels hold."""

@@ -37,8 +37,8 @@ TOLERANCE = 1e-9  # change of a force, relative to the largest force so far, at 
 @inlined
 def advance_modes(system: RingSystem, work: RingWork) -> None:
     """Write coordinates and rates at the end of the step but for the forces there."""
-    position, rate = system.position, system.rate
     for j in range(len(work.coordinates)):
+        position, rate = system.position[j * system.each], system.rate[j * system.each]
         for m in range(position.shape[1]):
             before, speed, force = work.coordinates[j, m], work.rates[j, m], work.modal_force[j, m]
             work.coordinates[j, m] = position[0, m] * before + position[1, m] * speed + position[2, m] * force
@@ -61,9 +61,9 @@ def begin_all(system: RingSystem, work: RingWork) -> None:
 @inlined
 def write_free_motion(theta: float, system: RingSystem, work: RingWork) -> None:
     """Write the relative displacement without contact."""
-    cosine, sine = math.cos(theta), math.sin(theta)
-    free, rows = system.free_motion, work.force.shape[1]
+    cosine, sine, rows = math.cos(theta), math.sin(theta), work.force.shape[1]
     for j in range(len(work.guess)):
+        free = system.free_motion[j * system.each]
         real = cosine * system.waves[j, 0] - sine * system.waves[j, 1]
         imaginary = sine * system.waves[j, 0] + cosine * system.waves[j, 1]
         for row in range(rows):
@@ -95,7 +95,7 @@ def add_forces(system: RingSystem, work: RingWork) -> None:
         force = work.force[j]
         for row in range(0, force.size, 3):
             if force[row] != 0.0 or force[row + 1] != 0.0 or force[row + 2] != 0.0:
-                add_node(1.0, row, force, system.own, work.guess[j])
+                add_node(1.0, row, force, system.own[j * system.each], work.guess[j])
         pass_on(j, force, system, work)
 
 
@@ -147,6 +147,7 @@ def apply_forces(system: RingSystem, blades: BladeSystem, work: RingWork) -> Non
     n_blades, rows = work.force.shape
     for j in range(n_blades):
         modal = work.modal_force[j]
+        position, rate = system.position[j * system.each], system.rate[j * system.each]
         for m in range(modal.size):
             modal[m] = 0.0
         force, behind = work.force[j], work.force[(j - 1) % n_blades]
@@ -156,8 +157,8 @@ def apply_forces(system: RingSystem, blades: BladeSystem, work: RingWork) -> Non
             if n_blades > 1 and (behind[row] != 0.0 or behind[row + 1] != 0.0 or behind[row + 2] != 0.0):
                 add_node(-1.0, row, behind, blades.left, modal)
         for m in range(modal.size):
-            work.coordinates[j, m] += system.position[3, m] * modal[m]
-            work.rates[j, m] += system.rate[3, m] * modal[m]
+            work.coordinates[j, m] += position[3, m] * modal[m]
+            work.rates[j, m] += rate[3, m] * modal[m]
 
 
 @inlined
@@ -166,14 +167,15 @@ def free_output(j: int, theta: float, system: RingSystem) -> float:
     cosine, sine = math.cos(theta), math.sin(theta)
     real = cosine * system.waves[j, 0] - sine * system.waves[j, 1]
     imaginary = sine * system.waves[j, 0] + cosine * system.waves[j, 1]
-    total = system.free_output[0] + real * system.free_output[1] + imaginary * system.free_output[2]
+    free = system.free_output[j * system.each]
+    total = free[0] + real * free[1] + imaginary * free[2]
     higher_real, higher_imaginary = real, imaginary
-    for h in range(2, len(system.free_output) // 2 + 1):
+    for h in range(2, len(free) // 2 + 1):
         higher_real, higher_imaginary = (
             higher_real * real - higher_imaginary * imaginary,
             higher_real * imaginary + higher_imaginary * real,
         )
-        total += higher_real * system.free_output[2 * h - 1] + higher_imaginary * system.free_output[2 * h]
+        total += higher_real * free[2 * h - 1] + higher_imaginary * free[2 * h]
     return total
 
 
@@ -182,12 +184,12 @@ def write_output(theta: float, system: RingSystem, blades: BladeSystem, work: Ri
     """Write the output of all blades (q,)."""
     n_blades, rows = work.force.shape
     for j in range(n_blades):
-        total = free_output(j, theta, system)
+        total, forces = free_output(j, theta, system), blades.output_forces[j * system.each]
         for m in range(work.coordinates.shape[1]):
             total += blades.output_modes[m] * work.coordinates[j, m]
         for row in range(rows):
-            total += blades.output_forces[0, row] * work.force[j, row]
-            total += blades.output_forces[1, row] * work.force[(j - 1) % n_blades, row]
+            total += forces[0, row] * work.force[j, row]
+            total += forces[1, row] * work.force[(j - 1) % n_blades, row]
         output[j] = total
 
 
@@ -308,8 +310,8 @@ def apply_in_waves(system: RingSystem, disk: DiskSystem, work: RingWork, scratch
     clear(scratch.modal_force)
     add_waves(disk.force, scratch.force, scratch.modal_force)
     for m in range(work.modal_force.shape[1]):
-        work.coordinates[0, m] += system.position[3, m] * work.modal_force[0, m]
-        work.rates[0, m] += system.rate[3, m] * work.modal_force[0, m]
+        work.coordinates[0, m] += system.position[0, 3, m] * work.modal_force[0, m]
+        work.rates[0, m] += system.rate[0, 3, m] * work.modal_force[0, m]
 
 
 @inner

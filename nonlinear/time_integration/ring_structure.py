@@ -2,9 +2,10 @@
 
 Modal coordinates advance exactly over a step for a force that varies linearly over it (first-order hold).
 
-Blades on a rigid disk have modal coordinates of their own. With a disk the modes belong to waves, and a force on one
-sector moves all. Waves of q sectors have the phases 2 pi l / q, l = 0 .. q - 1. In the wave l, with the modes phi_l,
-sector j moves as q^(-1/2) exp(2 pi i j l / q) phi_l z_l. In a real motion z_(q-l) is the complex conjugate of z_l.
+Blades on a rigid disk have modal coordinates of their own, in a mistuned ring with frequencies of their own. With a
+disk the modes belong to waves, and a force on one sector moves all. Waves of q sectors have the phases 2 pi l / q,
+l = 0 .. q - 1. In the wave l, with the modes phi_l, sector j moves as q^(-1/2) exp(2 pi i j l / q) phi_l z_l. In a
+real motion z_(q-l) is the complex conjugate of z_l.
 
 The coordinates of the ring are the sums of the waves, mode number by mode number,
 
@@ -27,6 +28,7 @@ from numpy.typing import NDArray
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
 from nonlinear.time_integration.contact_step import (
+    TINY,
     BladeSystem,
     DiskSystem,
     DiskWork,
@@ -101,28 +103,34 @@ class RingStructure(ABC):
 
     @cached_property
     def retained(self) -> NDArray[np.bool_]:
-        """Modes that are integrated, of the shape of `angular_frequency`."""
+        """Modes that are integrated, (m,) or, wave by wave, (J, m)."""
         return self.modes.are_retained(self.angular_frequency)
+
+    @cached_property
+    def flexibility(self) -> Array:
+        """Residual flexibility of the modes that are not integrated, of the shape of `angular_frequency`."""
+        return self.modes.flexibility(self.angular_frequency)
 
     def system(self, omega: float, propagated: tuple[Array, Array], near: Sequence[Array]) -> RingSystem:
         """What a step needs of any structure.
 
-        Shapes: `propagated` coefficients of `propagation`; `near` (r, r) each, `own`, `previous` and `following`.
+        Shapes: `propagated` coefficients of `propagation`, (s, 4, m) each; `near` (s, r, r) each, `own`, `previous`
+        and `following`.
         """
-        ring, linear = self.modes.ring, self.modes.ring.excited
+        ring = self.modes.ring
         coordinates, angles = ring.free_response(omega), ring.phase * np.arange(self.n_blades)
-        position, rate = propagated
-        own, previous, following = (np.ascontiguousarray(part) for part in near)
+        position, rate, own, previous, following = map(np.ascontiguousarray, (*propagated, *near))
         return RingSystem(
+            each=int(ring.blades_apart is not None),
             position=position,
             rate=rate,
             own=own,
             previous=previous,
             following=following,
-            free_motion=cosine_rows(np.einsum("hrm,hm->hr", linear.relative, coordinates)),
-            free_output=cosine_rows(linear.output(ring.output, coordinates)),
+            free_motion=np.ascontiguousarray(cosine_rows(ring.relative(coordinates)).transpose(1, 0, 2)),
+            free_output=np.ascontiguousarray(cosine_rows(ring.outputs(coordinates).T).T),
             waves=np.stack([np.cos(angles), np.sin(angles)], axis=1),
-            contact=node_law(ring.contact),
+            contact=node_law(ring.contact, ring.modal.n_contacts),
         )
 
 
@@ -135,10 +143,22 @@ class ClampedBlades(RingStructure):
         """Modes of a blade."""
         return self.modes.ring.modal.at(0)
 
-    @property
+    @cached_property
     def angular_frequency(self) -> Array:
-        """Natural frequencies, (m,), rad/s."""
-        return self.modal.angular_frequency
+        """Natural frequencies, (m,) or, of blades that differ, (q, m), rad/s."""
+        tuned = self.modal.angular_frequency
+        return tuned if self.modes.ring.blades_apart is None else np.outer(self.modes.ring.frequency_ratio, tuned)
+
+    @cached_property
+    def retained(self) -> NDArray[np.bool_]:
+        """Modes that are integrated, (m,): the same of all blades."""
+        return self.modes.are_retained(self.modal.angular_frequency)
+
+    @cached_property
+    def flexibility(self) -> Array:
+        """Residual flexibility of the modes that are not integrated, of the shape of `angular_frequency`."""
+        found: Array = np.where(self.retained, 0.0, 1.0 / np.maximum(self.angular_frequency, TINY) ** 2)
+        return found
 
     @property
     def damping(self) -> Array:
@@ -155,7 +175,7 @@ class ClampedBlades(RingStructure):
 
     def unpacked(self, kept: Array) -> Array:
         """Coordinates (q, m) from those of the kernels; 0 where a mode is not retained."""
-        coordinates = np.zeros((self.n_blades, self.angular_frequency.size))
+        coordinates = np.zeros((self.n_blades, self.retained.size))
         coordinates[:, self.retained] = kept
         return coordinates
 
@@ -176,24 +196,29 @@ class ClampedBlades(RingStructure):
     def kernel(self, omega: float, steps: int) -> "BladeKernel":
         """The kernel that marches the ring at `omega` (rad/s) with `steps` a period."""
         ring, modal, kept = self.modes.ring, self.modal, self.retained
-        right, flexibility = modal.right, self.modes.flexibility(modal.angular_frequency)
+        right = modal.right
         left = np.zeros_like(right) if modal.left is None else modal.left
         if self.n_blades == 1:  # its own neighbour
             right, left = right - left, np.zeros_like(left)
-        position, rate = propagation(modal.angular_frequency[kept], modal.damping[kept], 2.0 * np.pi / omega / steps)
+        frequency, flexibility = np.atleast_2d(self.angular_frequency), np.atleast_2d(self.flexibility)
+        damping = np.tile(modal.damping[kept], len(frequency))
+        advanced = propagation(frequency[:, kept].ravel(), damping, 2.0 * np.pi / omega / steps)
+        position, rate = (each.reshape(4, len(frequency), -1).transpose(1, 0, 2) for each in advanced)
         at_end = flexibility.copy()
-        at_end[kept] = position[3]
-        own = (right * at_end) @ right.T + (left * at_end) @ left.T
-        previous = -(left * at_end) @ right.T  # [force, motion]
-        following = -(right * at_end) @ left.T
+        at_end[:, kept] = position[:, 3]
+        by_right, by_left = right * at_end[:, None], left * at_end[:, None]
+        own = by_right @ right.T + np.roll(by_left @ left.T, -1, axis=0)  # the left face is that of the next blade
+        previous = -np.roll(by_left @ right.T, -1, axis=0)  # [force, motion]
+        following = -by_right @ left.T
         output = modal.outputs[ring.output]
+        follows = (flexibility * output).T
         blades = BladeSystem(
             right=np.ascontiguousarray(right[:, kept]),
             left=np.ascontiguousarray(left[:, kept]),
             right_modes=np.ascontiguousarray(right[:, kept].T),
             left_modes=np.ascontiguousarray(left[:, kept].T),
             output_modes=np.ascontiguousarray(output[kept]),
-            output_forces=np.stack([right, -left]) @ (flexibility * output),
+            output_forces=np.ascontiguousarray(np.stack([right @ follows, -left @ follows]).transpose(2, 0, 1)),
         )
         return BladeKernel(self.system(omega, (position, rate), (own, previous, following)), blades)
 
@@ -273,7 +298,7 @@ class JoinedSectors(RingStructure):
         frequency = np.where(self._kept, self.angular_frequency[:, :count], 0.0)[self._wave]
         damping = np.where(self._kept, self.damping[:, :count], 0.0)[self._wave]
         position, rate = propagation(frequency.ravel(), damping.ravel(), 2.0 * np.pi / omega / steps)
-        residual = self.modes.flexibility(self.angular_frequency)
+        residual = self.flexibility
         at_end = residual.copy()
         cosine = np.maximum(2 * np.arange(len(self.phases)) - 1, 0)  # of each wave, among the real waves
         at_end[:, :count][self._kept] = position[3].reshape(-1, count)[cosine][self._kept]
@@ -290,7 +315,8 @@ class JoinedSectors(RingStructure):
             residual_output=wave_matrices((self.output * residual)[:, None] @ adjoint),
             is_far=self.n_blades > 3,
         )
-        return SectorKernel(self.system(omega, (position, rate), near), disk)
+        each = [part[None] for part in near]
+        return SectorKernel(self.system(omega, (position[None], rate[None]), each), disk)
 
     def _near_and_far(self, flexibility: ComplexArray) -> tuple[list[Array], ComplexArray]:
         """Flexibility (J, r, r) of the waves as that of a pair of faces and what is left.
