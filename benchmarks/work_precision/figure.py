@@ -81,10 +81,11 @@ def _panel(axes: Axes, study: Study, quantity: str) -> list[Annotation]:
 def _name_points(axes: Axes, study: Study, quantity: str) -> list[Annotation]:
     """The settings beside their points, of the whole pipeline the presets only, where there is room."""
     labels = []
+    colours = {name: f"C{number % 10}" for number, name in enumerate(study.series())}
     for row in study.rows:
         error = _error(row, quantity)
         if math.isfinite(error) and (study.name != WHOLE or row.series == PRESET_SERIES):
-            look: dict[str, Any] = {"textcoords": "offset points", "fontsize": 7}
+            look: dict[str, Any] = {"textcoords": "offset points", "fontsize": 7, "color": colours[row.series]}
             labels.append(axes.annotate(row.setting, (row.seconds, error), (3, 3), **look))
     return labels
 

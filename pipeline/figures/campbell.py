@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from pipeline.figures.data import Array
-from pipeline.figures.style import keep_apart, subplots, write_heading
+from pipeline.figures.style import TO_POINT, keep_apart, subplots, write_heading
 from pipeline.stages.engine_orders import COUNT, FEWEST, by_speed, excited_orders
 from pipeline.stages.model.model_files import read_families
 from pipeline.stages.scene_to_solver import contact_on_model, springs_by_state
@@ -376,6 +376,7 @@ def _draw_crossings(
             axes.scatter([speed], [frequency], s=36.0, marker="D", color=COLOUR, edgecolor="0.2", zorder=4.0)
             look: dict[str, Any] = {"xytext": (6, -4), "ha": "left", "va": "top", "fontsize": 8, "zorder": 5.0}
             look["bbox"] = {"boxstyle": "round,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.8}
+            look["arrowprops"] = TO_POINT
             labels.append(axes.annotate(str(number), (speed, frequency), textcoords="offset points", **look))
     draw_list(axes, "Resonance crossings of the engine order with free and with stuck shrouds", texts)
     return labels

@@ -11,6 +11,7 @@ from pipeline.figures.linear_limits import linear_limit
 from pipeline.figures.style import (
     DISTINCT,
     LIMIT_COLOUR,
+    TO_POINT,
     keep_apart,
     plain_log_labels,
     scale,
@@ -162,6 +163,7 @@ def _draw_forces(
             continue
         axes.plot(place * wide, height(place), "o", markersize=6, color=DISTINCT[3], label=label, **_MARK)
         look: dict[str, Any] = {"textcoords": "offset points", "fontsize": 8.5, "color": DISTINCT[3], "zorder": 7}
+        look["arrowprops"] = TO_POINT
         text = axes.annotate(f"{force:.3g} N", (place * wide, height(place)), (6.0, 5.0), **look)
         text.set_path_effects([withStroke(linewidth=2.5, foreground="white")])
         label = "_the design with other forces"

@@ -36,12 +36,12 @@ def plot_curves(curves: Sequence[Curve], axes: Axes | None, unit: str, look: dic
     empty = not axes.has_data()
     for curve, colour in zip(curves, curve_colours(curves), strict=True):
         label = ", ".join(value_label(key, value) for key, value in curve.parameters.items())
-        plot_curve(axes, curve, label=label or None, unit=unit, **({"color": colour} | look))
+        plot_curve(axes, curve, unit=unit, **({"color": colour, "label": label or None} | look))
     motions = [motion for curve in curves for motion in (curve.peak, curve.worst) if motion is not None]
     if empty and motions:
         set_height_axis(axes, UNITS[unit] * np.array([each.amplitude_m for each in motions]), CURVES_LOG_FROM)
     axes.set(xlabel="excitation frequency [Hz]", ylabel=f"largest displacement over a period [{unit}]")
-    if 1 < len(curves) <= NAMED:
+    if 1 < len(axes.get_legend_handles_labels()[0]) <= NAMED:
         axes.legend(fontsize=8)
     return axes
 

@@ -224,11 +224,14 @@ _AROUND = [
     for x, y in ((1, 0.5), (-1, 0.5), (1, -1), (-1, -1), (0, 1))
 ]
 
+_BESIDE = _AROUND[:10]  # those that need no line to the point
+TO_POINT: Mapping[str, Any] = {"arrowstyle": "-", "linewidth": 0.5, "color": "0.4", "shrinkA": 0, "shrinkB": 3}
+
 
 def keep_apart(axes: Axes, labels: Sequence[Any]) -> None:
     """Move annotations around their points, so that none lies on another text, a point of them, or outside.
 
-    A label without room is hidden; one far from its point has a line to it.
+    A label without room is hidden; one far from its point has a line to it, or is hidden where it can have none.
     """
     from matplotlib.transforms import Bbox
 
@@ -242,14 +245,14 @@ def keep_apart(axes: Axes, labels: Sequence[Any]) -> None:
     ]
     frame = axes.get_window_extent()
     for label in labels:
-        for x, y in _AROUND:
+        for x, y in _AROUND if label.arrow_patch is not None else _BESIDE:
             size = float(label.get_fontsize())
             label.set_position((x * size, y * size))
             label.set_horizontalalignment("left" if x > 0.0 else "right" if x < 0.0 else "center")
             box = label.get_window_extent()
             inside = frame.x0 <= box.x0 and box.x1 <= frame.x1 and frame.y0 <= box.y0 and box.y1 <= frame.y1
             if inside and not any(box.overlaps(other) for other in taken):
-                taken.append(box)
+                taken.append(box.padded(0.2 * size))
                 if label.arrow_patch is not None:
                     label.arrow_patch.set_visible(abs(y) > 1.0)
                 break

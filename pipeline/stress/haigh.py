@@ -16,6 +16,7 @@ from pipeline.figures.peaks import SHAPES, set_abscissa
 from pipeline.figures.style import (
     BEHIND,
     DISTINCT,
+    TO_POINT,
     group_colours,
     keep_apart,
     legend_columns,
@@ -148,8 +149,7 @@ def _draw_limits(
 
 def _draw_spots(axes: Axes, spots: Sequence[Mapping[str, Any]]) -> list[Annotation]:
     """The hot spots, a line of the legend for each, and their numbers."""
-    line = {"arrowstyle": "-", "linewidth": 0.5, "color": "0.4", "shrinkA": 0, "shrinkB": 3}
-    look: dict[str, Any] = {"textcoords": "offset points", "fontsize": 9, "zorder": 6, "arrowprops": line}
+    look: dict[str, Any] = {"textcoords": "offset points", "fontsize": 9, "zorder": 6, "arrowprops": TO_POINT}
     look["bbox"] = {"boxstyle": "round,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.8}
     labels = [
         axes.annotate(str(number), (spot["mean_pa"] * MEGA, spot["amplitude_pa"] * MEGA), (6, 6), **look)

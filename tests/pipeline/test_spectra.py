@@ -134,6 +134,8 @@ def test_results_draw_themselves(outcome: RunOutcome, folder: Path) -> None:
     own = results[1].plot(Figure().subplots(), unit="mm", color="red")
     drawn = np.concatenate([line.get_ydata() for line in own.lines[:-1]])
     assert drawn.max() == pytest.approx(1e3 * results[1].amplitude_m.max(), rel=1e-12)
+    results[2].plot(own, unit="mm", label="the third")  # two curves on one axes: a legend with the name given
+    assert [text.get_text() for text in own.get_legend().get_texts()][-1] == "the third"
     peaks = results.plot_peaks(ax=Figure().subplots(), unit="m")
     assert peaks.get_xlabel() == "speed [rev/min]"
     assert peaks.lines[0].get_xdata().tolist() == SPEEDS
