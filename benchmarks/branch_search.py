@@ -106,7 +106,7 @@ def compare(case: StressCase, model: Path, limit: float) -> Comparison:
 
     with one_blas_thread():
         posed_problem = posed(case, model, frequency_range(case, model))
-        problem = *posed_problem[:3], replace(posed_problem[3], stability="wave", time_integration=False)
+        problem = *posed_problem[:3], replace(posed_problem[3], stability="wave", search="off")
         began = time.process_time()
 
         def watch(frequency_hz: float, points: int) -> None:

@@ -48,7 +48,7 @@ harmonics = 1
 stability = "folds"
 detached = false
 truncation = false
-time_integration = false
+search = "off"
 [sweep]
 "contact.friction" = {frictions}
 "contact.interference" = {interferences}

@@ -23,7 +23,7 @@ from rom import ModalModel, ReducedModel, modal_model
 SIZE, CONTACTS = 11, 3
 TOLERANCE = 1e-5  # by which a start may exceed the upper bound
 UNRESOLVED = 2e-4  # by which the largest of the points of a curve may lie below its peak
-OPTIONS = SolverOptions((0.05, 0.2), detached=False, truncation=False, stability="folds", time_integration=False)
+OPTIONS = SolverOptions((0.05, 0.2), detached=False, truncation=False, stability="folds", search="off")
 
 
 @dataclass(frozen=True)

@@ -3,10 +3,13 @@
     python benchmarks/worst_motions.py                                     # all scenes that ship
     python benchmarks/worst_motions.py --scenes scenes/dummy.toml --angle 180
     python benchmarks/worst_motions.py --scene scenes/dummy.toml --hard 10 # cases drawn from the hard corner
+    python benchmarks/worst_motions.py --brute 20                          # cases drawn at random, brute force beside
 
 Each scene is run up to its curves. From every worst motion the ring is integrated in time with steps half as long,
 disturbed in the pattern that decays least: what it reaches has to be as high again, to a tenth. A periodic motion is
 left a little below its top, which is a fold: with more harmonics it lies elsewhere.
+With --brute the rings of 4 to 8 blades start from random states at ten frequencies, 500 periods each, and are swept
+slowly up and down: what recurs there is to be no more than 5 % above the worst motion.
 Writes worst_motions.csv and worst_motions.md into out/bench/worst_motions. Exit status 1 if one of them fails.
 """
 
@@ -20,18 +23,25 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from problems import models_by_angle
-from stress_cases import draw_cases
-from stress_solving import frequency_range, posed
+from stress_cases import StressCase, draw_cases
+from stress_solving import OutOfTimeError, frequency_range, posed
 from tables import ROOT, machine_line, options_of, table_of, write_results
 
 if TYPE_CHECKING:
-    from nonlinear import ResponseCurve, Ring, RingMotion, SolverOptions
+    from numpy.random import Generator
+
+    from nonlinear import ResponseCurve, Ring, RingIntegrator, RingMotion, RingState, SolverOptions
+    from nonlinear.contact.parameters import Array
 
 SCENES = tuple(ROOT / "scenes" / f"{name}.toml" for name in ("dummy", "figure5", "figure6", "figure7", "campbell"))
 PERIODS = 1500
 BESIDE = 0.99  # of the amplitude of a stable peak, below which the ring starts
 SAME = 0.1  # relative difference of the amplitudes
 HARMONICS = 3  # of the hard cases
+PLACES, LONG, LAST = 10, 500, 200  # brute force: frequencies, periods from a random state and those that count
+STEPS, STEP, SETTLED = 60, 30, 3  # frequencies of a sweep, periods of each, and frequencies that a height rests on
+WINDOW, LOW, ABOVE = 40, 0.25, 0.05  # periods; least share of the highest solution; allowed height above the worst
+LIMIT = 400.0  # seconds of a curve, after which a case is given up
 
 
 @dataclass(frozen=True)
@@ -51,8 +61,13 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--scenes", type=Path, nargs="*", default=SCENES, help="scenes to run")
     parser.add_argument("--angle", type=float, help="shroud angle in place of that of the scenes, degrees")
     parser.add_argument("--hard", type=int, default=0, metavar="N", help="cases of the hard corner instead of scenes")
+    parser.add_argument("--brute", type=int, default=0, metavar="N", help="cases drawn at random, with brute force")
+    parser.add_argument("--first", type=int, default=0, help="number of the first of these cases (0)")
+    parser.add_argument("--search", default="standard", help="response.search of these cases")
     parser.add_argument("--seed", type=int, default=17, help="another seed draws other cases (17)")
     options = parser.parse_args(arguments)
+    if options.brute:
+        return _with_brute_force(options)
     if options.hard:
         solved = hard_curves(options.scene, options.hard, options.seed, options.out / "models")
     else:
@@ -63,6 +78,141 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"{each.scene}, {each.label}: {rows[-1]['in time']}", file=sys.stderr)
     write_results(options.out, "worst_motions", rows, f"{machine_line()}\n\n{table_of(rows)}\n")
     return 1 if any(row["agrees"] == "no" for row in rows) else 0
+
+
+def _with_brute_force(options: Any) -> int:
+    """Cases drawn at random, one by one; the exit status."""
+    rows: list[dict[str, Any]] = []
+    cases = random_cases(options.brute, options.seed)[options.first :]
+    for case in cases:
+        model = models_by_angle(options.scene, [case.angle], options.out / "models")[case.angle]
+        rows.append(brute_row(case, model, options.search))
+        print(" | ".join(map(str, rows[-1].values())), file=sys.stderr, flush=True)
+        write_results(options.out, "brute_force", rows, f"{machine_line()}\n\n{table_of(rows)}\n")
+    return 1 if sum(row["higher"] == "yes" for row in rows) > len(rows) // 20 else 0
+
+
+def random_cases(count: int, seed: int) -> list[StressCase]:
+    """Cases with gaps that vibrations close, most of them, for the blade of the default scene under 1 N."""
+    import numpy as np
+
+    cases = []
+    for index in range(count):
+        rng = np.random.default_rng((seed, index))
+        gap = -1e-3 * float(rng.uniform(0.03, 0.5)) if rng.uniform() < 0.9 else 1e-5 * float(rng.uniform(0.0, 2.0))
+        values: dict[str, Any] = {
+            "angle": float(rng.choice([60.0, 90.0, 120.0, 150.0, 180.0])),
+            "order_ratio": float(rng.choice([0.0, 1 / 12, 1 / 6, 1 / 4, 1 / 3, 5 / 12, 1 / 2])),
+            "normal_stiffness": float(10.0 ** rng.uniform(5.3, np.log10(3e7))),
+            "interference": gap,
+            "friction": float(rng.choice([0.1, 0.2, 0.4, 0.6])),
+            "damping_ratio": 3e-3,
+            "harmonics": [3, 7, "auto"][int(rng.integers(3))],
+            "law": ["two_sliders", "cone"][int(rng.integers(2))],
+        }
+        cases.append(StressCase(seed=seed, index=index, hard=True, **values))
+    return cases
+
+
+def brute_row(case: StressCase, model: Path, search: str) -> dict[str, Any]:
+    """The worst motion of a case beside the highest of brute force."""
+    from dataclasses import replace
+
+    from nonlinear import Ring, forced_response
+    from rom import one_blas_thread
+
+    row: dict[str, Any] = {"case": case.index, "angle": f"{case.angle:g}", "EO/N": f"{case.order_ratio:.3g}"}
+    row |= {"kn": f"{case.normal_stiffness:.2g}", "v0 [um]": f"{case.interference * 1e6:.3g}"}
+    row |= {"mu": case.friction, "law": case.law, "H": case.harmonics}
+    names = ("peak [um]", "worst [um]", "at [Hz]", "motion", "brute [um]", "where", "higher", "said")
+    modal, contact, wave, options = posed(case, model, frequency_range(case, model))
+    options = replace(options, search=search)
+    began = time.process_time()
+
+    def watch(frequency_hz: float, points: int) -> None:
+        if time.process_time() - began > LIMIT:
+            raise OutOfTimeError(f"given up at {frequency_hz:.6g} Hz")
+
+    try:
+        curve = forced_response(modal, contact, wave, options, watch)
+    except (OutOfTimeError, ArithmeticError) as error:
+        return row | dict.fromkeys(names, "-") | {"said": str(error), "s": "-", "brute s": "-"}
+    seconds = time.process_time() - began
+    worst, peak = curve.worst, curve.peak
+    assert worst is not None
+    assert peak is not None
+    ring = Ring(modal, contact, wave, options.output)
+    with one_blas_thread():
+        height, where = brute_force(ring, curve)
+    higher = height > (1.0 + ABOVE) * worst.amplitude_m
+    said = (f"{peak.amplitude_m * 1e6:.4g}", f"{'>= ' * bool(worst.unresolved)}{worst.amplitude_m * 1e6:.4g}")
+    said += (f"{worst.frequency_hz:.5g}", worst.motion, f"{height * 1e6:.4g}", where, "yes" if higher else "no")
+    row |= dict(zip(names, (*said, worst.unresolved), strict=True))
+    return row | {"s": f"{seconds:.0f}", "brute s": f"{time.process_time() - began - seconds:.0f}"}
+
+
+def brute_force(ring: Ring, curve: ResponseCurve) -> tuple[float, str]:
+    """The highest motion that recurs from random states, or in slow sweeps, m, and where it was seen."""
+    import numpy as np
+
+    from nonlinear import RingIntegrator
+    from nonlinear.worst_motion.candidates import branches_of
+
+    branches = branches_of(curve)
+    frequency = np.concatenate([branch.frequency_hz for branch in branches])
+    height = np.concatenate([branch.amplitude_m for branch in branches])
+    high = frequency[height > LOW * height.max()]
+    rings = {ring.blades(k): k for k in range((ring.modal.n_blades or 0) // 2 + 1)}
+    sizes = [size for size in sorted(rings) if 4 <= size <= 8][-2:] or [min(rings)]
+    rng = np.random.default_rng(17)
+    found = [(0.0, "-")]
+    for size in sizes:
+        for place in np.linspace(high.min(), high.max(), PLACES).tolist():
+            integrator = RingIntegrator.of(ring, 2.0 * np.pi * place, nodal_diameter=rings[size])
+            try:
+                envelope = integrator.march(random_state(integrator, branches, rng), LONG).envelope_m
+            except ArithmeticError:
+                continue
+            found.append((recurs(envelope[-LAST:]), f"{size} blades, {place:.4g} Hz"))
+    for way in (1, -1):
+        state, envelopes = None, []
+        for place in np.linspace(high.min(), high.max(), STEPS)[::way].tolist():
+            integrator = RingIntegrator.of(ring, 2.0 * np.pi * place, nodal_diameter=rings[sizes[-1]])
+            try:
+                record = integrator.march(state or random_state(integrator, branches, rng), STEP)
+            except ArithmeticError:
+                break
+            state = record.final
+            envelopes = [*envelopes, record.envelope_m][-SETTLED:]
+            if len(envelopes) == SETTLED:
+                height_m = recurs(np.concatenate(envelopes[1:]))
+                found.append((height_m, f"sweep {'up' if way > 0 else 'down'}, {place:.4g} Hz"))
+    return max(found)
+
+
+def random_state(integrator: RingIntegrator, branches: Sequence[ResponseCurve], rng: Generator) -> RingState:
+    """The highest solution with a random phase and a random size, up to 1.5 times, on each blade."""
+    import numpy as np
+
+    from nonlinear import RingState
+    from nonlinear.worst_motion.ring_integration import Solution
+
+    branch = max(branches, key=lambda each: each.amplitude_m.max())
+    high = integrator.on_wave(Solution.of(branch, int(branch.amplitude_m.argmax())).displacement)
+    turn = rng.uniform(0.0, 1.5, high.n_blades) * np.exp(2j * np.pi * rng.uniform(size=high.n_blades))
+    turned = turn.reshape(-1, *[1] * (high.coordinates.ndim - 1)) * (
+        high.coordinates - 1j * high.rates / integrator.omega
+    )
+    rest = integrator.at_rest()
+    return RingState(turned.real, -integrator.omega * turned.imag, rest.slider, rest.force)
+
+
+def recurs(envelope: Array) -> float:
+    """The largest displacement that at least two windows reach, m; shapes: `envelope` (P, q)."""
+    import numpy as np
+
+    parts = np.array_split(envelope, max(len(envelope) // WINDOW, 2))
+    return float(np.sort([part.max() for part in parts])[-2])
 
 
 def scene_curves(scenes: Sequence[Path], angle: float | None, out: Path) -> Iterator[SolvedCurve]:

@@ -178,7 +178,7 @@ def _of_straight_shrouds(figure: str) -> Maker:
         scene = tomllib.loads((ROOT / DUMMY).read_text(encoding="utf-8"))
         scene["title"] = "Dummy blade, shroud angle 180°"
         scene["shroud"]["angle"] = 180.0
-        scene["response"] |= {"harmonics": 5, "truncation": False, "time_integration": False}
+        scene["response"] |= {"harmonics": 5, "truncation": False, "search": "off"}
         scene["sweep"] = {"contact.interference": [-50e-6, 0.0, 5e-6]}
         scene["backbone"] = {}
         del scene["render"]
@@ -210,7 +210,7 @@ def _rings(
     scene = tomllib.loads((ROOT / source).read_text(encoding="utf-8"))
     scene["excitation"]["engine_order"] = engine_order
     scene["contact"]["interference"] = interference
-    quiet = {"truncation": False, "time_integration": False, "detached": False}
+    quiet = {"truncation": False, "search": "off", "detached": False}
     scene["response"] |= {"frequency": frequency, "harmonics": 1, **quiet}
     scene["mistuning"] = {"samples": samples, "linear_samples": 100}
     del scene["render"], scene["sweep"]

@@ -9,12 +9,14 @@ Method = Literal["coupled", "static-first"]
 Integration = Literal["exact", "sampled"]
 Stability = Literal["ring", "wave", "folds"]
 ResidualTractions = Literal["projected", "bounds"]
+Search = Literal["off", "quick", "standard", "thorough"]
 Objective = Literal["displacement", "harmonic_1"]
 
 Measure = float | Literal["harmonic_1"] | None  # of a motion: with this mean, its first harmonic alone, as it is
 
 HIGHEST_EXCITED = 31  # harmonic of the excitation
-BLADE_PERIODS = 10_000  # of the time integration for a curve
+# most that the search for the worst motion in time costs, relative to the curve with its branches and their stability
+SEARCH_COST: dict[Search, float] = {"off": 0.0, "quick": 0.25, "standard": 1.0, "thorough": 10.0}
 TRUNCATION_TOLERATED = 0.05  # truncation error of a peak or of the worst motion above which H is too small
 NO_PEAK = "the worst motion lies at an end of the frequency range, which is no peak"
 NEARLY_LOWEST = 1.1  # factor on the lowest worst motion that bounds the values told of beside it
@@ -171,10 +173,9 @@ class SolverOptions:
     residual_tractions : str
         "projected": sliders start at `ContactParameters.slider_origin`, and the traction of a node that sticks all
         the time follows. "bounds": the lowest and the highest peak over all its admissible tractions as well.
-    time_integration : bool
-        Whether the worst motion is sought by time integration too, where no solution that is high enough is stable.
-    blade_periods : int
-        Most periods times blades that this time integration may take for a curve.
+    search : str
+        How far the worst motion is sought by time integration of the ring. "off": not at all; otherwise at most so
+        many times the cost of the curve, its branches and their stability: "quick" 0.25, "standard" 1, "thorough" 10.
     output : str
         Name of the output whose peaks are located.
     objective : str
@@ -212,8 +213,7 @@ class SolverOptions:
     stability: Stability = "ring"
     truncation: bool = True
     residual_tractions: ResidualTractions = "projected"
-    time_integration: bool = True
-    blade_periods: int = BLADE_PERIODS
+    search: Search = "standard"
     output: str = "tip"
     objective: Objective = "displacement"
     outputs: tuple[str, ...] = ()
@@ -237,14 +237,14 @@ class SolverOptions:
         least = least_samples(1 if self.harmonics == "auto" else self.harmonics)
         if self.samples < least:
             raise OptionsError(f"samples: {self.samples}, allowed: {least} or more for so many harmonics")
-        if self.blade_periods < 1:
-            raise OptionsError(f"blade_periods: {self.blade_periods}, allowed: 1 or more")
         if self.integration not in ("exact", "sampled"):
             raise OptionsError(f'integration: {self.integration!r}, allowed: "exact" or "sampled"')
         if self.objective not in ("displacement", "harmonic_1"):
             raise OptionsError(f'objective: {self.objective!r}, allowed: "displacement" or "harmonic_1"')
         if self.stability not in ("ring", "wave", "folds"):
             raise OptionsError(f'stability: {self.stability!r}, allowed: "ring", "wave" or "folds"')
+        if self.search not in SEARCH_COST:
+            raise OptionsError(f'search: "{self.search}", allowed: "off", "quick", "standard" or "thorough"')
         if self.method not in ("coupled", "static-first"):
             raise OptionsError(f'method: {self.method!r}, allowed: "coupled" or "static-first"')
         if self.residual_tractions not in ("projected", "bounds"):

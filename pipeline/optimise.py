@@ -176,7 +176,7 @@ def _of_command_line(error: InputError) -> InputError:
 _QUICK: dict[str, Any] = {  # what the linear responses do without
     "response.detached": False,
     "response.truncation": False,
-    "response.time_integration": False,
+    "response.search": "off",
     "response.stability": "folds",
     "response.residual_tractions": "projected",
 }

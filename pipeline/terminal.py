@@ -140,8 +140,8 @@ def _print_conclusion(request: Request, outcome: RunOutcome, curves: Sequence[Sh
         if found["keys"]:
             console.print(key_table(found))
         print("\n".join(lines[1:]))
-    periods, details = request.scene.first.response.blade_periods, f"shroud info {request.out}"
-    open_lines = conclusion.open_lines(outcome.summary, curves, periods, details)
+    search, details = request.scene.first.response.search, f"shroud info {request.out}"
+    open_lines = conclusion.open_lines(outcome.summary, curves, search, details)
     said = [line for line in (conclusion.lowest_line(curves), *open_lines) if line]
     print("\n".join(conclusion.wrapped(said, console.width)))
 

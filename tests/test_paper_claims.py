@@ -21,7 +21,7 @@ from rom import linear_response, modal_model, natural_frequencies, read_reduced_
 pytestmark = pytest.mark.xdist_group("paper")
 
 SCENES = Path(__file__).parents[1] / "scenes"
-MAIN_BRANCHES = 'stability = "wave"\ndetached = false\ntruncation = false\ntime_integration = false\n'
+MAIN_BRANCHES = 'stability = "wave"\ndetached = false\ntruncation = false\nsearch = "off"\n'
 OWN_KEYS = {"name", "title", "sweep"}
 
 

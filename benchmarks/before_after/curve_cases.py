@@ -14,13 +14,13 @@ from measured_process import OutOfTimeError, cpu_seconds, limited
 from model_cases import model_file, scene_file
 from problems import CurveProblem, curve_problem, scene_with
 
-ALONE: dict[str, Any] = {"stability": "folds", "detached": False, "truncation": False, "time_integration": False}
+ALONE: dict[str, Any] = {"stability": "folds", "detached": False, "truncation": False, "search": "off"}
 EXTRAS: dict[str, dict[str, Any]] = {  # each adds to those before it; the last is what `shroud run` does
     "alone": {},
     "truncation": {"truncation": True},
     "detached": {"detached": True},
     "ring stability": {"stability": "ring"},
-    "time integration": {"time_integration": True},
+    "time integration": {"search": "standard"},
 }
 MOST_HARMONICS = 21  # of the reference of "auto"
 SAME, NEAR = 1e-6, 1.05  # relative errors of a peak that count as equal: below it, or within this factor

@@ -4,6 +4,7 @@ The other modes are a residual flexibility; the fastest motion of the integrated
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol, Self
@@ -252,18 +253,19 @@ class RingState:
             raise ValueError(f"blades: {n_blades}, allowed: multiples of {self.n_blades}")
         return RingState(*(np.concatenate([part] * times) for part in self._parts))
 
-    def with_blades_of(self, other: "RingState", count: int) -> "RingState":
-        """The state with its first blades in another motion.
+    def towards(self, other: "RingState", shares: Sequence[float]) -> "RingState":
+        """The state with each blade on its way to another motion.
 
         Parameters
         ----------
         other : RingState
             State of as many blades.
-        count : int
-            Number of blades that are taken from it.
+        shares : sequence of float
+            Shares of the way of the blades: 0 leaves a blade where it is, 1 takes it to the other motion.
         """
-        pairs = zip(other._parts, self._parts, strict=True)
-        return RingState(*(np.concatenate([first[:count], rest[count:]]) for first, rest in pairs))
+        pairs = zip(self._parts, other._parts, strict=True)
+        share = [np.reshape(shares, (-1, *[1] * (part.ndim - 1))) for part in self._parts]
+        return RingState(*(here + s * (there - here) for (here, there), s in zip(pairs, share, strict=True)))
 
     @property
     def _parts(self) -> tuple[Array, Array, Array, Array]:

@@ -7,6 +7,7 @@ finds all periodic solutions at one frequency, on all branches of a curve.
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import product
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -27,7 +28,7 @@ from nonlinear.stability.ring_stability import (
     RingStability,
     largest_nodal_diameter,
 )
-from nonlinear.time_integration.ring import Ring
+from nonlinear.time_integration.ring import RETENTION, Ring
 from nonlinear.time_integration.ring_integrator import RingIntegrator
 from nonlinear.time_integration.ring_motion import RingLimits, RingMotion, integrate_ring
 
@@ -41,10 +42,13 @@ WINDOW, SETTLING = 40, 48  # periods, see RingLimits
 PERSISTENT = 240  # periods over which a motion that has not settled keeps its height to count as irregular
 LONGER = 240  # periods for which the highest motion so far is followed on
 FOLLOWED = 0.05  # disturbance then, relative to the vibration
+CONFIRMED = 2.0  # factor then on the highest frequency of modes that are integrated: stiff contacts need them
 FALLS, CLIMBS = 0.85, 1.3  # ratios of its largest displacements then and before, beyond which it does not persist
 SPREADS, SCATTER = 2.0, 0.05  # the same of its scatter, and the scatter relative to the amplitude that is none
 FLOOR = 0.7  # of the highest motion known, below which a ring is not followed
 VISIBLE = 0.02  # disturbance relative to the vibration, where no growth rate is to be measured
+SEED, LARGEST_SHARE = 17, 1.2  # of random states, in multiples of the high solution
+RANDOM_STARTS = {"quick": 0, "standard": 2, "thorough": 8}
 SAME_SOLUTION = 1e-6  # relative difference of two solutions that count as one
 
 
@@ -251,23 +255,25 @@ class RingIntegration:
         )
 
     def _followed_on(self, omega: float, motion: RingMotion) -> RingMotion:
-        """A motion that counts, disturbed and followed for longer; its largest displacement at the end of that.
+        """A motion that counts, disturbed and followed for longer, with its height in that time.
 
-        In a ring of a multiple of its blades, if that is no large one.
+        In a ring of a multiple of its blades, if that is no large one, and with more modes.
         """
         pattern, state = self._larger(motion), motion.final
-        integrator = RingIntegrator.of(self.ring, omega, nodal_diameter=pattern)
+        integrator = RingIntegrator.of(self.ring, omega, nodal_diameter=pattern, retention=CONFIRMED * RETENTION)
         if integrator.n_blades > motion.n_blades:
             state = state.repeated(integrator.n_blades)
         disturbed = integrator.disturbed(state, pattern, FOLLOWED * integrator.vibration(state))
         record = integrator.march(disturbed, LONGER)
-        before, after = np.array_split(record.envelope_m[WINDOW:], 2)  # without what decays at first
-        persists = _persists(motion.amplitude_m, before, after)
+        calm = record.envelope_m[WINDOW:]  # without what decays at first
+        before, after = np.array_split(calm, 2)
+        own = motion.envelope_m[-max(motion.persistence, 2 * WINDOW) :]
+        persists = _persists(min(motion.amplitude_m, recurring_height(own)), before, after)
         return replace(
             motion,
             settled=motion.settled and persists,
             persistence=motion.persistence + LONGER if persists else 0,
-            amplitude_m=float(after.max()),
+            amplitude_m=recurring_height(calm),
             lowest_m=float(after.min()),
             n_blades=integrator.n_blades,
             periods=motion.periods + LONGER,
@@ -342,6 +348,18 @@ class RingIntegration:
 def counts(motion: RingMotion) -> bool:
     """Whether a motion is one of the ring and no transient: it has settled, or kept its height for long."""
     return motion.settled or motion.persistence >= PERSISTENT
+
+
+def recurring_height(envelope: Array) -> float:
+    """Height of a motion: the largest displacement that is reached in two windows of 40 periods, m.
+
+    A burst that does not come again within some hundred periods is left out. Shapes: `envelope` (P, q).
+    """
+    periods = len(envelope) // WINDOW * WINDOW
+    if periods < 2 * WINDOW:
+        return float(envelope.max())
+    largest = envelope[len(envelope) - periods :].reshape(-1, WINDOW * envelope.shape[1]).max(axis=1)
+    return float(np.sort(largest)[-2])
 
 
 def _persists(amplitude: float, before: Array, after: Array) -> bool:
@@ -483,6 +501,15 @@ def _same(one: Array, other: Array) -> bool:
     return one.shape == other.shape and bool(np.abs(one - other).max() <= SAME_SOLUTION * np.abs(one).max())
 
 
+class Start(NamedTuple):
+    """A state of a ring, blade by blade."""
+
+    pattern: int  # nodal diameter that the ring carries
+    shares: tuple[float, ...]  # of each blade, on the way from the low to the high solution
+    name: str  # in a sentence
+    again: bool = False  # whether a range of frequencies has a second such start
+
+
 @dataclass(frozen=True)
 class MixedStarts:
     """Rings with some blades on a high and the others on a low solution: a localised motion needs such a start."""
@@ -491,38 +518,74 @@ class MixedStarts:
     branches: Sequence[ResponseCurve]
 
     @cached_property
-    def pattern(self) -> int:
-        """Nodal diameter that the largest ring of few blades carries; that of the wave where it needs many."""
+    def patterns(self) -> list[int]:
+        """Nodal diameters of rings of up to 8 blades that no larger one of them contains, that of most blades first.
+
+        That of the wave where it needs more blades.
+        """
         ring = self.integration.ring
-        patterns = range((ring.modal.n_blades or 0) // 2 + 1)
-        few = [k for k in patterns if ring.blades(k) <= MOST_BLADES]
-        return max(few, key=lambda k: (ring.blades(k), -k), default=0)
+        few: dict[int, int] = {}
+        for k in range((ring.modal.n_blades or 0) // 2 + 1):
+            few.setdefault(ring.blades(k), k)
+        sizes = [size for size in sorted(few, reverse=True) if size <= MOST_BLADES]
+        whole = [size for size in sizes if not any(other > size and other % size == 0 for other in sizes)]
+        return [few[size] for size in whole] or [0]
 
     @property
-    def blades(self) -> int:
-        """Number of blades of that ring."""
-        return self.integration.ring.blades(self.pattern)
+    def starts(self) -> list[Start]:
+        """All but one, half, or one of neighbours on the high solution; a thorough search: each arrangement."""
+        found: dict[tuple[int, ...], Start] = {}
+        thorough = self.integration.options.search == "thorough"
+        for pattern in self.patterns if thorough else self.patterns[:1]:
+            blades = self.integration.ring.blades(pattern)
+            numbers = [number for number in (blades - 1, blades // 2, 1) if number]
+            usual = [tuple(int(blade < number) for blade in range(blades)) for number in numbers]
+            others = _arrangements(blades) if thorough and blades <= MOST_BLADES else []
+            for shares in (*usual, *others):
+                name = f"with {sum(shares)} of {blades} blades high"
+                found.setdefault(_least_turned(shares), Start(pattern, shares, name, shares in usual))
+        return list(found.values())
 
     @property
-    def high_blades(self) -> list[int]:
-        """Numbers of neighbours on the high solution that are tried: all but one, half of them, one."""
-        return list(dict.fromkeys(number for number in (self.blades - 1, self.blades // 2, 1) if number))
+    def random_starts(self) -> list[Start]:
+        """Each blade in its own multiple of the high solution: they are the same in each run."""
+        pattern = self.patterns[0]
+        blades = self.integration.ring.blades(pattern)
+        rng = np.random.default_rng(SEED)
+        number = RANDOM_STARTS[self.integration.options.search]
+        shares = rng.uniform(-LARGEST_SHARE, LARGEST_SHARE, (number, blades))
+        return [Start(pattern, tuple(each), "in random states") for each in shares.tolist()]
 
-    def __call__(self, frequency_hz: float, high_blades: int, blade_periods: int, height_m: float) -> Integrated:
+    def __call__(self, frequency_hz: float, start: Start, blade_periods: int, height_m: float) -> Integrated:
         """The motion that the ring reaches; none where there are not two solutions, or too few blades times periods.
 
         Blades that fall clearly below the high solution have left it.
         """
         ring, omega = self.integration.ring, 2.0 * np.pi * frequency_hz
-        periods = min(USUAL_PERIODS, blade_periods // self.blades)
+        periods = min(USUAL_PERIODS, blade_periods // len(start.shares))
         search = SolutionSearch(ring, self.integration.options, frequency_hz)
         found = [each for branch in self.branches for each in search.crossings(branch)]
-        if periods < FEWEST_PERIODS or len(found) < 2:
+        random = start.name == "in random states"
+        if len(found) < (1 if random else 2):
             return Integrated(None)
-        integrator = RingIntegrator.of(ring, omega, nodal_diameter=self.pattern)
+        if periods < FEWEST_PERIODS:
+            return Integrated(None, "from mixed starts was left out")
+        integrator = RingIntegrator.of(ring, omega, nodal_diameter=start.pattern)
         heights = [float(np.abs(integrator.wave_output(each)).max()) for each in found]
         low, high = (integrator.on_wave(found[int(pick(heights))]) for pick in (np.argmin, np.argmax))
         limits = RingLimits(most_periods=periods, floor_m=FLOOR * max(height_m, *heights), window=WINDOW)
-        state = low.with_blades_of(high, high_blades)
-        motion = integrate_ring(ring, omega, state, nodal_diameter=self.pattern, limits=limits)
+        state = (integrator.at_rest() if random else low).towards(high, start.shares)
+        motion = integrate_ring(ring, omega, state, nodal_diameter=start.pattern, limits=limits)
         return Integrated(self.integration.confirmed(omega, motion, height_m))
+
+
+def _arrangements(blades: int) -> list[tuple[int, ...]]:
+    """High (1) and low (0) blades in each arrangement that no turn of the ring takes to another, most high first."""
+    every = {_least_turned(shares) for shares in product((0, 1), repeat=blades)}
+    mixed = [shares for shares in every if 0 < sum(shares) < blades]
+    return sorted(mixed, key=lambda shares: (-sum(shares), shares))
+
+
+def _least_turned(shares: tuple[int, ...]) -> tuple[int, ...]:
+    """The least of all turns of an arrangement."""
+    return min(shares[turn:] + shares[:turn] for turn in range(len(shares)))

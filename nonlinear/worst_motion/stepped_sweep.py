@@ -13,11 +13,12 @@ from nonlinear.contact.parameters import Array
 from nonlinear.time_integration.ring import RingState
 from nonlinear.time_integration.ring_integrator import RingIntegrator
 from nonlinear.time_integration.ring_motion import KEEPS, RingMotion
-from nonlinear.worst_motion.ring_integration import WINDOW, RingIntegration, counts
+from nonlinear.worst_motion.ring_integration import RingIntegration, counts
 
 FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 3e-3, 6e-3, 4e-4  # relative to the frequency
 LONGER_STEP = 1.4  # factor on a step after one that kept the motion
-SETTLING = 20  # periods of a step before its window
+NEAR = 0.9  # of the highest point of a sweep, below which steps may be twice as large
+SETTLING, STEP_WINDOW = 12, 28  # periods of a step before its window, and of that
 FIRST_WAY = 0.75  # share of the periods times blades for the way in which the motion gets higher
 RISING = 1.5  # the same for either way as long as the motion gets higher
 LOW = 0.5  # of the highest point of a sweep, below which it ends
@@ -102,17 +103,18 @@ class _Walk:
                 step *= 0.5
                 continue
             self.points[place], at = found, place
-            step = min(LONGER_STEP * step, LARGEST_STEP)
+            longest = LARGEST_STEP if found[0] > NEAR * self.highest else 2.0 * LARGEST_STEP
+            step = min(LONGER_STEP * step, longest)
         return True
 
     def _step(self, frequency_hz: float, state: RingState) -> tuple[float, RingState] | None:
         """Height and state after a step to a frequency; None where the time integration fails."""
-        self.spent += (SETTLING + WINDOW) * self.start.n_blades
+        self.spent += (SETTLING + STEP_WINDOW) * self.start.n_blades
         omega = 2.0 * math.pi * frequency_hz
         try:
             pattern = self.integration.pattern_of(self.start)
             record = RingIntegrator.of(self.integration.ring, omega, nodal_diameter=pattern).march(
-                state, SETTLING + WINDOW
+                state, SETTLING + STEP_WINDOW
             )
         except ArithmeticError:
             return None

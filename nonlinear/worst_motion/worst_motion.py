@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from nonlinear.options import BLADE_PERIODS, TRUNCATION_TOLERATED, SolverOptions
+from nonlinear.options import SEARCH_COST, TRUNCATION_TOLERATED, SolverOptions
 from nonlinear.problem import ProblemTuple
 from nonlinear.response_curve import ResponseCurve, WorstMotion, at_range_end
 from nonlinear.time_integration.ring import Ring
@@ -38,12 +38,18 @@ from nonlinear.worst_motion.ring_integration import (
     RingIntegration,
     RingPatterns,
     Solution,
+    Start,
     counts,
 )
 from nonlinear.worst_motion.stepped_sweep import SteppedSweep, Sweep
 
+# Periods times blades of time integration that cost as much as a point of a branch, for each Fourier coefficient
+# (2 H + 1) that is balanced there: see docs/developers/method.md
+EQUAL_COST = 20
+LEAST_BUDGET = 20_000  # of them for a curve with the standard search, about 5 s: a shorter one finds too little
 ONE_START = 0.4  # share of the periods times blades of a curve for one start: large rings are left out
-SPARED = 0.5  # the same that is not spent where a motion persists that is as high as all unstable solutions
+TO_MIX, TO_START = 0.35, 0.7  # shares spent at most on mixed starts, and on all starts: the rest follows motions
+SPARED = 0.5  # share of those of the starts that is not spent where a motion persists as high as all unstable ones
 MOST_FURTHER = 4  # starts after those from the highest points of the unstable stretches
 MOST_EXPLORED = 8  # the same with those that would take too long
 FASTER = 1.5  # ratio of two growths in a period from which the faster one is a start of its own
@@ -65,7 +71,7 @@ STABILITY = {
 }
 MOST_NAMED = 4  # frequencies in one sentence
 NEVER = "mistuned blades, other residual tractions, motions that other initial conditions reach"
-LEAVES = 'which response.stability = "ring" with response.time_integration = true finds'
+LEAVES = 'which response.stability = "ring" with response.search = "standard" finds'
 COULD_MATTER = (
     0.3  # of the highest motion known: lower unstable solutions are left alone; see docs/developers/method.md
 )
@@ -86,7 +92,8 @@ class Departure:
     failure: str = ""  # why there is no motion, or none of the pattern that grows fastest
     spent: bool = False  # whether too few periods were left to find a motion
     sweep: Sweep | None = None  # the motion over the frequency, where it was followed
-    high_blades: int = 0  # of a mixed start, on the high solution
+    reach_m: float = 0.0  # how high the solution is where there is no motion, or those of the range, m
+    start: str = ""  # of a ring that does not start from one solution: "mixed" or "random"
 
     @property
     def new_height(self) -> float:
@@ -112,15 +119,17 @@ class DepartureSearch:
     height_m: float  # amplitude of the highest stable solution, m
     # relative difference of amplitudes up to which a periodic motion counts as a stable solution
     tolerance: float = SAME_AMPLITUDE
-    blade_periods: int = BLADE_PERIODS  # blades times periods that are left
+    blade_periods: int = 0  # blades times periods that may be integrated
     follow: Follow | None = None  # follows a motion from a frequency with so many blades times periods at most
     mix: MixedStarts | None = None  # starts with some blades on a high and the others on a low solution
     _highest: float = field(default=0.0, init=False)  # of the motions found
 
     def __post_init__(self) -> None:
         """Shares of what may be integrated."""
-        self._one_start, self._spared = (round(share * self.blade_periods) for share in (ONE_START, SPARED))
-        self._to_follow = self._to_mix = self.blade_periods
+        self._one_start, self._to_mix, self._to_start = (
+            round(share * self.blade_periods) for share in (ONE_START, TO_MIX, TO_START)
+        )
+        self._spent = 0
 
     def departures(self, stretches: Sequence[UnstableStretch]) -> Iterator[Departure]:
         """From a few exposed points of each stretch, then from other points of one of them.
@@ -138,7 +147,7 @@ class DepartureSearch:
                 if found.new_height > best:
                     best, chosen, centre = found.new_height, number, position
         if stretches and max(best, self.height_m) >= stretches[0].height_m:
-            self.blade_periods = max(self.blade_periods - self._spared, 0)
+            self._to_start = self._spent + round((1.0 - SPARED) * max(self._to_start - self._spent, 0))
         if stretches and best >= stretches[0].height_m:
             yield from self._refined(stretches[chosen], tried[chosen], best, centre)
         elif stretches:
@@ -155,16 +164,32 @@ class DepartureSearch:
         Near one end of a range the blades keep the high solution, near the other they leave it.
         """
         ranges = coexistences(self.branches) if self.mix else []
-        for high_blades in self.mix.high_blades if self.mix else ():
+        left_out: set[int] = set()
+        for start in self.mix.starts if self.mix else ():
             shares = [FIRST_MIXED] * len(ranges)
-            for _ in range(2):
+            for _ in range(1 + start.again):
                 for number, each in enumerate(ranges):
-                    found, lost = self._from_mixed(each.at(shares[number]), each.height_m, high_blades)
+                    if number in left_out:
+                        continue
+                    found, lost = self._from_mixed(each.at(shares[number]), each.height_m, start, self._to_mix)
                     shares[number] = MIXED_BEFORE if lost else MIXED_BEYOND
                     if found is not None:
                         yield found
+                        left_out |= {number} if found.spent else set()
 
-    def _from_mixed(self, frequency_hz: float, most_m: float, high_blades: int) -> tuple[Departure | None, bool]:
+    def random(self) -> Iterator[Departure]:
+        """From random states in the range with the highest of two solutions, as long as there are periods left."""
+        ranges = coexistences(self.branches) if self.mix else []
+        for start in self.mix.random_starts if self.mix else ():
+            for each in ranges[:1]:
+                found, _ = self._from_mixed(each.at(FIRST_MIXED), each.height_m, start, self._to_start)
+                if found is None or found.spent:
+                    return
+                yield replace(found, start="random")
+
+    def _from_mixed(
+        self, frequency_hz: float, most_m: float, start: Start, periods: int
+    ) -> tuple[Departure | None, bool]:
         """What the ring does from a mixed start, and whether it falls below the high solution.
 
         Nothing is integrated where the high solutions, up to `most_m`, are low. A motion that has not settled, and is
@@ -173,15 +198,20 @@ class DepartureSearch:
         height = max(self.height_m, self._highest)
         if self.mix is None or most_m < COULD_MATTER * height:
             return None, True
-        try:
-            motion = self.mix(frequency_hz, high_blades, self._to_mix, height).motion
-        except ArithmeticError:
-            return None, True
-        if motion is None:
-            return None, True
-        self._to_mix -= motion.periods * motion.n_blades
         place = highest_beside(self.branches, frequency_hz)
-        found = replace(self._judged(place, frequency_hz, motion, ""), high_blades=high_blades)
+        try:
+            motion, failure = self.mix(frequency_hz, start, periods - self._spent, height)
+        except ArithmeticError as error:
+            return Departure(
+                place, frequency_hz, None, failure=f"failed: {error}", reach_m=most_m, start="mixed"
+            ), True
+        if motion is None:
+            left_out = Departure(
+                place, frequency_hz, None, failure=failure, spent=True, reach_m=most_m, start="mixed"
+            )
+            return left_out if failure else None, True
+        self._spent += motion.periods * motion.n_blades
+        found = replace(self._judged(place, frequency_hz, motion, ""), start="mixed")
         found = replace(found, falls=found.falls or (not counts(motion) and motion.amplitude_m <= height))
         self._highest = max(self._highest, found.new_height)
         return found, motion.amplitude_m < FLOOR * self.branches[place[0]].amplitude_m[place[1]]
@@ -193,15 +223,15 @@ class DepartureSearch:
         """
         known: list[Sweep] = []
         for each in sorted(departures, key=lambda departure: -departure.new_height):
-            if self.follow is None or each.motion is None or each.motion.stays or self._to_follow <= 0:
+            if self.follow is None or each.motion is None or each.motion.stays:
                 return
             if each.new_height < FLOOR * max(self.height_m, self._highest):
                 return
             if any(_lies_on(sweep, each) for sweep in known):
                 continue
-            sweep = self.follow(each.frequency_hz, each.motion, self._to_follow)
+            sweep = self.follow(each.frequency_hz, each.motion, max(self.blade_periods - self._spent, 0))
             known.append(sweep)
-            self._to_follow -= sweep.blade_periods
+            self._spent += sweep.blade_periods
             if sweep.top is None or sweep.top.amplitude_m < each.new_height:
                 yield replace(each, sweep=sweep)
             else:
@@ -274,13 +304,14 @@ class DepartureSearch:
         frequency_hz = float(self.branches[place[0]].frequency_hz[place[1]])
         height = max(self.height_m, self._highest)
         try:
-            motion, failure = self.integrate(place, min(self.blade_periods, self._one_start), height)
+            left = self._to_start - self._spent
+            motion, failure = self.integrate(place, min(left, self._one_start), height)
         except ArithmeticError as error:
             return Departure(place, frequency_hz, None, failure=f"failed: {error}")
         if motion is None:
-            spent = self.blade_periods < self._one_start
+            spent = left < self._one_start
             return Departure(place, frequency_hz, None, failure=SPENT if spent else failure, spent=spent)
-        self.blade_periods -= motion.periods * motion.n_blades
+        self._spent += motion.periods * motion.n_blades
         found = self._judged(place, frequency_hz, motion, failure)
         self._highest = max(self._highest, found.new_height)
         return found
@@ -354,7 +385,7 @@ def searched(
     if starts:
         parts.append(_integrated(starts, sum(each.sweep is not None for each in departures)))
     else:
-        unchecked = options.stability != "ring" and not options.time_integration
+        unchecked = options.stability != "ring" and options.search == "off"
         left_out = lacking or departures or unchecked
         parts.append("no time integration" if left_out else "time integration not needed")
     omitted = [NEVER]
@@ -384,21 +415,28 @@ def _stability(options: SolverOptions, n_blades: int | None) -> str:
 
 def _integrated(starts: Sequence[Departure], followed: int) -> str:
     """Where time integration started, and with how many blades."""
-    mixed = sum(each.high_blades > 0 for each in starts)
-    solutions, motions = len(starts) - mixed, [each.motion for each in starts if each.motion is not None]
-    places = [f"{solutions} unstable solution{'s' if solutions != 1 else ''}"] * bool(solutions)
-    places += [f"{mixed} mixed start{'s' if mixed != 1 else ''}"] * bool(mixed)
+    motions, places = [each.motion for each in starts if each.motion is not None], []
+    for start, name in (("", "unstable solution"), ("mixed", "mixed start"), ("random", "random state")):
+        if count := sum(each.start == start for each in starts):
+            places.append(f"{count} {name}{'s' if count > 1 else ''}")
     rings = sorted({motion.n_blades for motion in motions})
-    text = f"time integration from {' and '.join(places)}"
+    text = f"time integration from {', '.join(places[:-1])}{' and ' * (len(places) > 1)}{places[-1]}"
     text += f" (ring{'s' if len(rings) > 1 else ''} of {', '.join(map(str, rings))} blades)"
     stayed = sum(motion.stays for motion in motions)
     text += f", {stayed} of which the ring did not leave" if stayed else ""
     return f"{text}, {followed} motion{'s' if followed > 1 else ''} followed in frequency" if followed else text
 
 
-def unresolved(curve: ResponseCurve, departures: Sequence[Departure], left_out: Sequence[float], reason: str) -> str:
-    """What was left open; "" where nothing."""
-    found = []
+def unresolved(
+    curve: ResponseCurve, departures: Sequence[Departure], left_out: Sequence[float], reason: str, height_m: float
+) -> str:
+    """What was left open, where and how high the solutions are there; "" where nothing.
+
+    Solutions far below the worst motion do not matter; `height_m`: of the highest stable solution.
+    """
+    found, branches = [], branches_of(curve)
+    least = COULD_MATTER * max([height_m, *(each.new_height for each in departures)])
+    left_out = [height for height in left_out if height >= least]
     if not curve.termination.complete:
         found.append("the main branch is incomplete")
     broken = sum(not branch.termination.complete for branch in curve.detached)
@@ -410,11 +448,15 @@ def unresolved(curve: ResponseCurve, departures: Sequence[Departure], left_out: 
             f"{count} unstable part{'s' if count > 1 else ''} of the branches, up to {max(left_out):.3g} m, without "
             f"time integration ({reason})"
         )
-    failed: dict[str, list[float]] = {}
+    failed: dict[str, dict[float, float]] = {}
     for each in departures:
-        if each.failure:
-            failed.setdefault(each.failure, []).append(each.frequency_hz)
-    found += [f"time integration at {_list(places)} {failure}" for failure, places in failed.items()]
+        reach = each.reach_m or float(branches[each.place[0]].amplitude_m[each.place[1]])
+        if each.failure and reach >= least:
+            failed.setdefault(each.failure, {})[each.frequency_hz] = reach
+    found += [
+        f"time integration at {_list(places)} {failure} (solutions up to {max(places.values()):.3g} m)"
+        for failure, places in failed.items()
+    ]
     unsettled = [each for each in departures if each.motion and not (counts(each.motion) or each.falls)]
     restless = {each.frequency_hz: each.motion for each in unsettled if each.motion}
     if restless:
@@ -515,13 +557,15 @@ def worst_of(
     departures: list[Departure] = []
     left_out: Sequence[UnstableStretch] = matter
     if integrate is not None:
-        search = DepartureSearch(branches, integrate, height, _tolerance(curve), options.blade_periods, follow, mix)
-        departures = [*search.departures(matter[:MOST_STRETCHES]), *search.mixed()]
+        most = affordable(branches, options)
+        search = DepartureSearch(branches, integrate, height, _tolerance(curve), most, follow, mix)
+        departures = [*search.mixed(), *search.departures(matter[:MOST_STRETCHES])]
+        departures += search.random()
         departures += search.followed(departures)
         left_out, reason = matter[MOST_STRETCHES:], f"the {MOST_STRETCHES} highest were integrated"
     spoken: dict[str, Any] = {
         "searched": searched(curve, options, n_blades, departures, bool(left_out)),
-        "unresolved": unresolved(curve, departures, [stretch.height_m for stretch in left_out], reason),
+        "unresolved": unresolved(curve, departures, [stretch.height_m for stretch in left_out], reason, height),
     }
     found = max(departures, key=lambda each: (each.new_height, each.sweep is not None), default=None)
     if found is not None and found.motion is not None and found.new_height > height:
@@ -552,9 +596,15 @@ def _with_end(worst: WorstMotion, options: SolverOptions) -> WorstMotion:
     return replace(worst, at_end=True, unresolved="; ".join(filter(None, (end, worst.unresolved))))
 
 
+def affordable(branches: Sequence[ResponseCurve], options: SolverOptions) -> int:
+    """Periods times blades that the time integration of a curve may take; the same on every machine."""
+    coefficients = sum(int((2 * branch.kept_harmonics + 1).sum()) for branch in branches)
+    return round(SEARCH_COST[options.search] * max(EQUAL_COST * coefficients, LEAST_BUDGET))
+
+
 def _why_not(options: SolverOptions) -> str:
     """Why there is no time integration; "" where there is."""
-    if not options.time_integration:
+    if options.search == "off":
         return "switched off"
     return "the static part is frozen" if options.method == "static-first" else ""
 

@@ -403,9 +403,9 @@ def _below_free(curve: ShownCurve, factor_unit: tuple[float, str]) -> str:
 
 
 def open_lines(
-    summary: Mapping[str, Any], curves: Sequence[ShownCurve], periods: int | None, details: str = ""
+    summary: Mapping[str, Any], curves: Sequence[ShownCurve], search: str | None, details: str = ""
 ) -> Iterator[str]:
-    """What was left open, with the response.blade_periods of the curves, and what the numbers do not include."""
+    """What was left open, with the response.search of the curves, and what the numbers do not include."""
     waiting = [c.number for c in curves if c.waits]
     failed = [c.number for c in curves if not c.waits and (c.facts is None or not c.facts.complete)]
     parts = [f"{NOT_COMPUTED}: {listed(waiting)}"] * bool(waiting) + [f"not complete: {listed(failed)}"] * bool(
@@ -415,7 +415,7 @@ def open_lines(
     if open_:
         more = any(c.facts and any(reason in c.facts.worst_unresolved for reason in SHORT_OF_TIME) for c in open_)
         which = "them" if len(open_) > 1 else "it"
-        hint = f" (response.blade_periods above {periods} may settle {which})" * bool(more and periods)
+        hint = f' (response.search = "thorough" may settle {which})' * (more and search in ("quick", "standard"))
         parts.append(f"not settled: {listed([c.number for c in open_])}{hint}")
     if parts:
         yield "; ".join(parts)

@@ -176,7 +176,7 @@ def _curve_lines(found: dict[str, Any], width: int) -> Iterator[str]:
     if len(shown) < len(curves):
         yield f"... {len(curves)} curves: --json, or curves.csv beside the file"
         yield from end_lines(found["statistics"])
-    open_ = open_lines(found, curves, settings.get("response.blade_periods"))
+    open_ = open_lines(found, curves, settings.get("response.search"))
     yield from wrapped(filter(None, [lowest_line(curves), *open_]), width)
     if not facts:
         return

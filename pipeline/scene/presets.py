@@ -11,7 +11,7 @@ from pipeline.codec import plain
 SOURCE = "measured on scenes/dummy.toml by make bench"
 SIZE = "mesh.size"
 # Checks of motions, which change no peak of a curve: a draft looks at the worst motion only.
-UNCHECKED: Mapping[str, Any] = {"response.stability": "folds", "response.time_integration": False}
+UNCHECKED: Mapping[str, Any] = {"response.stability": "folds", "response.search": "off"}
 NOT_CHECKED = "whether motions persist is checked at the highest one only, without time integration"
 _DIGITS = 3  # of an element size: what a user would type
 

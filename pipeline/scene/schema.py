@@ -348,13 +348,10 @@ class Response(Section):
     )
     detached: Truth = _key("whether detached branches (isolas) are looked for", "true or false", True)
     truncation: Truth = _key("whether the truncation error (neglected harmonics) is estimated", "true or false", True)
-    time_integration: Truth = _key(
-        "whether the worst motion is sought by time integration too, where no motion is stable", "true or false", True
-    )
-    blade_periods: Annotated[Whole, Field(ge=1, le=10**9)] = _key(
-        "most periods times blades of that time integration, for one curve",
-        "a whole number, {bounds}",
-        10_000,
+    search: Literal["off", "quick", "standard", "thorough"] = _key(
+        "how far the worst motion is sought by time integration, up to 0, 0.25, 1 or 10 times the cost of the curve",
+        "{words}",
+        "standard",
     )
 
 

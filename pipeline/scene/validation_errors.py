@@ -43,6 +43,7 @@ MEANINGS = {
     "response.frequency": "freq frequencies range frequencyrange",
     "response.harmonics": "nh nharmonics",
     "response.damping_ratio": "zeta xi damping dampingfactor",
+    "response.search": "timeintegration bladeperiods",
 }
 _BY_WORD = {word: key for key, words in MEANINGS.items() for word in words.split()}
 

@@ -94,8 +94,7 @@ def solver_options(scene: Scene) -> SolverOptions:
         detached=response.detached,
         truncation=response.truncation,
         residual_tractions=response.residual_tractions,
-        time_integration=response.time_integration,
-        blade_periods=response.blade_periods,
+        search=response.search,
         outputs=tuple(output.name for output in scene.output),
     )
 

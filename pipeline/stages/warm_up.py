@@ -70,7 +70,7 @@ def warm_up(law: str, integration: str) -> None:
             samples=_SAMPLES,
             detached=False,
             truncation=False,
-            time_integration=False,
+            search="off",
             max_points=2,
         )
         curve = forced_response(modal, contact, excitation, options)

@@ -13,7 +13,7 @@ COARSE = {
     r"^accuracy = .*\n": "",
     r"^\[contact\]\n": "[mesh]\nsize = 0.02\n[rom]\nmodes = 5\n[contact]\n",
     r"^damping_ratio = 0.002\n": 'damping_ratio = 0.002\nharmonics = 1\nstability = "folds"\ndetached = false\n'
-    "truncation = false\ntime_integration = false\n",
+    "truncation = false\nsearch = 'off'\n",
     r"^\"contact.interference\" = .*\n": '"contact.interference" = [0.0, 120e-6]\n',
     r"=40e-6:300e-6": "=110e-6:150e-6",
     r"=60:120 (.*)=0:300e-6": r"=68:72 \1=110e-6:130e-6",

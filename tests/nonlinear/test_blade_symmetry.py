@@ -33,7 +33,7 @@ def solve(angle, twist, engine_order, interference=2e-6, force=1.0):
         detached=False,
         stability="wave",
         truncation=False,
-        time_integration=False,
+        search="off",
     )
     return forced_response(modal, contact, Excitation(engine_order, force), options)
 

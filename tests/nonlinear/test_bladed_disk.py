@@ -88,7 +88,7 @@ def options(harmonics, stability="ring"):
         stability=stability,
         detached=False,
         truncation=False,
-        time_integration=False,
+        search="off",
     )
 
 

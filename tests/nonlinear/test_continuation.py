@@ -101,7 +101,7 @@ def test_progress_is_reported():
         modal,
         contact,
         Excitation(4, 1.0),
-        SolverOptions((0.1, 0.7), detached=False, truncation=False, time_integration=False),
+        SolverOptions((0.1, 0.7), detached=False, truncation=False, search="off"),
         lambda hertz, points: seen.append((hertz, points)),
     )
     assert [count for _, count in seen] == list(range(1, len(seen) + 1))
@@ -196,7 +196,7 @@ class TestStaticFirst:
         contact = ContactParameters.shared(
             2, normal_stiffness=4.0, tangential_stiffness=3.0, friction=0.4, interference=interference
         )
-        quick = {"detached": False, "truncation": False, "time_integration": False}
+        quick = {"detached": False, "truncation": False, "search": "off"}
         options = SolverOptions((0.1, 0.7), harmonics=harmonics, method=method, **quick)
         return forced_response(modal, contact, Excitation(4, 1.0), options)
 

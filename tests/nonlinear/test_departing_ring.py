@@ -18,7 +18,13 @@ from nonlinear import (
     integrate_ring,
 )
 from nonlinear.worst_motion.candidates import coexistences
-from nonlinear.worst_motion.ring_integration import USUAL_PERIODS, MixedStarts, Solution, _persists
+from nonlinear.worst_motion.ring_integration import (
+    USUAL_PERIODS,
+    MixedStarts,
+    Solution,
+    _persists,
+    recurring_height,
+)
 from nonlinear.worst_motion.stepped_sweep import SteppedSweep
 from rom import modal_model
 
@@ -28,7 +34,7 @@ def solved(n_blades, excitation, frequency_hz, interference, tangential_stiffnes
     modal = modal_model(lumped_blade(n_blades, 1), damping_ratio=0.02)
     values = {"normal_stiffness": 3.0, "tangential_stiffness": tangential_stiffness, "friction": 0.3}
     contact = ContactParameters.shared(1, **values, interference=interference)
-    options = SolverOptions(frequency_hz, harmonics=3, detached=False, truncation=False, time_integration=False)
+    options = SolverOptions(frequency_hz, harmonics=3, detached=False, truncation=False, search="off")
     return Ring(modal, contact, excitation), options, forced_response(modal, contact, excitation, options)
 
 
@@ -107,22 +113,42 @@ def test_a_motion_persists_if_it_keeps_height_and_scatter(last, persists):
     assert not _persists(1.0, before, after)
 
 
+def test_a_burst_that_does_not_come_again_is_no_height():
+    envelope = np.ones((200, 4))
+    envelope[[30, 90], 2] = 1.5
+    envelope[150, 1] = 9.0
+    assert recurring_height(envelope) == 1.5
+    assert recurring_height(envelope[100:170]) == 9.0  # too short to tell
+
+
+def test_arrangements_are_those_that_no_turn_makes_alike():
+    """A thorough search of a ring of 8 has all 34 two-coloured necklaces with both colours, of 6 as many more."""
+    ring, options, curve = solved(72, Excitation(36, 0.3), (0.12, 0.14), -0.8)
+    for search, blades, count in (("standard", [8], 3), ("thorough", [8, 6], 34 + 12)):
+        mix = MixedStarts(RingIntegration(ring, replace(options, search=search)), [curve])
+        assert list(dict.fromkeys(len(start.shares) for start in mix.starts)) == blades
+        assert len(mix.starts) == count
+        assert [len(start.shares) for start in mix.random_starts] == [8] * (2 if search == "standard" else 8)
+    assert mix.random_starts == mix.random_starts
+
+
 def test_a_localised_motion_is_found_from_a_mixed_start():
     """Three of eight blades move clearly more than the others, more than in any wave that persists, for good."""
     ring, options, curve = solved(8, Excitation(4, 0.3), (0.12, 0.3), -0.8, tangential_stiffness=2.1)
     (between,) = coexistences([curve])
     assert between.start_hz > between.end_hz  # a hardening contact: the high solution falls with the frequency
     mix, frequency_hz = MixedStarts(RingIntegration(ring, options), [curve]), between.at(0.25)
-    assert (mix.blades, mix.high_blades) == (8, [7, 4, 1])
-    assert mix(frequency_hz, 1, 8 * 199, 0.0).motion is None
-    motion = mix(frequency_hz, 1, 10_000, 0.0).motion
+    assert [sum(start.shares) for start in mix.starts] == [7, 4, 1]
+    single = mix.starts[-1]
+    assert mix(frequency_hz, single, 8 * 199, 0.0) == (None, "from mixed starts was left out")
+    motion = mix(frequency_hz, single, 10_000, 0.0).motion
     assert motion is not None
     blades = np.sort(motion.envelope_m[-40:].max(axis=0))
     assert blades[5] > 2.5 * blades[2]
     stable = curve.amplitude_m[curve.stable & (np.abs(curve.frequency_hz - frequency_hz) < 0.002)]
     assert motion.amplitude_m > 1.2 * stable.max()
     limits = RingLimits(most_periods=400, window=100, finer=2)
-    pattern = {"nodal_diameter": mix.pattern, "limits": limits}
+    pattern = {"nodal_diameter": single.pattern, "limits": limits}
     again = integrate_ring(ring, 2.0 * np.pi * frequency_hz, motion.final, **pattern)
     assert again.settled
     assert again.amplitude_m == pytest.approx(motion.amplitude_m, rel=0.02)

@@ -26,7 +26,7 @@ def solve(interference, engine_order, harmonics, tolerance=1e-3):
         harmonic_tolerance=tolerance,
         detached=False,
         stability="folds",
-        time_integration=False,
+        search="off",
     )
     return forced_response(modal, contact, Excitation(engine_order, 1.0), options)
 

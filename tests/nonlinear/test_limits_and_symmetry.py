@@ -35,7 +35,7 @@ def solve(interference, *, engine_order=4, force=1.0, harmonics=1, modal=None, *
             detached=False,
             stability="folds",
             truncation=False,
-            time_integration=False,
+            search="off",
             **options,
         ),
     )

@@ -26,7 +26,7 @@ from nonlinear.nonlinear_modes.mode_curve import ModeContinuation
 from rom import RelativeReceptance, modal_model, natural_frequencies
 
 SLIDER = {"normal_stiffness": 0.0, "tangential_stiffness": 1.0, "friction": 1.0, "preload": 1.0}
-QUICK = {"detached": False, "stability": "folds", "truncation": False, "time_integration": False}
+QUICK = {"detached": False, "stability": "folds", "truncation": False, "search": "off"}
 
 
 def motion_of(modal, contact, harmonics: int) -> ExtendedMotion:
@@ -157,7 +157,7 @@ def test_a_resonance_of_the_mode_leads_to_an_isolated_branch() -> None:
     mode = nonlinear_mode(modal, contact, 6, (0.01, 20.0), SolverOptions((0.05, 0.9)))
     resonances = mode.resonances(force)
     assert [each.stable for each in resonances] == [True, False, True]
-    options = SolverOptions((0.19, 0.26), truncation=False, time_integration=False)
+    options = SolverOptions((0.19, 0.26), truncation=False, search="off")
     curve = forced_response(modal, contact, Excitation(6, force), options)
     peaks = [curve.detached[0].peak, curve.peak]
     for peak, resonance in zip(peaks, (resonances[0], resonances[2]), strict=True):
@@ -177,7 +177,7 @@ def test_without_friction_the_contacts_slide() -> None:
     np.testing.assert_allclose(
         mode.frequency_hz, natural_frequencies(blade, modal.phase(5), normal=0.5)[0], rtol=1e-9
     )
-    quick = SolverOptions((0.1, 1.0), stability="folds", truncation=False, time_integration=False)
+    quick = SolverOptions((0.1, 1.0), stability="folds", truncation=False, search="off")
     assert forced_response(modal, contact, Excitation(5, 0.01), quick).termination.complete
 
 

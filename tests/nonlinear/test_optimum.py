@@ -160,7 +160,7 @@ def test_one_performance_curve_serves_every_force() -> None:
 def test_performance_curve_over_the_interference() -> None:
     """A mass that opens and closes: the peak at another force and the same v0 / F."""
     modal = modal_model(oscillator(tangential=False), damping_ratio=0.02)
-    options = SolverOptions((0.1, 0.4), detached=False, stability="folds", truncation=False, time_integration=False)
+    options = SolverOptions((0.1, 0.4), detached=False, stability="folds", truncation=False, search="off")
 
     def problem(force: float, interference: float):
         contact = ContactParameters.shared(

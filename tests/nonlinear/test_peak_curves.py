@@ -13,7 +13,7 @@ from nonlinear.peak_curves.peak_search import PeakSearch
 from nonlinear.peak_curves.peak_sensitivity import peak_derivatives
 from rom import modal_model
 
-QUICK = {"detached": False, "stability": "folds", "truncation": False, "time_integration": False}
+QUICK = {"detached": False, "stability": "folds", "truncation": False, "search": "off"}
 
 
 def slider(preload: float = 1.2, harmonics: int = 1):
@@ -123,7 +123,7 @@ def test_stability_of_followed_peaks_is_that_of_responses() -> None:
     modal = modal_model(lumped_blade(4, 1), damping_ratio=0.01)
     springs = {"normal_stiffness": 6.0, "tangential_stiffness": 4.2, "friction": 0.4}
     contact = ContactParameters.shared(1, **springs, interference=0.0)
-    options = SolverOptions((0.1, 0.4), detached=False, truncation=False, time_integration=False)
+    options = SolverOptions((0.1, 0.4), detached=False, truncation=False, search="off")
     family = ParameterFamily.over((modal, contact, Excitation(2, 1.0), options), "interference", -0.5, 0.45)
     search = PeakSearch(family, lambda line: None)
     search.solve([0.3], "first")

@@ -20,7 +20,7 @@ def test_derivatives_by_the_slip_limit_and_by_the_force() -> None:
     modal, limit = modal_model(oscillator(), damping_ratio=1e-13), 1.2
     springs = {"normal_stiffness": 0.0, "tangential_stiffness": 1.0}
     contact = ContactParameters.shared(1, **springs, friction=0.5, preload=2.0 * limit)
-    quick = {"detached": False, "stability": "folds", "truncation": False, "time_integration": False}
+    quick = {"detached": False, "stability": "folds", "truncation": False, "search": "off"}
     problem = modal, contact, Excitation(0, 1.0), SolverOptions((0.1, 0.25), **quick)
     curve = forced_response(*problem)
     found = peak_sensitivity(problem, curve, curve.peak.index, ["friction", "preload", "force"])

@@ -53,7 +53,7 @@ def options(harmonics, integration):
         integration=integration,
         detached=False,
         truncation=False,
-        time_integration=False,
+        search="off",
     )
 
 

@@ -27,7 +27,7 @@ def problem(n_blades, order, interference, harmonics, law="two_sliders", frictio
         interference=interference,
         law=law,
     )
-    values = {"frequency_hz": (0.1, 0.4), "detached": False, "truncation": False, "time_integration": False} | options
+    values = {"frequency_hz": (0.1, 0.4), "detached": False, "truncation": False, "search": "off"} | options
     return modal, contact, Excitation(order, 1.0), SolverOptions(harmonics=harmonics, **values)
 
 
@@ -194,7 +194,7 @@ def test_a_single_blade_has_no_other_nodal_diameter(n_blades, stability):
     contact = ContactParameters.shared(
         1, normal_stiffness=0.0, tangential_stiffness=1.0, friction=1.0, preload=1.0, interference=0.0
     )
-    options = SolverOptions((0.1, 0.4), stability=stability, detached=False, truncation=False, time_integration=False)
+    options = SolverOptions((0.1, 0.4), stability=stability, detached=False, truncation=False, search="off")
     curve = forced_response(modal, contact, Excitation(0, 2.0), options)
     assert curve.slipping.any()
     assert (curve.growth_nodal_diameter == (-1 if stability == "folds" else 0)).all()
@@ -207,7 +207,7 @@ def test_neutral_exponents_do_not_grow(interference):
     contact = ContactParameters.shared(
         1, normal_stiffness=6.0, tangential_stiffness=4.2, friction=0.4, interference=interference
     )
-    options = SolverOptions((0.1, 0.13), detached=False, truncation=False, time_integration=False)
+    options = SolverOptions((0.1, 0.13), detached=False, truncation=False, search="off")
     curve = forced_response(modal, contact, Excitation(5, 1.0), options)
     assert curve.stable.all()
     assert np.abs(curve.growth_rate).max() < 1e-6 * 2.0 * np.pi * 0.1

@@ -23,7 +23,7 @@ def problem(n_blades, harmonics, interference, law="two_sliders"):
         2, normal_stiffness=6.0, tangential_stiffness=4.2, friction=0.4, interference=interference, law=law
     )
     options = SolverOptions(
-        (0.08, 0.3), harmonics=harmonics, stability="folds", detached=False, truncation=False, time_integration=False
+        (0.08, 0.3), harmonics=harmonics, stability="folds", detached=False, truncation=False, search="off"
     )
     return modal, contact, Excitation(n_blades // 3, 1.0), options
 

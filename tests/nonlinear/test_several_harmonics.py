@@ -95,7 +95,7 @@ def test_a_second_harmonic_alone_is_twice_the_engine_order():
     """EO 1 with the amplitude of its second harmonic only is EO 2 at half the frequency: the same motion."""
     modal = modal_model(lumped_blade(5), damping_ratio=0.02)
     only_second = Excitation(1, 1.0, (ExcitationHarmonic(1, 0.0), ExcitationHarmonic(2, 1.0)))
-    options = {"stability": "wave", "detached": False, "truncation": False, "time_integration": False}
+    options = {"stability": "wave", "detached": False, "truncation": False, "search": "off"}
     one = SolverOptions((0.2, 0.8), harmonics=3, **options)
     two = SolverOptions((0.1, 0.4), harmonics=6, **options)
     direct = forced_response(modal, contact(RUBBING), Excitation(2, 1.0), one)
@@ -173,7 +173,7 @@ def test_friction_against_central_differences():
 
 def test_the_response_scales_with_force_and_interference():
     modal = modal_model(lumped_blade(3), damping_ratio=0.03)
-    quick = {"stability": "folds", "detached": False, "truncation": False, "time_integration": False}
+    quick = {"stability": "folds", "detached": False, "truncation": False, "search": "off"}
     options = SolverOptions((0.1, 0.5), harmonics=3, **quick)
     one = forced_response(modal, contact(RUBBING), TWO, options)
     scaled = contact({**RUBBING, "interference": 7.0 * 0.5})
@@ -234,7 +234,7 @@ def test_further_outputs_and_the_largest_length():
     select = np.eye(model.size)
     named = {f"mass_{axis}": select[row] for row, axis in enumerate("xyz")}
     modal = modal_model(replace(model, outputs={**model.outputs, **named}), damping_ratio=0.03)
-    quick = {"stability": "folds", "detached": False, "truncation": False, "time_integration": False}
+    quick = {"stability": "folds", "detached": False, "truncation": False, "search": "off"}
     options = SolverOptions((0.1, 0.4), harmonics=3, outputs=("mass_y", "mass"), **quick)
     curve = forced_response(modal, contact(RUBBING), TWO, options)
     assert curve.outputs["mass"].shape == (curve.points, 4, 3)

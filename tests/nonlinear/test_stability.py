@@ -241,7 +241,7 @@ def friction_case(n_blades, interference, harmonics, method):
         stability="folds",
         detached=False,
         truncation=False,
-        time_integration=False,
+        search="off",
     )
     curve = forced_response(modal, contact, Excitation(1, 1.0), options)
     return contact, build_harmonic_balance(modal, contact, Excitation(1, 1.0), options), curve

@@ -28,7 +28,7 @@ def response(n_blades, interference, friction, law="two_sliders"):
         interference=interference,
         law=law,
     )
-    quick = {"detached": False, "truncation": False, "time_integration": False}
+    quick = {"detached": False, "truncation": False, "search": "off"}
     options = SolverOptions(RANGE, harmonics=COARSE, stability="folds", **quick)
     curve = forced_response(modal, contact, Excitation(1, 1.0), options)
     assert curve.termination.complete

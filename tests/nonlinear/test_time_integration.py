@@ -18,7 +18,7 @@ from nonlinear.harmonic_balance.initial_solution import periodic_start, solve_at
 from rom import modal_model
 
 HARMONICS, PERIODS = 21, 20
-MAIN_BRANCH = {"detached": False, "truncation": False, "time_integration": False}
+MAIN_BRANCH = {"detached": False, "truncation": False, "search": "off"}
 
 
 def contact(interference, law="two_sliders"):

@@ -261,7 +261,7 @@ def test_a_way_that_is_too_long_leaves_the_peak_lost(monkeypatch):
 def test_a_detached_branch_has_errors_of_its_own():
     """The isolated branch that the curve with 3 harmonics still reaches; against 9 harmonics."""
     modal, contact, excitation = two_modes(5.6)
-    options = SolverOptions((0.12, 0.3), harmonics=5, stability="folds", time_integration=False)
+    options = SolverOptions((0.12, 0.3), harmonics=5, stability="folds", search="off")
     curve, reference = (
         forced_response(modal, contact, excitation, replace(options, harmonics=n, truncation=n == 5)) for n in (5, 9)
     )

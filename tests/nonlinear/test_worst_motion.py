@@ -10,9 +10,9 @@ import pytest
 from nonlinear import OptionsError, Peak, ResponseCurve, SolverOptions, TerminationReason
 from nonlinear.time_integration.ring_motion import RingMotion
 from nonlinear.worst_motion.candidates import branches_of, coexistences, stable_amplitudes, unstable_stretches
-from nonlinear.worst_motion.ring_integration import Integrated
+from nonlinear.worst_motion.ring_integration import Integrated, Start
 from nonlinear.worst_motion.stepped_sweep import Sweep
-from nonlinear.worst_motion.worst_motion import MOST_FURTHER, MOST_STRETCHES, worst_of
+from nonlinear.worst_motion.worst_motion import EQUAL_COST, MOST_FURTHER, MOST_STRETCHES, affordable, worst_of
 
 OPTIONS = SolverOptions((1.0, 9.0), harmonics=3)
 
@@ -146,7 +146,8 @@ def test_a_motion_is_followed_in_frequency(complete):
 
     worst = worst_of(curve, OPTIONS, 72, integrate, follow=follow)
     assert len(starts) > 1
-    assert followed == [(6.0, OPTIONS.blade_periods)]
+    assert len(followed) == 1
+    assert followed[0][0] == 6.0
     assert (worst.amplitude_m, worst.frequency_hz, worst.periods) == (21.0, 7.5, 320)
     assert (worst.followed_hz, worst.followed_m) == ((2.5, 6.0, 7.5), (9.0, 9.6, 21.0))
     assert "1 motion followed in frequency" in worst.searched
@@ -163,21 +164,21 @@ def test_mixed_starts_go_where_blades_keep_the_high_solution(height):
     starts = []
 
     class Mix:
-        high_blades = (7, 1)
+        starts = tuple(Start(9, (1,) * number + (0,) * (8 - number), f"{number} high", True) for number in (7, 1))
+        random_starts = ()
 
-        def __call__(self, frequency_hz, high_blades, blade_periods, floor):
-            starts.append((frequency_hz, high_blades, blade_periods))
-            return ring(None, 0, 0.0) if blade_periods > 8_000 else Integrated(None)
+        def __call__(self, frequency_hz, start, blade_periods, floor):
+            starts.append((frequency_hz, sum(start.shares), blade_periods))
+            return ring(None, 0, 0.0) if blade_periods > 5_000 else Integrated(None, "was left out")
 
     worst = worst_of(curve, OPTIONS, 72, never, mix=Mix())
     (between,) = coexistences(branches_of(curve))
     assert (between.start_hz, between.end_hz, between.height_m) == (4.0, 6.0, 8.0)
     second = 5.0 if height > 10.0 else 4.25
-    assert starts[:2] == [(4.5, 7, 10_000), (second, 7, 8_800)]
-    assert [each[2] for each in starts[2:]] == [7_600, 7_600]  # blades times periods are spent
+    assert starts == [(4.5, 7, 7_000), (second, 7, 5_800), (4.5, 1, 4_600)]  # until blades times periods are spent
     assert worst.amplitude_m == max(height, 10.0)
     assert "time integration from 2 mixed starts (ring of 4 blades)" in worst.searched
-    assert worst.unresolved == ""
+    assert worst.unresolved == "time integration at 4.5 Hz was left out (solutions up to 8 m)"
 
 
 def test_an_unstable_solution_below_a_stable_one_is_left_alone():
@@ -260,7 +261,7 @@ def test_what_is_left_open_is_said():
     ):
         assert said in worst.unresolved
     assert worst.amplitude_m == 9.0  # a transient is no motion that persists
-    without = worst_of(main, replace(OPTIONS, time_integration=False), 72, None, "switched off")
+    without = worst_of(main, replace(OPTIONS, search="off"), 72, None, "switched off")
     assert without.amplitude_m == 9.0
     assert f"{len(tops)} unstable parts" in without.unresolved
     assert "switched off" in without.unresolved
@@ -326,7 +327,7 @@ def test_a_large_ring_that_was_left_out_is_said():
 
     worst = worst_of(curve, OPTIONS, 72, integrate)
     assert worst.amplitude_m == 15.0
-    assert worst.unresolved == "time integration at 5 Hz of 72 blades would take too long"
+    assert worst.unresolved == "time integration at 5 Hz of 72 blades would take too long (solutions up to 9 m)"
 
 
 def test_a_motion_that_falls_but_is_the_highest_at_the_end_is_said():
@@ -386,11 +387,13 @@ def test_more_blade_periods_are_shared_out_alike():
         given.append(blade_periods)
         return ring(place, blade_periods, floor)
 
-    for most in (10_000, 100_000):
-        worst_of(curve, replace(OPTIONS, blade_periods=most), 72, integrate)
-    assert given == [4_000, 40_000]
-    with pytest.raises(OptionsError, match="blade_periods: 0, allowed: 1 or more"):
-        replace(OPTIONS, blade_periods=0)
+    for search in ("quick", "standard", "thorough"):
+        worst_of(curve, replace(OPTIONS, search=search), 72, integrate)
+    assert given == [2_000, 8_000, 80_000]  # the least, as this curve costs little
+    many = replace(curve, kept_harmonics=curve.kept_harmonics + 1000)
+    assert affordable([many], OPTIONS) == 7 * 2007 * EQUAL_COST
+    with pytest.raises(OptionsError, match='search: "most", allowed: "off", "quick", "standard" or "thorough"'):
+        replace(OPTIONS, search="most")
 
 
 def test_many_places_are_not_all_named():
@@ -398,7 +401,8 @@ def test_many_places_are_not_all_named():
     curve = curve_of(frequency, 10.0 - (frequency - 5.0) ** 2, [False] * 81)
     worst = worst_of(curve, OPTIONS, 72, lambda *_: Integrated(None, "of 72 blades would take too long"))
     assert re.fullmatch(
-        r"time integration at (\S+ Hz, ){3}\d+ others of 72 blades would take too long", worst.unresolved
+        r"time integration at (\S+ Hz, ){3}\d+ others of 72 blades would take too long \(solutions up to 10 m\)",
+        worst.unresolved,
     )
 
 

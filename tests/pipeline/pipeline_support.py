@@ -57,7 +57,7 @@ QUICK: dict[str, Any] = {  # changes of a scene whose curve is not what a test i
     "response__stability": "folds",
     "response__detached": False,
     "response__truncation": False,
-    "response__time_integration": False,
+    "response__search": "off",
 }
 
 

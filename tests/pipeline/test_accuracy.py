@@ -30,8 +30,8 @@ def test_a_preset_sets_mesh_modes_harmonics_and_tolerances(tmp_path: Path, name:
     assert scene.rom.tolerance == preset.values["rom.tolerance"]
     assert scene.response.harmonics == preset.values["response.harmonics"]
     assert scene.response.tolerance == preset.values["response.tolerance"]
-    assert (scene.response.stability, scene.response.time_integration) == (
-        ("folds", False) if name == "draft" else ("ring", True)
+    assert (scene.response.stability, scene.response.search) == (
+        ("folds", "off") if name == "draft" else ("ring", "standard")
     )
     assert file.accuracy is not None
     assert file.accuracy.others == ()

@@ -36,7 +36,7 @@ SCENE: dict[str, Any] = {
     "name": "isola",
     "contact": {"normal_stiffness": 0.81, "tangential_stiffness": 0.6075, "friction": 0.05},
     "excitation": {"engine_order": 1, "force": 1.0},
-    "response": {"frequency": [0.08, 1.0], "damping_ratio": 0.005, "stability": "folds", "time_integration": False},
+    "response": {"frequency": [0.08, 1.0], "damping_ratio": 0.005, "stability": "folds", "search": "off"},
 }
 
 

@@ -31,7 +31,7 @@ TIMES = ("seconds",)
 
 def write_case(folder: Path, frictions: list[float] | None = None) -> tuple[Path, Path]:
     """A scene of a cheap sweep, with branches carried, and its reduced model."""
-    response = {"frequency": [0.15, 0.25], "rayleigh": [0.0, 0.02], "stability": "folds", "time_integration": False}
+    response = {"frequency": [0.15, 0.25], "rayleigh": [0.0, 0.02], "stability": "folds", "search": "off"}
     contents = ground_scene() | {"response": response, "sweep": {"contact.friction": frictions or FRICTIONS}}
     return write_scene(folder / "scene.toml", contents), write_ground_model(folder / "model.h5")
 

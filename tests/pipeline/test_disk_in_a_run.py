@@ -193,7 +193,7 @@ def test_the_same_sector_from_a_mesh_file(reduced: Path, tmp_path: Path) -> None
 def test_a_free_disk_from_a_mesh_file(tmp_path: Path) -> None:
     """Frequencies of the whole mesh and responses at 0, 1 and 2 nodal diameters, as with a disk made here."""
     quick = {"response__frequency": [190.0, 345.0], "response__truncation": False, "response__detached": False}
-    quick |= {"response__stability": "wave", "response__time_integration": False}
+    quick |= {"response__stability": "wave", "response__search": "off"}
     quick |= {"sweep": {"excitation.engine_order": [0, 1, 2]}}
     file = write_scene(tmp_path / "made.toml", disk_scene(disk=DISK | {"bore": "free"}, **quick))
     assert shroud("run", file, "--out", tmp_path / "made", "--until", "respond")[0] == 0

@@ -50,7 +50,7 @@ LOADS = {
     "response__stability": "wave",
     "response__detached": False,
     "response__truncation": False,
-    "response__time_integration": False,
+    "response__search": "off",
     "response__frequency": [400.0, 450.0],
     "contact__integration": "exact",
 }
@@ -250,7 +250,7 @@ def test_harmonics_on_a_given_model(tmp_path: Path) -> None:
     scene = ground_scene()
     scene["excitation"]["harmonic"] = [{"order": 3, "amplitude": 0.1}]
     scene["output"] = [{"name": "tip"}]
-    quick = {"detached": False, "stability": "wave", "truncation": False, "time_integration": False}
+    quick = {"detached": False, "stability": "wave", "truncation": False, "search": "off"}
     scene["response"] |= {"harmonics": 3, **quick}
     path = write_scene(tmp_path / "scene.toml", scene)
     status, said, error = shroud("respond", path, "--rom", rom, "--out", tmp_path / "out")

@@ -25,7 +25,7 @@ LOAD, FRICTION, GAP, EXCITATION = "contact.preload", "contact.friction", "contac
 
 def scene(over: dict[str, Any], kn: float, **section: Any) -> dict[str, Any]:
     """One mass against the ground."""
-    quiet = {"stability": "wave", "truncation": False, "time_integration": False, "detached": False}
+    quiet = {"stability": "wave", "truncation": False, "search": "off", "detached": False}
     return {
         "name": "one_mass",
         "contact": {"normal_stiffness": kn, "tangential_stiffness": KT, "friction": 0.3, "preload": 0.0},

@@ -164,7 +164,7 @@ def test_hdf5_names_every_parameter_with_its_table(finished: Path) -> None:
 
 def test_punch_becomes_numbers(finished: Path, tmp_path: Path) -> None:
     rom = finished / summary_of(finished)["curves"][0]["rom"]
-    quick = {f"response__{key}": False for key in ("detached", "truncation", "time_integration")}
+    quick = {"response__detached": False, "response__truncation": False, "response__search": "off"}
     scene = small_scene(contact__normal_stiffness="punch", contact__tangential_stiffness="punch", **quick)
     path = write_scene(tmp_path / "s.toml", scene)
     assert shroud("respond", path, "--rom", rom, "--out", tmp_path / "out", "--quiet")[0] == 0
@@ -238,7 +238,7 @@ def test_summary_leads_to_the_models(finished: Path) -> None:
 def test_lists_and_several_keys_in_the_csv(tmp_path: Path) -> None:
     rom = write_ground_model(tmp_path / "g.h5")
     v0 = [[0.0, 0.1, 0.2], [0.3, 0.3, 0.3]]
-    quick = {"stability": "wave", "detached": False, "truncation": False, "time_integration": False}
+    quick = {"stability": "wave", "detached": False, "truncation": False, "search": "off"}
     scene = ground_scene(preload=0.0) | {"sweep": {"contact.interference": v0, "response.harmonics": [1, 3]}}
     scene["response"] |= quick
     path = write_scene(tmp_path / "s.toml", scene)
@@ -268,7 +268,7 @@ def test_harmonics_chosen_curve_by_curve(finished: Path, tmp_path: Path) -> None
     exact: dict[str, Any] = {
         "contact__integration": "exact"
     }  # 64 samples a period are too few for the harmonics of this tolerance
-    exact |= {"response__detached": False, "response__stability": "folds", "response__time_integration": False}
+    exact |= {"response__detached": False, "response__stability": "folds", "response__search": "off"}
     scene = small_scene(response__harmonics="auto", response__tolerance=1e-3, sweep=sweep, **exact)
     path = write_scene(tmp_path / "s.toml", scene)
     status, _, error = shroud("respond", path, "--rom", rom, "--out", tmp_path / "out", "--quiet", "--jobs", 1)

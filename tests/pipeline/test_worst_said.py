@@ -217,13 +217,13 @@ def test_the_lines_below_the_table(curves: list[CurveResult]) -> None:
     assert lowest_line(shown(curves[3:4])).startswith("worst motion: at least 2 µm (500 times below the free blade)")
     assert lowest_line(shown(curves[3:])) == "lowest: not known, every curve may be higher"
     model = {"mesh": "m.vtu", "coriolis_error": 0.0}
-    said = list(open_lines({"models": [model]}, shown(curves), 10000))
+    said = list(open_lines({"models": [model]}, shown(curves), "standard"))
     assert said == [
-        "not settled: curves 3, 4 (response.blade_periods above 10000 may settle them)",
+        'not settled: curves 3, 4 (response.search = "thorough" may settle them)',
         "not included: mistuning, mesh error (shroud verify)",
     ]
     studied = {"studies": {"mistuning": {}}, "models": [{"mesh": None, "coriolis_error": None}]}
-    assert list(open_lines(studied, shown(curves[:1]), 10000)) == [
+    assert list(open_lines(studied, shown(curves[:1]), "standard")) == [
         "not included: Coriolis forces (their effect is not known, the reduced model has no dataset coriolis)"
     ]
 

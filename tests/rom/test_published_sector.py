@@ -124,7 +124,7 @@ def test_friction_on_the_faces_damps_between_stuck_and_free():
     modal = modal_model(model, damping_ratio=0.003)
     values = {"normal_stiffness": 0.0, "tangential_stiffness": stiffness, "friction": 0.3, "preload": 500.0}
     contact = ContactParameters.shared(2, **values)
-    options = SolverOptions((0.97 * free, 1.03 * stuck), harmonics=1, detached=False, time_integration=False)
+    options = SolverOptions((0.97 * free, 1.03 * stuck), harmonics=1, detached=False, search="off")
     peaks = []
     for force in (1.0, 30.0, 1e4):
         curve = forced_response(modal, contact, Excitation(engine_order=diameter, force=force), options)
