@@ -10,9 +10,10 @@ import pytest
 from nonlinear import OptionsError, Peak, ResponseCurve, SolverOptions, TerminationReason
 from nonlinear.time_integration.ring_motion import RingMotion
 from nonlinear.worst_motion.candidates import branches_of, coexistences, stable_amplitudes, unstable_stretches
+from nonlinear.worst_motion.departure_search import MOST_FURTHER
 from nonlinear.worst_motion.ring_integration import Integrated, Start
 from nonlinear.worst_motion.stepped_sweep import Sweep
-from nonlinear.worst_motion.worst_motion import EQUAL_COST, MOST_FURTHER, MOST_STRETCHES, affordable, worst_of
+from nonlinear.worst_motion.worst_motion import EQUAL_COST, MOST_STRETCHES, affordable, worst_of
 
 OPTIONS = SolverOptions((1.0, 9.0), harmonics=3)
 

@@ -1,0 +1,334 @@
+"""Where time integration of a curve starts, in order of what the motions may reach, as far as its budget goes."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+
+import numpy as np
+
+from nonlinear.response_curve import ResponseCurve
+from nonlinear.time_integration.ring_motion import RingMotion
+from nonlinear.worst_motion.candidates import (
+    CLEARLY_HIGHER,
+    COULD_MATTER,
+    Place,
+    UnstableStretch,
+    coexistences,
+    highest_beside,
+    persists,
+    stable_amplitudes,
+)
+from nonlinear.worst_motion.ring_integration import FLOOR, Integrated, MixedStarts, Start, counts
+from nonlinear.worst_motion.stepped_sweep import Sweep
+
+ONE_START = 0.4  # share of the periods times blades of a curve for one start: large rings are left out
+TO_MIX, TO_START = 0.35, 0.7  # shares spent at most on mixed starts, and on all starts: the rest follows motions
+SPARED = 0.5  # share of those of the starts that is not spent where a motion persists as high as all unstable ones
+MOST_FURTHER = 4  # starts after those from the highest points of the unstable stretches
+MOST_EXPLORED = 8  # the same with those that would take too long
+FASTER = 1.5  # ratio of two growths in a period from which the faster one is a start of its own
+TOLD = 3.0  # growth (of the logarithm) of a disturbance that has to be missing where a ring stays all the same
+# shares of the way through a range with two solutions, from the end where the high one is lower, of mixed starts: the
+# first one, the next where blades have left the high solution there, and where not
+FIRST_MIXED, MIXED_BEFORE, MIXED_BEYOND = 0.25, 0.125, 0.5
+FALLING = 0.05  # relative fall of a motion that is still falling
+SAME_SWEEP = 0.2  # relative difference of the heights of two motions in time at one frequency that count as one
+SAME_AMPLITUDE = 0.05  # relative difference from a stable solution up to which a periodic motion counts as it
+SPENT = "was left out after so many others"  # of a start for which too few periods are left
+
+Integrate = Callable[[Place, int, float], Integrated]
+Follow = Callable[[float, RingMotion, int], Sweep]
+
+
+@dataclass(frozen=True)
+class Departure:
+    """What the ring does from an unstable solution."""
+
+    place: Place  # branch and index of the solution
+    frequency_hz: float  # its frequency, Hz
+    motion: RingMotion | None  # the motion that the ring reaches; None where there is none
+    known: bool = False  # whether that is a stable solution of the branches
+    # whether the ring fell below what was worth following, or was still falling at the end, and not higher then than
+    # the highest motion known
+    falls: bool = False
+    failure: str = ""  # why there is no motion, or none of the pattern that grows fastest
+    spent: bool = False  # whether too few periods were left to find a motion
+    sweep: Sweep | None = None  # the motion over the frequency, where it was followed
+    reach_m: float = 0.0  # how high the solution is where there is no motion, or those of the range, m
+    start: str = ""  # of a ring that does not start from one solution: "mixed" or "random"
+
+    @property
+    def new_height(self) -> float:
+        """Amplitude of a motion that is no stable solution of the branches, m; 0 otherwise.
+
+        A motion that has neither settled nor kept its height for long may be a transient, which says nothing of what
+        persists: 0 too. Where the ring stays on the solution, it is the height of that, without what is left of the
+        disturbance.
+        """
+        if self.motion is None or self.known or self.falls or not counts(self.motion):
+            return 0.0
+        return self.motion.started_m if self.motion.stays else self.motion.amplitude_m
+
+
+@dataclass
+class DepartureSearch:
+    """Time integration from the unstable stretches of a curve."""
+
+    branches: Sequence[ResponseCurve]  # main branch and detached ones
+    # integrates the ring from a solution (branch, index), disturbed in its worst pattern, for so many blades times
+    # periods at most, where the highest motion known has an amplitude, m
+    integrate: Integrate
+    height_m: float  # amplitude of the highest stable solution, m
+    # relative difference of amplitudes up to which a periodic motion counts as a stable solution
+    tolerance: float = SAME_AMPLITUDE
+    blade_periods: int = 0  # blades times periods that may be integrated
+    follow: Follow | None = None  # follows a motion from a frequency with so many blades times periods at most
+    mix: MixedStarts | None = None  # starts with some blades on a high and the others on a low solution
+    _highest: float = field(default=0.0, init=False)  # of the motions found
+
+    def __post_init__(self) -> None:
+        """Shares of what may be integrated."""
+        self._one_start, self._to_mix, self._to_start = (
+            round(share * self.blade_periods) for share in (ONE_START, TO_MIX, TO_START)
+        )
+        self._spent = 0
+
+    def departures(self, stretches: Sequence[UnstableStretch]) -> Iterator[Departure]:
+        """From a few exposed points of each stretch, then from other points of one of them.
+
+        The highest motion of a stretch need not be where the unstable solution is highest. The stretch is the one
+        that led to the highest motion; the highest one, if that motion is lower than its unstable solutions.
+        """
+        best, chosen, centre = 0.0, 0, -1
+        tried: list[list[int]] = []
+        for number, stretch in enumerate(stretches):
+            tried.append(self._first(stretch))
+            for position in tried[-1]:
+                found = self._departure(stretch, position)
+                yield found
+                if found.new_height > best:
+                    best, chosen, centre = found.new_height, number, position
+        if stretches and max(best, self.height_m) >= stretches[0].height_m:
+            self._to_start = self._spent + round((1.0 - SPARED) * max(self._to_start - self._spent, 0))
+        if stretches and best >= stretches[0].height_m:
+            yield from self._refined(stretches[chosen], tried[chosen], best, centre)
+        elif stretches:
+            yield from self._explored(stretches[0], tried[0])
+        if best <= self.height_m:
+            for stretch, before in zip(stretches, tried, strict=True):
+                for position in self._beside_the_highest(stretch):
+                    if position not in before:
+                        yield self._departure(stretch, position)
+
+    def mixed(self) -> Iterator[Departure]:
+        """From mixed starts in the ranges with two solutions, the highest first.
+
+        Near one end of a range the blades keep the high solution, near the other they leave it.
+        """
+        ranges = coexistences(self.branches) if self.mix else []
+        left_out: set[int] = set()
+        for start in self.mix.starts if self.mix else ():
+            shares = [FIRST_MIXED] * len(ranges)
+            for _ in range(1 + start.again):
+                for number, each in enumerate(ranges):
+                    if number in left_out:
+                        continue
+                    found, lost = self._from_mixed(each.at(shares[number]), each.height_m, start, self._to_mix)
+                    shares[number] = MIXED_BEFORE if lost else MIXED_BEYOND
+                    if found is not None:
+                        yield found
+                        left_out |= {number} if found.spent else set()
+
+    def random(self) -> Iterator[Departure]:
+        """From random states in the range with the highest of two solutions, as long as there are periods left."""
+        ranges = coexistences(self.branches) if self.mix else []
+        for start in self.mix.random_starts if self.mix else ():
+            for each in ranges[:1]:
+                found, _ = self._from_mixed(each.at(FIRST_MIXED), each.height_m, start, self._to_start)
+                if found is None or found.spent:
+                    return
+                yield replace(found, start="random")
+
+    def _from_mixed(
+        self, frequency_hz: float, most_m: float, start: Start, periods: int
+    ) -> tuple[Departure | None, bool]:
+        """What the ring does from a mixed start, and whether it falls below the high solution.
+
+        Nothing is integrated where the high solutions, up to `most_m`, are low. A motion that has not settled, and is
+        not above all that are known, falls.
+        """
+        height = max(self.height_m, self._highest)
+        if self.mix is None or most_m < COULD_MATTER * height:
+            return None, True
+        place = highest_beside(self.branches, frequency_hz)
+        try:
+            motion, failure = self.mix(frequency_hz, start, periods - self._spent, height)
+        except ArithmeticError as error:
+            return Departure(
+                place, frequency_hz, None, failure=f"failed: {error}", reach_m=most_m, start="mixed"
+            ), True
+        if motion is None:
+            left_out = Departure(
+                place, frequency_hz, None, failure=failure, spent=True, reach_m=most_m, start="mixed"
+            )
+            return left_out if failure else None, True
+        self._spent += motion.periods * motion.n_blades
+        found = replace(self._judged(place, frequency_hz, motion, ""), start="mixed")
+        found = replace(found, falls=found.falls or (not counts(motion) and motion.amplitude_m <= height))
+        self._highest = max(self._highest, found.new_height)
+        return found, motion.amplitude_m < FLOOR * self.branches[place[0]].amplitude_m[place[1]]
+
+    def followed(self, departures: Sequence[Departure]) -> Iterator[Departure]:
+        """The motions that no branch holds over the frequency, the highest first; each at its highest point.
+
+        A motion that lies on one that was followed is not followed again.
+        """
+        known: list[Sweep] = []
+        for each in sorted(departures, key=lambda departure: -departure.new_height):
+            if self.follow is None or each.motion is None or each.motion.stays:
+                return
+            if each.new_height < FLOOR * max(self.height_m, self._highest):
+                return
+            if any(_lies_on(sweep, each) for sweep in known):
+                continue
+            sweep = self.follow(each.frequency_hz, each.motion, max(self.blade_periods - self._spent, 0))
+            known.append(sweep)
+            self._spent += sweep.blade_periods
+            if sweep.top is None or sweep.top.amplitude_m < each.new_height:
+                yield replace(each, sweep=sweep)
+            else:
+                top = replace(sweep.top, started_m=each.motion.started_m)
+                yield replace(self._judged(each.place, sweep.top_hz, top, each.failure), sweep=sweep)
+
+    def _refined(
+        self, stretch: UnstableStretch, tried: Sequence[int], best: float, centre: int
+    ) -> Iterator[Departure]:
+        """From points that halve the gaps in index beside the highest motion; low solutions are left alone."""
+        for _ in range(MOST_FURTHER):
+            position = self._halfway(stretch, tried, centre)
+            if position is None:
+                return
+            tried = [*tried, position]
+            found = self._departure(stretch, position)
+            if found.motion is None:
+                return  # the motion of the stretch is known
+            yield found
+            if found.new_height > best:
+                best, centre = found.new_height, position
+
+    def _explored(self, stretch: UnstableStretch, tried: Sequence[int]) -> Iterator[Departure]:
+        """From points that halve the largest gaps in index; low solutions are left alone."""
+        integrated = 0
+        for _ in range(MOST_EXPLORED):
+            position = self._halfway(stretch, tried, None)
+            if position is None or integrated == MOST_FURTHER:
+                return
+            tried = [*tried, position]
+            found = self._departure(stretch, position)
+            if found.spent:
+                return
+            integrated += found.motion is not None
+            yield found
+
+    def _halfway(self, stretch: UnstableStretch, tried: Sequence[int], centre: int | None) -> int | None:
+        """The position in the middle of the larger gap beside `centre`, or of the largest one; None where none is.
+
+        Gaps are between the positions tried and the ends of the parts that are not low.
+        """
+        heights = self.branches[stretch.branch].amplitude_m[stretch.exposed]
+        high = np.flatnonzero(heights >= FLOOR * self.height_m)
+        if not high.size:
+            return None
+        return _next(sorted({int(high[0]) - 1, *tried, int(high[-1]) + 1}), centre)
+
+    def _first(self, stretch: UnstableStretch) -> list[int]:
+        """Positions of the first starts: the highest point, after that of the fastest growth if it is clearly faster.
+
+        Low points are left alone.
+        """
+        heights = self.branches[stretch.branch].amplitude_m[stretch.exposed]
+        top = int(np.argmax(heights))
+        growth = np.nan_to_num([self._growth((stretch.branch, int(index))) for index in stretch.exposed])
+        high = heights >= FLOOR * max(heights[top], self.height_m)
+        fastest = int(np.argmax(np.where(high, growth, -np.inf)))
+        return [fastest, top] if high.any() and growth[fastest] > FASTER * growth[top] else [top]
+
+    def _beside_the_highest(self, stretch: UnstableStretch) -> list[int]:
+        """Positions of the ends where the highest stable motion loses its stability: what begins there is higher."""
+        branch, exposed = self.branches[stretch.branch], stretch.exposed
+        beside = {0: int(exposed[0]) - 1, len(exposed) - 1: int(exposed[-1]) + 1}
+        stable = np.where(persists(branch), branch.amplitude_m, 0.0)
+        high = (1.0 - CLEARLY_HIGHER) * self.height_m
+        return [n for n, index in beside.items() if 0 <= index < branch.points and stable[index] >= high > 0.0]
+
+    def _departure(self, stretch: UnstableStretch, position: int) -> Departure:
+        place = stretch.branch, int(stretch.exposed[position])
+        frequency_hz = float(self.branches[place[0]].frequency_hz[place[1]])
+        height = max(self.height_m, self._highest)
+        try:
+            left = self._to_start - self._spent
+            motion, failure = self.integrate(place, min(left, self._one_start), height)
+        except ArithmeticError as error:
+            return Departure(place, frequency_hz, None, failure=f"failed: {error}")
+        if motion is None:
+            spent = left < self._one_start
+            return Departure(place, frequency_hz, None, failure=SPENT if spent else failure, spent=spent)
+        self._spent += motion.periods * motion.n_blades
+        found = self._judged(place, frequency_hz, motion, failure)
+        self._highest = max(self._highest, found.new_height)
+        return found
+
+    def _judged(self, place: Place, frequency_hz: float, motion: RingMotion, failure: str) -> Departure:
+        """A motion at a frequency, and whether it is known, or falls."""
+        height = max(self.height_m, self._highest)
+        is_high = motion.started_m >= (1.0 - CLEARLY_HIGHER) * height
+        if motion.stays and is_high and self._growth(place) * motion.periods < TOLD:
+            motion = replace(motion, stays=False, settled=False, persistence=0)
+        stable = stable_amplitudes(self.branches, frequency_hz)
+        near = np.abs(stable - motion.amplitude_m) <= self.tolerance * stable
+        steady = motion.lowest_m >= (1.0 - 2.0 * self.tolerance) * motion.amplitude_m  # on its way to it
+        known = bool(np.any(near)) and (motion.periodic if motion.settled else steady)
+        falls = motion.amplitude_m < FLOOR * height or (_falls(motion) and _end(motion) <= height)
+        return Departure(place, frequency_hz, motion, known, falls, failure)
+
+    def _growth(self, place: Place) -> float:
+        """Logarithm of the growth of perturbations of a solution in a period."""
+        branch, index = self.branches[place[0]], place[1]
+        return float(branch.growth_rate[index] / branch.frequency_hz[index])
+
+
+def _lies_on(sweep: Sweep, departure: Departure) -> bool:
+    """Whether a motion is one of a sweep."""
+    at, places = departure.frequency_hz, sweep.frequency_hz
+    height = float(np.interp(at, places, sweep.amplitude_m))
+    return bool(places[0] <= at <= places[-1]) and abs(departure.new_height - height) <= SAME_SWEEP * height
+
+
+def _end(motion: RingMotion) -> float:
+    """Largest displacement in the last third of the time, m."""
+    return _thirds(motion)[2]
+
+
+def _falls(motion: RingMotion) -> bool:
+    """Whether a motion that has not settled was lower in the last third of the time than in the third before."""
+    if motion.settled:
+        return False
+    _, before, last = _thirds(motion)
+    return last < (1.0 - FALLING) * before
+
+
+def _thirds(motion: RingMotion) -> list[float]:
+    """Largest displacements in each third of the time, m."""
+    return [float(third.max()) for third in np.array_split(motion.envelope_m.max(axis=1), 3)]
+
+
+def _next(tried: Sequence[int], centre: int | None) -> int | None:
+    """A position in the larger gap beside `centre`, or in the largest of all; None where there is none.
+
+    `tried` is sorted and holds the positions before the first and after the last one.
+    """
+    if centre is not None:
+        place = list(tried).index(centre)
+        tried = tried[place - 1 : place + 2]
+    gaps = [(after - before, (before + after) // 2) for before, after in pairwise(tried) if after - before > 1]
+    return max(gaps)[1] if gaps else None
