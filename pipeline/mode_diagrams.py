@@ -65,7 +65,7 @@ def find_modes(request: Request, reporter: Reporter) -> ModesFound:
         remove_outdated(request.out / FOLDER, [f"{name}.*" for name in FIGURES], files)
         if len(request.scene.members) > 1:
             said = member_label(request.scene.members[0])
-            reporter.line(f"sweep: nodal_diameters.png is of its first point, {said}")
+            reporter.line(f"sweep: nodal_diameters.png shows its first point, {said}")
     return ModesFound(found, values, files, outcome.problems)
 
 

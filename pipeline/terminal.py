@@ -97,7 +97,7 @@ def print_modes(models: Sequence[ModelModes], campbell: Sequence[dict[str, Any]]
             console.print(table.wave_table(wave))
         console.print(table.static_table(model.static, model.speed_rpm))
         print(table.range_line(model))
-    for line in [*table.crossing_lines(campbell), table.left_out(models)]:
+    for line in [*table.crossing_lines(campbell), table.left_out(models), *table.table_notes(models)]:
         if line:
             print(line)
 

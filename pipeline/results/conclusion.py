@@ -235,7 +235,7 @@ def technical_table(curves: Sequence[ShownCurve], static: bool) -> Table:
     factor, unit = amplitude_unit(curves)
     sampled = any(curve.facts is not None and curve.facts.sampling_error > 0.0 for curve in curves)
     headings = ["#", *(quantity(key).axis() for key in curves[0].parameters), "worst on\nbranch"]
-    headings += ["main\npeak [Hz]", f"main\npeak [{unit}]", *("static\nforce [N]", "static\nv [µm]") * static]
+    headings += ["main\npeak [Hz]", f"main\npeak [{unit}]", *("static normal\nforce [N]", "static\nv [µm]") * static]
     headings += [
         "har-\nmonics",
         "trunc.\nerror",

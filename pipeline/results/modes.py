@@ -202,8 +202,7 @@ def wave_table(wave: WaveModes) -> Table:
 def static_table(cases: Sequence[StaticCase], speed_rpm: float) -> Table:
     """One row a member of the sweep: static contact, before the excitation acts."""
     title = f"static contact, {speed_rpm:g} rev/min"
-    table = _empty(title, "normal force [N]", "open share of face [%]", "overlap v [µm]", justify_first="left")
-    table.caption, table.caption_justify = "v: interference and static displacement; below 0 a gap", "left"
+    table = _empty(title, "normal force [N]", "open [%]", "v [µm]", justify_first="left")
     for case in cases:
         ends = (1e6 * case.lowest_m, 1e6 * case.highest_m)
         ends_said = " to ".join(dict.fromkeys(f"{value:.4g}" for value in ends))
@@ -216,7 +215,27 @@ def range_line(model: ModelModes) -> str:
     if model.proposed_hz is None:
         return "response.frequency: the force excites none of these modes"
     proposed, present = (f"[{low:g}, {high:g}]" for low, high in (model.proposed_hz, model.waves[0].range_hz))
-    return f"response.frequency = {present}; proposed: {proposed}, excited modes, or the first, free to stuck"
+    of = "from free to stuck of the excited modes in this range (if none, of the first)"
+    return f"response.frequency = {present}; proposed: {proposed}, {of}"
+
+
+def table_notes(models: Sequence[ModelModes]) -> list[str]:
+    """What the headings of the tables mean, a line each; once below all tables."""
+    waves = [wave for model in models for wave in model.waves]
+    named = any(name for wave in waves for mode in wave.modes for name in mode.names)
+    lines = ["1F, 1E, 1T, 1R, 1D: first flap, edge, torsion, radial, disk mode, named by shape"] * named
+    if any(len({*mode.names}) > 1 for wave in waves for mode in wave.modes):
+        lines.append("different names in a row: modes change their order from free to stuck shrouds")
+    if any(mode.speeds_rpm for wave in waves for mode in wave.modes):
+        speeds = {model.speed_rpm for model in models}
+        at = f"at {next(iter(speeds)):g} rev/min" if len(speeds) == 1 else "at the speed of its table"
+        lines.append(f"resonance at: speeds where EO meets the free and the stuck frequency, with the stiffness {at}")
+    if any(wave.excitation_hz for wave in waves):
+        lines.append("margin: of the nearest of these frequencies from the excitation; 0: resonance is possible")
+    lines += ["open: share of the contact face; v: interference and static displacement, below 0 a gap"] * bool(
+        models
+    )
+    return lines
 
 
 def crossing_lines(campbell: Sequence[dict[str, Any]]) -> list[str]:

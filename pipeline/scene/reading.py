@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -35,7 +35,7 @@ DEPRECATED_VALUES: dict[str, dict[str, str]] = {
 def with_current_values(
     path: Path, raw: Mapping[str, Any], sweep: Mapping[str, list[Any]]
 ) -> tuple[dict[str, Any], dict[str, list[Any]], tuple[str, ...]]:
-    """Replace deprecated values in a raw scene and in the lists of its sweep."""
+    """Replace deprecated values in a raw scene and in the lists of its sweep; what a reader should know of values."""
     raw, sweep = dict(raw), dict(sweep)
     notes: dict[str, None] = {}
     for key, spellings in DEPRECATED_VALUES.items():
@@ -48,7 +48,16 @@ def with_current_values(
             if old := _deprecated(value, spellings):
                 sweep[key] = [*sweep[key][:index], spellings[old], *sweep[key][index + 1 :]]
                 notes[_note(path, f'sweep."{key}"', old, spellings[old])] = None
-    return raw, sweep, tuple(notes)
+    return raw, sweep, (*notes, *_unused_values(path, raw, sweep))
+
+
+def _unused_values(path: Path, raw: Mapping[str, Any], sweep: Mapping[str, list[Any]]) -> Iterator[str]:
+    """A line for each swept key with another value in its own section, which no curve has."""
+    for key, values in sweep.items():
+        section, _, name = key.partition(".")
+        table = raw.get(section)
+        if isinstance(table, Mapping) and name in table and table[name] not in values:
+            yield f"{path}: {key} = {shown(table[name])} is not used: [sweep] gives the values"
 
 
 def _deprecated(value: Any, spellings: Mapping[str, str]) -> str:
@@ -123,7 +132,7 @@ class SceneFile:
     accuracy : Accuracy or None
         What the preset gave to the first member; None where the scene names none.
     notes : tuple of str
-        One line for every deprecated spelling of a value.
+        One line for every deprecated spelling of a value, and for every swept key whose own value is not used.
     text : str
         Text of the file as it was read.
     sweep_kind : str

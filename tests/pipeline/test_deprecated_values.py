@@ -47,6 +47,15 @@ def test_each_spelling_in_a_sweep_is_noted_once(tmp_path: Path) -> None:
     assert shroud("validate", path)[2] == expected
 
 
+def test_a_value_that_the_sweep_replaces_is_noted(tmp_path: Path) -> None:
+    """A designer who changes contact.interference below a sweep over it would see no effect, and not why."""
+    for own, noted in ((3e-6, True), (1e-6, False)):
+        values = small_scene(contact__interference=own, sweep={"contact.interference": [0.0, 1e-6]})
+        path = write_scene(tmp_path / "s.toml", values)
+        said = f"note: {path}: contact.interference = {own} is not used: [sweep] gives the values\n"
+        assert shroud("validate", path)[2] == said * noted
+
+
 def test_results_are_those_of_the_spelling_of_today(tmp_path: Path) -> None:
     rom, out = write_ground_model(tmp_path / "g.h5"), tmp_path / "out"
     old = write_scene(tmp_path / "old.toml", ground_scene(law="uncoupled"))

@@ -177,6 +177,9 @@ def test_run_until_reduce_prints_the_modes(
     assert sum(line.startswith("mode  free [Hz]") for line in lines) == len(SPEEDS)
     assert any("resonance at [rev/min]" in line for line in lines)
     assert any(line.startswith("EO 36 meets mode 1 with stuck shrouds at") for line in lines)
+    headings = " ".join(line for line in lines if "[" in line)
+    for line in (line for line in lines if line.startswith(("resonance at: ", "margin: ", "open: "))):
+        assert line.partition(":")[0] in headings, line
 
 
 def test_engine_orders_fold_onto_nodal_diameters() -> None:

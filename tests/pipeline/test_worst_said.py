@@ -145,7 +145,7 @@ def test_the_static_contact_is_said_where_loads_act(curves: list[CurveResult]) -
     assert " %" not in "".join(screen(two))  # no static load
     assert ["0 %" in screen(two, static=True)[0], "100 %" in screen(two, static=True)[1]] == [True, True]
     columns = columns_of(technical_table(shown(two), static=True))
-    assert columns["static force [N]"] == ["12.34", "0"]
+    assert columns["static normal force [N]"] == ["12.34", "0"]
     assert columns["static v [µm]"] == ["1 to 4", "-33"]
     row = curve_summary(two[1], Path())
     assert (row["static_force_n"], row["static_open_share"], row["static_opened"]) == (0.0, 1.0, True)
