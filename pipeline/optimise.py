@@ -26,7 +26,9 @@ from pipeline.process.interrupts import Stopped
 from pipeline.process.progress import Reporter
 from pipeline.results.publishing import PicturesMissing
 from pipeline.run import solved_members
-from pipeline.scene.reading import SceneFile, given_scene
+from pipeline.scene.labels import value_label
+from pipeline.scene.plausibility import far_beyond
+from pipeline.scene.reading import SceneFile, derived_member, given_scene
 from pipeline.scene.sweep import SWEPT_KEYS, as_in_scene, key_value
 from pipeline.scene.validation_errors import meant
 from pipeline.stages.curve.curve_file import read_curve
@@ -88,6 +90,16 @@ def check_ranges(file: SceneFile, given_model: bool) -> None:
     """Refuse ranges of the command line that do not fit the scene."""
     for error in unfit_optimum_keys(file, given_model):
         raise _of_command_line(error)
+
+
+def check_units(file: SceneFile, over: Mapping[str, Range | None], half: Mapping[str, float], rom: bool) -> None:
+    """Refuse ends of ranges and tolerances that are nonsense in the units of the scene, as um in place of m."""
+    values = [(PLACE, key, end) for key, limits in over.items() for end in limits or ()]
+    for place, key, value in [*values, *((TOLERANCE_PLACE, key, width) for key, width in half.items())]:
+        member = derived_member(file, {key: value}, place, rom)
+        for error in far_beyond(replace(file, members=(member,)), {}):
+            if error.key == member.key_in_file(key):
+                raise _of_command_line(error)
 
 
 def default_range(file: SceneFile, key: str, now: float | None, static: Range | None) -> Range:
@@ -262,8 +274,11 @@ def optimise(request: Request, asked: Asked, reporter: Reporter) -> Optimised:
     known = {key: limits for key, limits in over.items() if limits}
     unknown = {"over": dict.fromkeys(over, (0.5, 1.0)), "tolerance": {}}  # the keys alone can be checked
     check_ranges(with_section(base, keys | ({"over": known} if known else unknown)), given_model)
+    if not request.force:
+        check_units(base, over, Optimum(**keys | {"over": dict.fromkeys(over, (0.5, 1.0))}).tolerances, given_model)
     for key in [key for key in file.swept if key not in base.swept]:
-        reporter.line(f"note: {key} is swept; compared with its first value, {file.members[0].parameters[key]:g}")
+        said = value_label(key, file.members[0].parameters[key])
+        reporter.line(f"note: {key} is swept; the optimum is compared with its first value, {said}")
     base = replace(base, members=tuple(replace(m, scene=_without_optimum(m.scene)) for m in base.members))
     with solved_members(replace(request, scene=base), reporter) as (run, models, outcome):
         context = StudyContext(run, models, outcome, worst_stress)

@@ -39,7 +39,7 @@ def check_new_folder(folder: Path, *further: str) -> None:
     names = (SCENE, SCHEMA, *further)
     for target in (folder / each for each in names):
         if target.exists() or target.is_symlink():
-            raise input_error(target, "", "is there already", f"a folder without {' and '.join(names)}")
+            raise input_error(target, "", "already exists", f"a folder without {' and '.join(names)}")
 
 
 def new_files(folder: Path, text: str, further: Mapping[str, bytes]) -> list[Path]:

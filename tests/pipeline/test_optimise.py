@@ -213,6 +213,17 @@ def test_wrong_keys_and_ranges_are_one_line(folder: Path, over: list[str], line:
 
 
 @pytest.mark.parametrize(
+    "options", [["contact.interference=40:300"], ["contact.interference", "--tolerance", "contact.interference=10"]]
+)
+def test_micrometres_in_place_of_metres_are_refused(tmp_path: Path, options: list[str]) -> None:
+    scene = write_scene(tmp_path / "s.toml", small_scene())
+    status, said, error = shroud("optimise", scene, "--over", *options, "--out", tmp_path / "out")
+    assert (status, said, error.count("\n")) == (2, "", 1)
+    assert "contact.interference: " in error
+    assert "the key is in metres" in error
+
+
+@pytest.mark.parametrize(
     ("optimum", "changes", "line"),
     [
         ({"over": {"contact.friction": [1.0, 0.5]}}, {}, 'optimum.over."contact.friction": [1.0, 0.5], allowed'),
