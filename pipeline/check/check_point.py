@@ -155,10 +155,10 @@ def verdict(check: Check) -> str:
         kind = "a motion that has not settled"
     ratio = motion.amplitude_m / stored if stored > 0.0 else math.inf
     known = matching_solution(check)
-    height = f"{with_unit(motion.amplitude_m)}, {ratio:.3g} times the {with_unit(stored)} of the solution"
-    text = f"the ring ends in {kind} of {height}"
+    height = f"{with_unit(motion.amplitude_m)} ({ratio:.3g} times the {with_unit(stored)} of the solution)"
+    text = f"the ring ends in {kind}: {height}"
     if motion.lowest_m < 0.99 * motion.amplitude_m:
-        text += f"; single periods and blades reach {with_unit(motion.lowest_m)} or more"
+        text += f"; every period of every blade reaches at least {with_unit(motion.lowest_m)}"
     return text if known is None else f"{text}; this is solution {known} above"
 
 

@@ -128,7 +128,7 @@ MARKS = {"branch point": "D", "Neimark-Sacker": "s", "period doubling": "^"}
 END_OF_RANGE = "end of the range, no peak"
 MARK_OF_END = 6  # of matplotlib: an arrow head up, its tip on the point
 SAME_HEIGHT = 1e-3  # relative difference of a worst motion and a peak that are one point of the figure
-FOLLOWED = "worst motion in time"
+FOLLOWED = "worst motion by time integration"
 THIN = 0.8  # width of a detached branch
 OPEN: dict[str, Any] = {"linestyle": "none", "markerfacecolor": "none", "zorder": 4}
 

@@ -28,8 +28,10 @@ from pipeline.results.tables import (
 from pipeline.results.worst import (
     CONTACT_SAID,
     END_MARK,
+    FREE,
     NOTICEABLE,
     SHORT_OF_TIME,
+    STUCK,
     UNSTABLE_SAID,
     contact_state,
     number_error,
@@ -343,7 +345,7 @@ def _beside_peak(facts: CurveSummary, factor: float) -> Iterator[str]:
     if facts.worst_branch > 0:
         yield f"detached branch {facts.worst_branch}"
     elif facts.worst_branch < 0 and math.isfinite(worst):
-        yield "on no branch, found in time"
+        yield "on no branch, by time integration"
     if worst > NOTICEABLE * peak:
         yield f"{'a response curve shows' if settled else 'peak'} only {peak * factor:.4g}"
     elif worst * NOTICEABLE < peak:
@@ -372,20 +374,24 @@ def lowest_line(curves: Sequence[ShownCurve]) -> str:
         f"lowest{' so far' * waiting}: {best.label}, {_height(best, factor_unit)}{_below_free(best, factor_unit)}"
     ]
     if not waiting:
-        end = "end of the sweep, go further" if _at_end_of_sweep(best, curves) else "refine with shroud optimise"
-        parts.append(end)
+        parts.append(_end_of_sweep(best, curves) or "refine with shroud optimise")
     if lower := [c.number for c in curves if not c.closed and c.height < best.height]:
         parts.append(f"perhaps lower, but not settled: {listed(lower)}")
     return "; ".join(parts)
 
 
-def _at_end_of_sweep(best: ShownCurve, curves: Sequence[ShownCurve]) -> bool:
-    """Whether a curve has the smallest or largest value of the one number that is swept."""
-    values = list(best.parameters.values())
+def _end_of_sweep(best: ShownCurve, curves: Sequence[ShownCurve]) -> str:
+    """What to do where a curve has the smallest or largest value of the one number that is swept; "" elsewhere."""
+    keys, values = list(best.parameters), list(best.parameters.values())
     if len(values) != 1 or not isinstance(values[0], int | float):
-        return False
+        return ""
     numbers = [next(iter(curve.parameters.values())) for curve in curves]
-    return len(numbers) > 2 and values[0] in (min(numbers), max(numbers))
+    if len(numbers) <= 2 or values[0] not in (min(numbers), max(numbers)):
+        return ""
+    linear = {max(numbers): STUCK, min(numbers): FREE}[values[0]]
+    if keys == ["contact.interference"] and best.contact == linear:
+        return f"end of the sweep; the contact {CONTACT_SAID[linear]}, and going further changes nothing"
+    return "end of the sweep, go further"
 
 
 def _height(curve: ShownCurve, factor_unit: tuple[float, str]) -> str:

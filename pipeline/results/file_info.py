@@ -32,7 +32,7 @@ from pipeline.results.conclusion import (
 )
 from pipeline.results.overview import MOST_ROWS, abbreviated, end_lines, statistics
 from pipeline.results.tables import measured_errors
-from pipeline.results.worst import sentence
+from pipeline.results.worst import STARRED, sentence
 from pipeline.scene.presets import Accuracy
 from pipeline.stages.curve.curve_summary import CurveSummary, read_summary
 from pipeline.stages.curve.curve_table import TABLE, CurveTable, read_table
@@ -50,6 +50,8 @@ def contents(path: Path) -> dict[str, Any]:
     """Contents of a response, a reduced model or a run as values for JSON; `kind` says which (null: not known)."""
     if path.is_dir():
         return _run(path)
+    if path.suffix == ".toml":
+        raise input_error(path, "", "a scene", f"the output folder of its run (out/NAME), or {_ALLOWED}")
     found = read_apart(path, _ALLOWED, lambda: _read(path))
     return found if isinstance(found, dict) else _reduced_model(path, found)
 
@@ -182,9 +184,11 @@ def _curve_lines(found: dict[str, Any], width: int) -> Iterator[str]:
         return
     yield "\nPoints and errors"
     yield from table_lines(technical_table([curves[place] for place in shown], loads), width)
+    if any(item.worst_motion in STARRED for item in facts.values()):
+        yield "*: the worst motion does not repeat (quasi-periodic or irregular); the branch is where it departs from"
     asked = settings.get("response.residual_tractions") == "bounds"
     paragraphs = {
-        "Parameters of every curve": _shared(found["curves"]),
+        "Parameters of every curve (SI units, angles in degrees)": _shared(found["curves"]),
         "How sure": [*error_sentences(facts, found.get("models", ())), *_accuracy(found)],
         "Search for the worst motion": [*search_sentences(facts), *open_sentences(facts), *branch_sentences(facts)],
         "Bifurcations of the main branches": bifurcation_sentences(facts),
@@ -199,7 +203,9 @@ def _curve_lines(found: dict[str, Any], width: int) -> Iterator[str]:
 def _shared(entries: Sequence[dict[str, Any]]) -> list[str]:
     """Parameters that all curves share, in one line."""
     first = entries[0]["parameters"]
-    same = [key for key in first if all(entry["parameters"].get(key) == first[key] for entry in entries)]
+    same = [
+        key for key in first if "." in key and all(entry["parameters"].get(key) == first[key] for entry in entries)
+    ]
     return [", ".join(f"{key} = {first[key]}" for key in same)] if same else []
 
 

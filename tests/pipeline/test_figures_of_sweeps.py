@@ -150,12 +150,14 @@ def test_a_motion_followed_in_time_is_drawn_in_the_colour_of_its_curve() -> None
     seen = {"worst_followed_hz": (390.0, 400.0, 410.0), "worst_followed_m": (2e-6, 3e-6, 2.5e-6)}
     curves = [curve(replace(points[0], facts=replace(points[0].facts, **seen))), curve(points[1])]
     figure = response_figure(curves, [], {0: "tab:red", 1: "tab:blue"}, "title")
-    (line,) = [each for each in figure.axes[0].lines if str(each.get_label()).endswith("worst motion in time")][:-1]
+    (line,) = [
+        each for each in figure.axes[0].lines if str(each.get_label()).endswith("worst motion by time integration")
+    ][:-1]
     assert line.get_color() == "tab:red"
     assert line.get_xdata() == pytest.approx([390.0, 400.0, 410.0])
     assert line.get_ydata() == pytest.approx([2.0, 3.0, 2.5])
     said = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
-    assert said.count("worst motion in time") == 1
+    assert said.count("worst motion by time integration") == 1
 
 
 def test_a_map_has_the_height_of_each_curve_in_its_cell() -> None:

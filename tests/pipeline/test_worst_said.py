@@ -214,6 +214,10 @@ def test_the_lines_below_the_table(curves: list[CurveResult]) -> None:
         "perhaps lower, but not settled: curve 3"
     )
     assert lowest_line(shown([curves[1], curves[0], curves[2]])).endswith("go further")
+    low, *others = shown([curves[1], curves[2], curves[0]])
+    deepest = replace(others[1], parameters={"contact.interference": 4e-4}, contact="stuck")
+    line = lowest_line([low, others[0], deepest])
+    assert line.endswith("end of the sweep; the contact sticks, and going further changes nothing")
     assert lowest_line(shown(curves[3:4])).startswith("worst motion: at least 2 µm (500 times below the free blade)")
     assert lowest_line(shown(curves[3:])) == "lowest: not known, every curve may be higher"
     model = {"mesh": "m.vtu", "coriolis_error": 0.0}
