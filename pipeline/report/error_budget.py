@@ -302,7 +302,7 @@ def _stability(source: ReportSource, shown: Sequence[PlottedCurve]) -> ErrorRow:
         kinds = ", ".join(dict.fromkeys(kind for each in other.values() for kind in each))
         curves = listed(list(other))
         findings.append(f"bifurcations other than folds ({kinds}) on curve{'s' if len(other) > 1 else ''} {curves}")
-    verdict = LARGE if lost else FAIR if other else SMALL
+    verdict = "unstable" if lost else FAIR if other else "stable"
     if not shown:
         return ErrorRow("stability", "no curve", UNKNOWN, how)
     return ErrorRow("stability", "; ".join(findings) or "every peak is stable", verdict, how)
@@ -377,7 +377,7 @@ def _worst(known: Sequence[SweepPoint], count: int) -> str:
     where = f", with {highest.label}" if highest.parameters else ""
     text = f"{'At least ' * highest.worst_open}{_place(highest)}{where}."
     if count > 1:
-        text += f" It is the highest of {len(known)} curves."
+        text += f" It is the highest of {len(known)} curves{_open_of(known)}."
     if highest.facts.mean:
         text += f" {with_unit(highest.facts.mean)} of it are a static mean."
     if highest.peak[1] > NOTICEABLE * highest.worst[1]:
@@ -385,6 +385,12 @@ def _worst(known: Sequence[SweepPoint], count: int) -> str:
     elif highest.worst[1] > NOTICEABLE * highest.peak[1]:
         text += f" The main branch alone reaches {with_unit(highest.peak[1])}."
     return text
+
+
+def _open_of(known: Sequence[SweepPoint]) -> str:
+    """How many of some curves may be higher than found."""
+    count = sum(point.worst_open for point in known)
+    return f", {'all' if count == len(known) else count} of which may be higher than found" if count else ""
 
 
 def _best(known: Sequence[SweepPoint]) -> str:

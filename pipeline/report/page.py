@@ -312,7 +312,7 @@ def _contacts(
         curve = shown[place]
         mesh = curve.scene.mesh
         face = face_cycle(curve, None if mesh is None else mesh.contact_grid)
-        factor, unit = prefixed(max(node.work_j for node in face.nodes), "J")
+        factor, unit = prefixed(face.work_j, "J")
         drawn = attempts.result(f"loops of curve {curve.index}", partial(loops_drawing, curve, source.title))
         details.append(
             ContactDetail(

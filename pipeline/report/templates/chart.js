@@ -229,7 +229,9 @@
       named.add(one.name);
       const entry = document.createElement("button"), swatch = document.createElement("span");
       entry.type = "button"; entry.setAttribute("aria-pressed", "true");
-      swatch.style.background = one.colour;
+      const bar = one.colours || [], part = 100 / bar.length;  // points in colours of their own: all of them
+      const stops = bar.map((colour, k) => `${colour} ${k * part}% ${(k + 1) * part}%`);
+      swatch.style.background = bar.length ? `linear-gradient(90deg, ${stops.join(", ")})` : one.colour;
       entry.append(swatch, one.name);
       entry.addEventListener("click", () => {
         if (off.has(one.name)) { off.delete(one.name); } else { off.add(one.name); }
