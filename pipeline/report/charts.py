@@ -321,8 +321,9 @@ def _sweep(points: Sequence[SweepPoint], colours: Mapping[int, Any]) -> dict[str
     sampled = (
         "" if lines[0].get("part") is None or len(points) <= MOST_DOTS else f" {MOST_DOTS} of {len(points)} curves."
     )
+    names = None if _even(key) or lines[0].get("part") is not None else _names(key)
     return {
-        "xlabel": key.axis,
+        "xlabel": f"{key.axis}, values at equal distances" if names else key.axis,
         "ylabel": f"worst motion [{unit}]",
         "xunit": "Hz",
         "yunit": unit,
@@ -333,7 +334,7 @@ def _sweep(points: Sequence[SweepPoint], colours: Mapping[int, Any]) -> dict[str
         "replaces": True,
         "note": f"Worst motion of each curve; the pointer shows the curve and the frequency.{sampled}",
         "lines": lines,
-        "names": None if _even(key) or lines[0].get("part") is not None else _names(key),
+        "names": names,
     }
 
 

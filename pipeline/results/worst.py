@@ -35,12 +35,12 @@ def worst_cells(facts: CurveSummary | None, factor: float) -> tuple[str, str, st
 
     An amplitude that the search may have fallen short of has the mark ">=", a solution that the ring leaves, perhaps
     for a lower one, "(unstable)", a motion that does not repeat a star, an end of the frequency range "(end)", an
-    amplitude with too few harmonics "(H too small)".
+    amplitude with too few harmonics "(too few harmonics)".
     """
     if facts is None or not math.isfinite(facts.worst_amplitude_m):
         return "-", "unknown" if facts is not None and facts.worst_searched else "-", "-"
     at_least = ">= " if facts.worst_unresolved and not facts.worst_unstable else ""
-    marks = UNSTABLE_MARK * facts.worst_unstable + " (H too small)" * harmonics_lack(facts)
+    marks = UNSTABLE_MARK * facts.worst_unstable + " (too few harmonics)" * harmonics_lack(facts)
     amplitude = f"{at_least}{facts.worst_amplitude_m * factor:.4g}{marks}"
     return (
         f"{facts.worst_frequency_hz:.6g}{END_MARK * facts.worst_at_end}",
@@ -55,8 +55,8 @@ def harmonics_lack(facts: CurveSummary) -> bool:
 
 
 def truncation_mark(error: float) -> str:
-    """` (H too small: truncation error 24 %)` where that is the case; otherwise empty."""
-    return f" (H too small: truncation error {share(error)})" if error > TRUNCATION_TOLERATED else ""
+    """` (too few harmonics: truncation error 24 %)` where that is the case; otherwise empty."""
+    return f" (too few harmonics: truncation error {share(error)})" if error > TRUNCATION_TOLERATED else ""
 
 
 def height_mark(facts: CurveSummary) -> str:

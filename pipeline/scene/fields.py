@@ -55,6 +55,7 @@ def _constraints(field: FieldInfo) -> dict[str, str]:
         "low": low,
         "high": high,
         "bounds": f"{low} to {high}",
+        "below": f"at most {high}" if low in TINY else f"{low} to {high}",  # behind "above 0"
         "count": f"{limits.get('min_length', '')} to {limits.get('max_length', '')}",
         "words": " or ".join(filter(None, (", ".join(words[:-1]), *words[-1:]))),
     }
@@ -99,7 +100,8 @@ LengthUnit = Literal[
 # fmt: on
 EngineAxis = Literal["x", "-x", "y", "-y", "z", "-z"] | Vector
 
-POSITIVE = "a number above 0, {bounds}"
+TINY = ("1e-12", "1e-9")  # lower bounds that only keep numbers from underflowing
+POSITIVE = "a number above 0, {below}"
 LENGTH = POSITIVE
 FILLET = "a number, {bounds}"
 BLADES = "a whole number, {bounds}"

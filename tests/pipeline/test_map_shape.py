@@ -104,8 +104,8 @@ def test_an_end_of_the_range_is_never_the_lowest_point() -> None:
     assert 3 not in result.basin.points
     said = " | ".join(conclusion(result))
     assert "at 1 of 16 points the worst motion lies at an end of the frequency range, which is no peak" in said
-    assert "(H too small: truncation error 24 %)" in said
-    assert "H too small on 16 of 16 curves" in said
+    assert "(too few harmonics: truncation error 24 %)" in said
+    assert "too few harmonics on 16 of 16 curves" in said
     nowhere = worst_motion_map(base, [replace(point, at_end=True) for point in points])
     assert nowhere.basin is None
     assert conclusion(nowhere)[-1] == "the worst motion is not known anywhere on the map"

@@ -160,8 +160,8 @@ def columns_of(table: Any) -> dict[str, list[str]]:
 
 def test_too_few_harmonics_and_instability_are_said_beside_the_number(curves: list[CurveResult]) -> None:
     facts = replace(periodic(5e-6), worst_truncation_error=0.24)
-    assert worst_cells(facts, 1e6)[1] == "5 (H too small)"
-    assert height_mark(facts) == " (H too small: truncation error 24 %)"
+    assert worst_cells(facts, 1e6)[1] == "5 (too few harmonics)"
+    assert height_mark(facts) == " (too few harmonics: truncation error 24 %)"
     assert "too few harmonics: truncation error 24 %" in screen([replace(curves[0], facts=facts)])[0]
     beside = replace(facts, worst_truncation_error=0.01, worst_not_counted="detached branch 1, up to 1.2e-04 m")
     assert worst_cells(beside, 1e6)[1] == "5"

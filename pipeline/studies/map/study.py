@@ -209,8 +209,8 @@ def conclusion(result: WorstMotionMap) -> list[str]:
     if lacking:
         most = max(point.truncation_error for point in lacking)
         said.append(
-            f"H too small on {len(lacking)} of {len(result.points)} curves: truncation error up to {share(most)}; "
-            "raise response.harmonics"
+            f"too few harmonics on {len(lacking)} of {len(result.points)} curves: truncation error up to "
+            f"{share(most)}; raise response.harmonics"
         )
     return said
 

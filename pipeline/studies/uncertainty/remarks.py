@@ -84,8 +84,8 @@ def _bounds(result: UncertaintyResult) -> Iterator[str]:
     lacking = result.truncation_error[result.truncation_error > TRUNCATION_TOLERATED]
     if lacking.size:
         yield (
-            f"H too small on {lacking.size} of {n} samples: truncation error up to {share(float(lacking.max()))}; "
-            "raise response.harmonics"
+            f"too few harmonics on {lacking.size} of {n} samples: truncation error up to "
+            f"{share(float(lacking.max()))}; raise response.harmonics"
         )
 
 
