@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -45,19 +46,26 @@ _MEANINGS = {
 }
 
 
+def _meant(path: Path) -> str:
+    """A question about the file that may be meant, where it exists."""
+    with suppress(OSError, ValueError):  # of names that no file has
+        return f", did you mean {path}?" if path.is_file() else ""
+    return ""
+
+
 def load_tables(path: Path) -> tuple[dict[str, Any], str]:
     """The tables of the file, and its text."""
     allowed = "a readable scene file in TOML"
     try:
         if path.exists() and not path.is_file():
-            raise input_error(path, "", "not a file", allowed)
+            raise input_error(path, "", "not a file" + _meant(path / "scene.toml"), allowed)
         with path.open("rb") as file:
             content = file.read(LARGEST_FILE + 1)  # some files do not tell their size
         if len(content) > LARGEST_FILE:
             raise input_error(path, "", f"larger than {LARGEST_FILE} bytes", allowed)
         text = content.decode("utf-8-sig")  # editors on Windows put a byte order mark in front
     except FileNotFoundError:
-        raise input_error(path, "", "no such file", allowed) from None
+        raise input_error(path, "", "no such file" + _meant(Path(f"{path}.toml")), allowed) from None
     except UnicodeDecodeError as error:
         raise input_error(path, "", f"not UTF-8 text (byte {error.start})", "TOML in UTF-8") from None
     except (OSError, ValueError) as error:

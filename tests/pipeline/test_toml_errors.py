@@ -61,6 +61,19 @@ def test_the_line_and_what_is_wrong_with_it_are_named(
         assert error.startswith(f"{path}: line {len(path.read_text().splitlines())} ({line}"), error
 
 
+def test_the_folder_or_the_name_of_a_scene_leads_to_its_file(tmp_path: Path) -> None:
+    """`shroud run mine` after `shroud new mine`, and a name without its ending."""
+    for name in ("mine/scene.toml", "a.toml"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(to_toml(small_scene()))
+    for asked, meant in (
+        ("mine", "not a file, did you mean {}/mine/scene.toml?"),
+        ("a", "no such file, did you mean {}/a.toml?"),
+    ):
+        status, _, error = shroud("validate", tmp_path / asked)
+        assert (status, meant.format(tmp_path) in error, error.count("\n")) == (2, True, 1)
+
+
 def test_every_message_of_the_parser_has_its_words() -> None:
     """Of this version of Python: each text that the parser of the standard library raises."""
     tree = ast.parse(inspect.getsource(inspect.getmodule(tomllib.loads)))  # type: ignore[arg-type]
