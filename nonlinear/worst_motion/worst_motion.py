@@ -162,8 +162,12 @@ def _list(frequencies_hz: Iterable[float]) -> str:
     return ", ".join(names)
 
 
-def find_worst_motion(problem: ProblemTuple, curve: ResponseCurve) -> WorstMotion | None:
+def find_worst_motion(
+    problem: ProblemTuple, curve: ResponseCurve, standard: WorstMotion | None = None
+) -> WorstMotion | None:
     """The highest motion that can persist on any branch of a curve.
+
+    A thorough search goes on from a standard one, and keeps what that has found.
 
     Parameters
     ----------
@@ -171,6 +175,8 @@ def find_worst_motion(problem: ProblemTuple, curve: ResponseCurve) -> WorstMotio
         Modal model, contact, excitation and options of the curve, as for `forced_response`.
     curve : ResponseCurve
         The solved curve with its detached branches.
+    standard : WorstMotion, optional
+        What a standard search of the same curve has found; a thorough one makes it otherwise.
 
     Returns
     -------
@@ -189,6 +195,8 @@ def find_worst_motion(problem: ProblemTuple, curve: ResponseCurve) -> WorstMotio
     if curve.points == 0:
         return None
     modal, contact, excitation, options = problem
+    if options.search == "thorough" and standard is None and not _why_not(options):
+        standard = find_worst_motion((modal, contact, excitation, replace(options, search="standard")), curve)
     branches = branches_of(curve)
     integration = RingIntegration(Ring(modal, contact, excitation, options.output), options)
 
@@ -198,6 +206,8 @@ def find_worst_motion(problem: ProblemTuple, curve: ResponseCurve) -> WorstMotio
     reason = _why_not(options)
     others = SteppedSweep(integration), MixedStarts(integration, branches)
     worst = worst_of(curve, options, modal.n_blades, None if reason else integrate, reason, *others)
+    if options.search == "thorough" and standard is not None and standard.amplitude_m > worst.amplitude_m:
+        worst = replace(standard, searched=worst.searched, unresolved=worst.unresolved, not_counted=worst.not_counted)
     is_solution = worst.motion == "periodic" and worst.branch >= 0
     if options.stability == "ring" or options.method != "coupled" or not (modal.n_blades and is_solution):
         return worst

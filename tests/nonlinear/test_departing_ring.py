@@ -14,6 +14,7 @@ from nonlinear import (
     RingIntegration,
     RingLimits,
     SolverOptions,
+    find_worst_motion,
     forced_response,
     integrate_ring,
 )
@@ -129,7 +130,11 @@ def test_arrangements_are_those_that_no_turn_makes_alike():
         assert list(dict.fromkeys(len(start.shares) for start in mix.starts)) == blades
         assert len(mix.starts) == count
         assert [len(start.shares) for start in mix.random_starts] == [8] * (2 if search == "standard" else 8)
-    assert mix.random_starts == mix.random_starts
+    problem = ring.modal, ring.contact, ring.excitation, replace(options, search="thorough")
+    found = replace(curve.worst, amplitude_m=9.0, motion="irregular", unresolved="much")
+    kept = find_worst_motion(problem, curve, found)  # of a standard search
+    assert (kept.amplitude_m, kept.motion) == (9.0, "irregular")
+    assert kept.unresolved == find_worst_motion(problem, curve).unresolved
 
 
 def test_a_localised_motion_is_found_from_a_mixed_start():

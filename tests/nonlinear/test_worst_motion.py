@@ -160,7 +160,7 @@ def test_a_motion_is_followed_in_frequency(complete):
 def test_mixed_starts_go_where_blades_keep_the_high_solution(height):
     """Where they leave it a quarter of the way, nearer to the end where it is lower, otherwise to the middle."""
     frequency = [3.0, 5.0, 7.0, 7.0, 5.0, 3.0, 2.0]
-    curve = curve_of(frequency, [2.0, 6.0, 10.0, 5.0, 2.0, 0.5, 0.5], [True] * 7)
+    curve = curve_of(frequency, [2.0, 6.0, 10.0, 5.0, 2.0, 0.5, 0.5], [False] * 3 + [True] * 4)
     ring, _ = ring_to(height)
     starts = []
 
@@ -172,14 +172,17 @@ def test_mixed_starts_go_where_blades_keep_the_high_solution(height):
             starts.append((frequency_hz, sum(start.shares), blade_periods))
             return ring(None, 0, 0.0) if blade_periods > 5_000 else Integrated(None, "was left out")
 
-    worst = worst_of(curve, OPTIONS, 72, never, mix=Mix())
+    worst = worst_of(curve, OPTIONS, 72, lambda *_: Integrated(None), mix=Mix())
     (between,) = coexistences(branches_of(curve))
     assert (between.start_hz, between.end_hz, between.height_m) == (4.0, 6.0, 8.0)
     second = 5.0 if height > 10.0 else 4.25
     assert starts == [(4.5, 7, 7_000), (second, 7, 5_800), (4.5, 1, 4_600)]  # until blades times periods are spent
-    assert worst.amplitude_m == max(height, 10.0)
+    assert worst.amplitude_m == max(height, 5.0)
     assert "time integration from 2 mixed starts (ring of 4 blades)" in worst.searched
     assert worst.unresolved == "time integration at 4.5 Hz was left out (solutions up to 8 m)"
+    starts.clear()
+    worst_of(replace(curve, stable=~curve.stable, growth_rate=-curve.growth_rate), OPTIONS, 72, never, mix=Mix())
+    assert starts == [(4.5, 7, 7_000)]  # below the highest stable solution one start
 
 
 def test_an_unstable_solution_below_a_stable_one_is_left_alone():

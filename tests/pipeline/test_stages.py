@@ -4,10 +4,12 @@ import io
 import json
 import shutil
 import tomllib
+from dataclasses import replace
 from itertools import cycle, pairwise
 from pathlib import Path
 from typing import Any
 
+import h5py
 import pytest
 from PIL import Image
 from pipeline_support import ground_scene, shroud, small_scene, statuses, summary_of, write_ground_model, write_scene
@@ -111,6 +113,25 @@ def test_another_damping_or_title_keeps_what_it_can(copied: Path) -> None:
 def test_what_was_computed_before_is_found_again(copied: Path) -> None:
     assert rerun(copied, "--until", "respond", contact__friction=0.3)["respond"] == "ran"
     assert rerun(copied) == expected()
+
+
+def test_a_longer_search_goes_on_from_a_shorter_one(copied: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The curve is not solved again, and the search gets what the shorter one has found."""
+    before, given = summary_of(copied)["curves"], []
+
+    def worst(problem: Any, curve: Any, standard: Any = None) -> Any:
+        given.append(problem[3].search)
+        return replace(standard, amplitude_m=1.0)
+
+    monkeypatch.setattr("nonlinear.find_worst_motion", worst)
+    monkeypatch.setattr("nonlinear.forced_response", None)
+    assert rerun(copied, "--until", "respond", "--jobs", "1", response__search="thorough")["respond"] == "ran"
+    after = summary_of(copied)["curves"]
+    assert given == ["thorough"] * len(before)
+    assert [curve["peak_amplitude_m"] for curve in after] == [curve["peak_amplitude_m"] for curve in before]
+    assert [curve["worst_amplitude_m"] for curve in after] == [1.0] * len(before)
+    with h5py.File(copied / "response.h5") as file:
+        assert file["curve/0"].attrs["response.search"] == "thorough"
 
 
 @pytest.mark.parametrize(

@@ -203,6 +203,20 @@ def write_extended(path: Path, base: Path, before: ResponseCurve, after: Respons
             file[name].attrs[ADDED] = group is None
 
 
+def write_searched(path: Path, base: Path, after: ResponseCurve, parameters: Mapping[str, Any]) -> None:
+    """Write the file of a curve whose worst motion was sought further; all else is copied."""
+    import h5py
+
+    from rom import new_hdf5
+
+    changed = {key: value for key, value in summary_attributes(after).items() if key.startswith(_CHANGED)}
+    with new_hdf5(path) as file, h5py.File(base, "r") as source:
+        for name in source:
+            source.copy(name, file)
+        for key, value in [*source.attrs.items(), *changed.items(), *parameters.items()]:
+            file.attrs[key] = value
+
+
 def _copy_main(source: h5py.File, target: h5py.File, changed: Mapping[str, Any]) -> None:
     for name in source:
         if name != BRANCHES:

@@ -91,6 +91,7 @@ class CurveJob:
     member: Member  # the first member that asks for it
     key: str  # its key in the store
     rom: Path  # file of its reduced model
+    shorter: tuple[str, ...] = ()  # keys of the same curve with shorter searches for the worst motion, longest first
 
 
 def stored_curve(store: Store, item: CurveJob) -> CurveResult | None:
@@ -105,9 +106,11 @@ def result_from_file(item: CurveJob, file: Path, ran: bool = False) -> CurveResu
     return CurveResult(item.member, item.rom, file, facts, facts.reason, ran)
 
 
-def curve_task(item: CurveJob) -> Task:
-    """The task that solves a curve."""
+def curve_task(store: Store, item: CurveJob) -> Task:
+    """The task that solves a curve, or searches on where the store has it with a shorter search."""
     member, files = item.member, {"rom": item.rom}
+    entry = next(filter(None, (store.find(KIND, key) for key in item.shorter)), None)
+    files |= {} if entry is None else {"base": entry.file(CURVE)}
     arguments = member.scene, dict(member.parameters)
     return Task(member_label(member), _solve, files, arguments, (0.0, *longest_first(member.scene)))
 
@@ -131,4 +134,4 @@ def _solve(
     parameters: Mapping[str, Any],
     progress: Progress | None = None,
 ) -> None:
-    solve_curve(folder, files["rom"], scene, parameters, progress)
+    solve_curve(folder, files["rom"], scene, parameters, progress, files.get("base"))

@@ -9,12 +9,13 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, get_args
 
 from pipeline.errors import reason_of
 from pipeline.executor.task import Task, TaskFailed, TaskResult
 from pipeline.process.progress import Counter
 from pipeline.process.workers import WorkerDied
+from pipeline.scene.schema import Response, Scene
 from pipeline.stages.cache_keys import curve_key
 from pipeline.stages.curve.carry_branches import EXTENDED, BranchCarrier, Extension, added_branches, extension_task
 from pipeline.stages.curve.curve_file import CURVE
@@ -113,7 +114,7 @@ class SweepCurves:
         totals = {CURVES: len(missing), BRANCHES: self._carrier.waiting}
         with reporter.counting_several(totals, executor.count) as self._counters:
             for item in missing:
-                self._submit(curve_task(item), item)
+                self._submit(curve_task(self._run.store, item), item)
             for extension in extensions:
                 self._submit(extension_task(extension), extension)
             for future in executor.completed(self._within):
@@ -181,6 +182,14 @@ class SweepCurves:
         return self._carrier.solved(key, found)
 
 
+def with_shorter_searches(scene: Scene) -> Iterator[Scene]:
+    """The scene with each search that is shorter than its own, the longest first."""
+    searches = get_args(Response.model_fields["search"].annotation)
+    for search in reversed(searches[: searches.index(scene.response.search)]):
+        response = scene.response.model_copy(update={"search": search})
+        yield scene.model_copy(update={"response": response})
+
+
 def member_models(run: Run, outcome: RunOutcome, given: ReducedModel | None) -> Models:
     """The reduced model of every member: given, of matrices, or of a blade."""
     if given is not None:
@@ -205,7 +214,8 @@ def member_curves(
     for member in run.request.scene.members:
         model = models[member.index]
         if model is not None:
-            jobs[member.index] = CurveJob(member, curve_key(member.scene, model.key), model.rom)
+            shorter = tuple(curve_key(each, model.key) for each in with_shorter_searches(member.scene))
+            jobs[member.index] = CurveJob(member, curve_key(member.scene, model.key), model.rom, shorter)
 
     def of_members(solved: Mapping[str, CurveResult]) -> Iterator[CurveResult]:
         for member in run.request.scene.members:
