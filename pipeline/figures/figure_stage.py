@@ -84,17 +84,21 @@ def _published(run: Run, study: StudyOutcome, look: Look) -> list[Path]:
     """The files of one figure, drawn where they are missing."""
     members = run.request.scene.members
     colours = curve_colours(members) if study.name == "backbone" else []
+    title = look.title
+    if study.name == "optimum":
+        swept = {*run.request.scene.swept, *study.result.ranges}
+        title += f"\n{values_said(fixed_values(run.request.scene.first, swept))}"
 
     def build(folder: Path) -> None:
         from pipeline.figures.style import save, styled
 
         with styled():
-            figure = figure_of(study.name)(study.result, look.title, *([colours] if colours else []))
+            figure = figure_of(study.name)(study.result, title, *([colours] if colours else []))
             if figure is not None:
                 save(figure, folder, figure_file(study.name), look.formats, look.redraw)
 
     code = code_fingerprint(module_of(study.name, "figure"))
-    inputs = {"study": study.key, "look": look.key, "colours": colours, "code": code}
+    inputs = {"study": study.key, "look": look.key, "title": title, "colours": colours, "code": code}
     doing = f"drawing the figure of the study {study.name}"
     return published(run, Stage.FIGURES, fingerprint(inputs), doing, build, run.request.out / "figures")
 

@@ -39,7 +39,7 @@ MEGA = 1e-6
 REQUIRED, LIMIT = DISTINCT[1], "0.0"
 LOWER = "margin may be lower, as the motion higher"
 TRIANGLE: dict[str, Any] = {"marker": "v", "markerfacecolor": "none", "markersize": 14, "linestyle": "none"}
-CLOSE = 0.4  # largest amplitude over the endurance limit below which a second panel shows the places closer
+CLOSE = 0.4  # largest amplitude over the endurance limit below which a second panel shows the places enlarged
 _DASHES = ("-", (0, (6, 2)), (0, (1, 1)), (0, (6, 2, 1, 2)))  # of the materials
 
 
@@ -75,7 +75,7 @@ def haigh_figure(entry: Mapping[str, Any], cycles: Array, fatigue: Fatigue, titl
             label.set_visible(False)
         inside = cycles[~singular, 0] * MEGA
         margin = 0.06 * float(np.ptp(inside))
-        axes.set(xlim=(inside.min() - margin, inside.max() + margin), ylim=(0.0, 1.3 * largest), title="closer")
+        axes.set(xlim=(inside.min() - margin, inside.max() + margin), ylim=(0.0, 1.3 * largest), title="enlarged")
         places[0, 0].set_title("whole diagram")
     bar = figure.colorbar(shown, ax=list(places[0]), label=f"margin (required {fatigue.factor:g})", extend="both")
     plain_log_labels(bar.ax.yaxis)
@@ -197,7 +197,7 @@ def margin_figure(
         heights.append(entry["least_margin"])
         if of_amplitude is not None:
             open_look = look | {"markerfacecolor": "none", "markersize": 9}
-            axes.plot(x, of_amplitude, label=f"_{said}margin of the amplitude at its mean", **open_look)
+            axes.plot(x, of_amplitude, label=f"_{said}margin at fixed mean stress", **open_look)
             heights.append(of_amplitude)
         if entry["curve"] in unsure:
             axes.plot(x, entry["least_margin"], color=colour, label=f"_{said}{LOWER}", **TRIANGLE)
@@ -205,7 +205,7 @@ def margin_figure(
         look = {"marker": shapes[name], "color": shades[name] if len(names) > 1 else "0.35", "linestyle": "none"}
         axes.plot([], [], label=f"{name}, margin" if name else "margin", **look)
     look = {"marker": "o", "color": "0.35", "markerfacecolor": "none", "markersize": 9, "linestyle": "none"}
-    axes.plot([], [], label="margin of the amplitude at its mean", **look)
+    axes.plot([], [], label="margin at fixed mean stress", **look)
     if any(entry["curve"] in unsure for entry, _ in known):
         axes.plot([], [], color="0.35", label=LOWER, **TRIANGLE)
     axes.axhline(required, color=REQUIRED, linewidth=2.0, zorder=BEHIND, label=f"required factor {required:g}")
