@@ -22,8 +22,8 @@ from nonlinear.worst_motion.ring_integration import FLOOR, Integrated, MixedStar
 from nonlinear.worst_motion.stepped_sweep import Sweep
 
 ONE_START = 0.4  # share of the periods times blades of a curve for one start: large rings are left out
-TO_MIX, TO_START = 0.35, 0.7  # shares spent at most on mixed starts, and on all starts: the rest follows motions
-SPARED = 0.5  # share of those of the starts that is not spent where a motion persists as high as all unstable ones
+TO_DEPART, TO_START = 0.5, 0.7  # shares up to which unstable solutions, then other starts: the rest follows motions
+SPARED = 0.5  # share that unstable solutions do not get where a motion persists that is as high as all of them
 MOST_FURTHER = 4  # starts after those from the highest points of the unstable stretches
 MOST_EXPLORED = 8  # the same with those that would take too long
 FASTER = 1.5  # ratio of two growths in a period from which the faster one is a start of its own
@@ -88,8 +88,8 @@ class DepartureSearch:
 
     def __post_init__(self) -> None:
         """Shares of what may be integrated."""
-        self._one_start, self._to_mix, self._to_start = (
-            round(share * self.blade_periods) for share in (ONE_START, TO_MIX, TO_START)
+        self._one_start, self._to_depart, self._to_start = (
+            round(share * self.blade_periods) for share in (ONE_START, TO_DEPART, TO_START)
         )
         self._spent = 0
 
@@ -109,7 +109,7 @@ class DepartureSearch:
                 if found.new_height > best:
                     best, chosen, centre = found.new_height, number, position
         if stretches and max(best, self.height_m) >= stretches[0].height_m:
-            self._to_start = self._spent + round((1.0 - SPARED) * max(self._to_start - self._spent, 0))
+            self._to_depart -= round(SPARED * self._to_depart)
         if stretches and best >= stretches[0].height_m:
             yield from self._refined(stretches[chosen], tried[chosen], best, centre)
         elif stretches:
@@ -135,7 +135,7 @@ class DepartureSearch:
                     if number in left_out:
                         continue
                     left_out |= {number} if each.height_m <= self.height_m else set()
-                    found, lost = self._from_mixed(each.at(shares[number]), each.height_m, start, self._to_mix)
+                    found, lost = self._from_mixed(each.at(shares[number]), each.height_m, start, self._to_start)
                     shares[number] = MIXED_BEFORE if lost else MIXED_BEYOND
                     if found is not None:
                         yield found
@@ -268,7 +268,7 @@ class DepartureSearch:
         frequency_hz = float(self.branches[place[0]].frequency_hz[place[1]])
         height = max(self.height_m, self._highest)
         try:
-            left = self._to_start - self._spent
+            left = max(self._to_depart - self._spent, 0)
             motion, failure = self.integrate(place, min(left, self._one_start), height)
         except ArithmeticError as error:
             return Departure(place, frequency_hz, None, failure=f"failed: {error}")

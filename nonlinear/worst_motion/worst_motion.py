@@ -248,7 +248,7 @@ def worst_of(
     if integrate is not None:
         most = affordable(branches, options)
         search = DepartureSearch(branches, integrate, height, _tolerance(curve), most, follow, mix)
-        departures = [*search.mixed(), *search.departures(matter[:MOST_STRETCHES])]
+        departures = [*search.departures(matter[:MOST_STRETCHES]), *search.mixed()]
         departures += search.random()
         departures += search.followed(departures)
         left_out, reason = matter[MOST_STRETCHES:], f"the {MOST_STRETCHES} highest were integrated"

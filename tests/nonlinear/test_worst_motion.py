@@ -170,19 +170,19 @@ def test_mixed_starts_go_where_blades_keep_the_high_solution(height):
 
         def __call__(self, frequency_hz, start, blade_periods, floor):
             starts.append((frequency_hz, sum(start.shares), blade_periods))
-            return ring(None, 0, 0.0) if blade_periods > 5_000 else Integrated(None, "was left out")
+            return ring(None, 0, 0.0) if blade_periods > 12_000 else Integrated(None, "was left out")
 
     worst = worst_of(curve, OPTIONS, 72, lambda *_: Integrated(None), mix=Mix())
     (between,) = coexistences(branches_of(curve))
     assert (between.start_hz, between.end_hz, between.height_m) == (4.0, 6.0, 8.0)
     second = 5.0 if height > 10.0 else 4.25
-    assert starts == [(4.5, 7, 7_000), (second, 7, 5_800), (4.5, 1, 4_600)]  # until blades times periods are spent
+    assert starts == [(4.5, 7, 14_000), (second, 7, 12_800), (4.5, 1, 11_600)]  # until blades times periods are spent
     assert worst.amplitude_m == max(height, 5.0)
     assert "time integration from 2 mixed starts (ring of 4 blades)" in worst.searched
     assert worst.unresolved == "time integration at 4.5 Hz was left out (solutions up to 8 m)"
     starts.clear()
     worst_of(replace(curve, stable=~curve.stable, growth_rate=-curve.growth_rate), OPTIONS, 72, never, mix=Mix())
-    assert starts == [(4.5, 7, 7_000)]  # below the highest stable solution one start
+    assert starts == [(4.5, 7, 14_000)]  # below the highest stable solution one start
 
 
 def test_an_unstable_solution_below_a_stable_one_is_left_alone():
