@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from nonlinear.mistuned_ring.linear_contacts import LinearPeak
     from nonlinear.mistuned_ring.linear_ring import LinearRing
     from nonlinear.mistuned_ring.linear_sectors import LinearSectors
+    from nonlinear.mistuned_ring.mistuned_curve import mistuned_curve
     from nonlinear.mistuned_ring.mistuning import Mistuning, MistuningError, whitehead_bound
     from nonlinear.mistuned_ring.ring_response import MistunedResponse, RingPeak, mistuned_response
     from nonlinear.mode_agreement import PeakAgreement, PeakMotion, compare_with_peaks, peak_motions
@@ -165,6 +166,7 @@ __all__ = [
     "integrate_ring",
     "largest_lengths",
     "least_samples",
+    "mistuned_curve",
     "mistuned_response",
     "nonlinear_mode",
     "output_components",
@@ -259,6 +261,7 @@ _PLACES = {
     "Mistuning": "nonlinear.mistuned_ring.mistuning",
     "MistuningError": "nonlinear.mistuned_ring.mistuning",
     "MistunedResponse": "nonlinear.mistuned_ring.ring_response",
+    "mistuned_curve": "nonlinear.mistuned_ring.mistuned_curve",
     "mistuned_response": "nonlinear.mistuned_ring.ring_response",
     "RingPeak": "nonlinear.mistuned_ring.ring_response",
     "LinearRing": "nonlinear.mistuned_ring.linear_ring",

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nonlinear.branches.special_points import locate_zero
-from nonlinear.contact.fourier import ComplexArray, to_real
+from nonlinear.contact.fourier import ComplexArray, to_complex, to_real
 from nonlinear.contact.parameters import Array, ContactParameters
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.point_stability import PointRecorder
@@ -212,6 +212,8 @@ class MistunedResponse:
         Amplitude of the vibration of the output about its mean, blade by blade, m.
     output : (P, N_b, H+1) complex array
         Fourier coefficients of the output, each in the time of its own blade, m.
+    relative_displacement : (P, H+1, N_b n_c, 3) complex array
+        Those of the relative displacements of the contact nodes, pair after pair, m.
     iterations : (P,) int array
         Newton iterations.
     peak : RingPeak or None
@@ -238,6 +240,7 @@ class MistunedResponse:
     frequency_hz: Array
     amplitude_m: Array
     output: ComplexArray
+    relative_displacement: ComplexArray
     iterations: NDArray[np.int64]
     peak: RingPeak | None
     complete: bool
@@ -271,7 +274,7 @@ def mistuned_response(
     excitation : Excitation
         Engine order and force.
     options : SolverOptions
-        Frequency range, harmonics, tolerances. No stability, truncation error and isolated branches are computed.
+        Frequency range, harmonics, tolerances. For stability and other branches see `mistuned_curve`.
     mistuning : Mistuning, optional
         Deviations of all blades of the ring; None: the tuned ring, of which one blade is solved for.
     progress : callable, optional
@@ -459,10 +462,12 @@ def _assembled(
         outputs.insert(index, ring_output(points[index], options.output))
         amplitude = np.insert(amplitude, index, vibration_amplitudes(outputs[index]), axis=0)
     frequency_hz = np.array([point.omega for point in points]) / (2.0 * np.pi)
+    displacement = [_contact_motion(balance, point) for point in points]
     return MistunedResponse(
         frequency_hz=frequency_hz,
         amplitude_m=amplitude,
         output=np.array(outputs).reshape(len(points), balance.n_blades, balance.n_harmonics + 1),
+        relative_displacement=np.array(displacement).reshape(len(points), balance.n_harmonics + 1, -1, 3),
         iterations=np.array([point.iterations for point in points], dtype=np.int64),
         peak=_peak(frequency_hz, amplitude, index) if points else None,
         complete=False,
@@ -470,6 +475,12 @@ def _assembled(
         harmonics=balance.n_harmonics,
         seconds=0.0,
     )
+
+
+def _contact_motion(balance: RingBalance, point: SolutionPoint) -> ComplexArray:
+    """Relative displacements of the contact nodes of all pairs, (H+1, N_b, n_c, 3), without the strains of blades."""
+    found = to_complex(balance.displacement(point.unknown)).reshape(balance.n_harmonics + 1, balance.n_blades, -1, 3)
+    return found[:, :, : balance.receptance.modal.n_contacts]
 
 
 def _peak(frequency_hz: Array, amplitude: Array, index: int | None) -> RingPeak:

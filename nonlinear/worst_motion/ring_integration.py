@@ -204,8 +204,8 @@ class RingIntegration:
         than all that are known is followed on: what has settled beside an unstable motion may leave it late.
         """
         pattern, failure = self.pattern(solution), ""
-        blades = self.ring.blades(pattern)
-        if blade_periods < USUAL_PERIODS * blades and blades > MOST_BLADES:
+        blades, alike = self.ring.blades(pattern), self.ring.blades_apart is None
+        if alike and blade_periods < USUAL_PERIODS * blades and blades > MOST_BLADES:
             found = self._patterns(solution).worst_of_few_blades(MOST_BLADES)
             if found.grows(solution.omega):
                 pattern, failure = found.nodal_diameter, f"of {blades} blades would take too long"
@@ -336,7 +336,7 @@ class RingIntegration:
             Where the ring starts.
         """
         worst = max(solution.nodal_diameter, 0)
-        if self.ring.blades(worst) <= MOST_BLADES:
+        if self.ring.blades(worst) <= MOST_BLADES or self.ring.blades_apart is not None:
             return worst
         found = self._patterns(solution).worst_of_few_blades(MOST_BLADES)
         return found.nodal_diameter if found.exponent.real >= ENOUGH * solution.growth_rate else worst

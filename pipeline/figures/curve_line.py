@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from nonlinear import Peak
+    from pipeline.stages.curve.curve_summary import CurveSummary
 
 
 StabilityKind = Literal["stable", "unstable", "unstable, other nodal diameter"]
@@ -158,13 +159,22 @@ def mark_bifurcations(axes: Axes, curves: Sequence[PlottedCurve], colours: Seque
             axes.plot([], [], marker, label=kind, color="0.35", **look)
 
 
-def mark_worst(axes: Axes, curves: Sequence[PlottedCurve], colours: Sequence[Any], factor: float) -> None:
+class CurveInNumbers(Protocol):
+    """What marks of worst motions need of a curve: its numbers and its name."""
+
+    @property
+    def facts(self) -> CurveSummary: ...
+    @property
+    def label(self) -> str: ...
+
+
+def mark_worst(axes: Axes, curves: Sequence[CurveInNumbers], colours: Sequence[Any], factor: float) -> None:
     """Stars at the worst motions that are not the peaks of their main branches, with one entry in the legend."""
     look = OPEN | {"markersize": 10, "markeredgewidth": 1.1, "zorder": 5, "clip_on": False}
     found = False
     for curve, colour in zip(curves, colours, strict=True):
-        frequency, height = curve.worst
-        if np.isfinite(height) and not np.isclose(height, curve.peak[1], rtol=SAME_HEIGHT):
+        frequency, height = curve.facts.worst_frequency_hz, curve.facts.worst_amplitude_m
+        if np.isfinite(height) and not np.isclose(height, curve.facts.peak_amplitude_m, rtol=SAME_HEIGHT):
             axes.plot(frequency, height * factor, "*", color=colour, label=f"_{curve.label}, worst motion", **look)
             found = True
     if found:
@@ -172,7 +182,7 @@ def mark_worst(axes: Axes, curves: Sequence[PlottedCurve], colours: Sequence[Any
         axes.plot([], [], "*", label="worst motion", color="0.35", **look)
 
 
-def mark_followed(axes: Axes, curves: Sequence[PlottedCurve], colours: Sequence[Any], factor: float) -> None:
+def mark_followed(axes: Axes, curves: Sequence[CurveInNumbers], colours: Sequence[Any], factor: float) -> None:
     """Worst motions on no branch over the frequencies at which they were integrated in time."""
     look: dict[str, Any] = {"linewidth": 0.6, "marker": ".", "markersize": 3.5, "zorder": 3}
     chosen = [pair for pair in zip(curves, colours, strict=True) if pair[0].facts.worst_followed_hz]

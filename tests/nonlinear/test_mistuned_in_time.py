@@ -1,4 +1,4 @@
-"""A mistuned ring in time: against central differences of a chain, and against the tuned ring."""
+"""A mistuned ring in time and as one structure: against central differences, and against the tuned ring."""
 
 from dataclasses import replace
 
@@ -7,7 +7,18 @@ import pytest
 from lumped import lumped_blade
 from test_mistuned_ring import chain_blade, chain_contact, stepped_amplitudes
 
-from nonlinear import ContactParameters, Excitation, Mistuning, Ring, RingIntegrator
+from nonlinear import (
+    ContactParameters,
+    Excitation,
+    Mistuning,
+    Ring,
+    RingIntegrator,
+    SolverOptions,
+    forced_response,
+    mistuned_curve,
+    mistuned_response,
+)
+from nonlinear.mistuned_ring import mistuned_curve as module
 from nonlinear.mistuned_ring.ring_receptance import ring_in_time
 from rom import modal_model
 
@@ -44,3 +55,35 @@ def test_without_deviations_it_is_the_tuned_ring(law):
     np.testing.assert_allclose(apart.wave_output(every), tuned.wave_output(wave), atol=1e-13)
     found, expected = apart.march(other, 10).output_m, tuned.march(start, 10).output_m
     np.testing.assert_allclose(found, expected, atol=1e-11 * np.abs(expected).max())
+
+
+GAP = replace(CONTACT, interference=np.full(2, -0.4), preload=np.zeros(2))
+PROBLEM = modal_model(lumped_blade(4, 2), damping_ratio=0.02), GAP, Excitation(2, 0.3)
+OPTIONS = SolverOptions((0.1935, 0.1955), harmonics=3, detached=False, truncation=False)
+
+
+def whole_curve(deviations, monkeypatch, options=OPTIONS, small=True):
+    monkeypatch.setattr(module, "MOST_UNKNOWNS", 10_000 if small else 0)
+    return mistuned_curve(*PROBLEM, options, deviations, mistuned_response(*PROBLEM, options, deviations))
+
+
+@pytest.fixture(scope="module")
+def tuned():
+    """The response of the tuned ring."""
+    return forced_response(*PROBLEM, OPTIONS)
+
+
+@pytest.mark.parametrize("small", [True, False])
+def test_without_deviations_the_worst_motion_is_that_of_the_tuned_ring(tuned, small, monkeypatch):
+    """Where travelling waves are unstable: they grow as fast, and by either way the ring gets as high."""
+    ring = whole_curve(Mistuning.of(4), monkeypatch, small=small)
+    assert ring.peak.amplitude_m == pytest.approx(tuned.peak.amplitude_m, rel=1e-6)
+    assert tuned.worst.motion != "periodic"
+    assert ring.worst.motion != "periodic"
+    assert tuned.worst.amplitude_m > 1.1 * tuned.peak.amplitude_m
+    assert ring.worst.amplitude_m == pytest.approx(tuned.worst.amplitude_m, rel=0.12)  # irregular
+    if small:
+        assert not tuned.stable.any()
+        assert not ring.stable.any()
+        growth = np.interp(tuned.frequency_hz, ring.frequency_hz, ring.growth_rate)
+        assert (growth > 0.98 * tuned.growth_rate).all()  # that of the tuned ring may follow a slower pattern

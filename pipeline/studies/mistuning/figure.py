@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from pipeline.figures.curve_line import mark_followed, mark_worst
 from pipeline.figures.style import (
     CURVES_LOG_FROM,
     DISTINCT,
@@ -14,6 +15,7 @@ from pipeline.figures.style import (
     subplots,
     write_heading,
 )
+from pipeline.stages.curve.curve_summary import CurveSummary
 from pipeline.studies.mistuning.result import MistuningResult, Numbers
 
 if TYPE_CHECKING:
@@ -24,6 +26,13 @@ if TYPE_CHECKING:
 TUNED, MISTUNED, LINEAR, BOUND = "black", DISTINCT[0], DISTINCT[1], "0.35"
 MANY_BLADES = 200  # above, stems would merge
 FAR = 2.0  # bound over the largest factor, above which the factors would be squeezed together
+
+
+class RingInNumbers(NamedTuple):
+    """A mistuned ring as the marks of worst motions see a curve."""
+
+    facts: CurveSummary
+    label: str
 
 
 def mistuning_figure(result: MistuningResult, title: str) -> Figure:
@@ -46,7 +55,12 @@ def _draw_curves(axes: Axes, result: MistuningResult, factor: float, unit: str) 
     axes.plot(tuned.frequency_hz, tuned.amplitude_m * factor, color=TUNED, label="tuned")
     axes.plot(ring.frequency_hz, ring.envelope_m * factor, color=MISTUNED, label=name)
     heights = np.concatenate([tuned.amplitude_m, ring.envelope_m]) * factor
-    set_height_axis(axes, heights, CURVES_LOG_FROM)
+    followed = np.array(result.worst.worst_followed_m) * factor
+    worst = np.nan_to_num(np.array([result.worst.worst_amplitude_m])) * factor
+    set_height_axis(axes, np.concatenate([heights, followed, worst]), CURVES_LOG_FROM)
+    whole = [RingInNumbers(result.worst, "mistuned")]
+    mark_worst(axes, whole, [MISTUNED], factor)
+    mark_followed(axes, whole, [MISTUNED], factor)
     axes.set_xlabel("frequency [Hz]")
     axes.set_ylabel(f"amplitude [{unit}]")
     axes.legend(fontsize=9)

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.stages.curve.curve_summary import CurveSummary
+
 Numbers = NDArray[np.float64]
 
 
@@ -96,4 +98,5 @@ class MistuningResult:
     rings: tuple[SampledRing, ...]  # the mistuned rings, in the order of their seeds
     quantiles: tuple[FactorQuantile, ...]  # quantiles of their factors
     highest: RingCurve  # the ring with the highest amplitude
+    worst: CurveSummary  # its largest displacements: worst motion, stability, other branches, truncation error
     linear: LinearRings | None  # rings with linear contacts; None where none were asked for

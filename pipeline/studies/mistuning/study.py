@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,8 +22,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.errors import reason_of
+from pipeline.results.worst import (
+    end_said,
+    number_error,
+    open_remarks,
+    seen_remarks,
+    share,
+    unstable_peaks,
+    with_unit,
+    worst_cells,
+)
 from pipeline.scene.labels import prefixed
 from pipeline.scene.schema import Scene
+from pipeline.stages.curve.curve_summary import CurveSummary, summary_of
 from pipeline.stages.scene_to_solver import nonlinear_problem
 from pipeline.studies.mistuning.result import (
     FactorQuantile,
@@ -156,6 +167,14 @@ class RingProblem:
         peak = found.peak
         return TunedCurve(found.frequency_hz, found.envelope_m, peak.frequency_hz, peak.amplitude_m, found.complete)
 
+    def with_worst_motion(self, mistuning: Mistuning, response: MistunedResponse) -> CurveSummary:
+        """The response of a ring with its worst motion, in numbers."""
+        from nonlinear import mistuned_curve
+
+        return summary_of(
+            mistuned_curve(self.modal, self.contact, self.excitation, self.options, mistuning, response)
+        )
+
     def linear_rings(self) -> LinearRings:
         """Amplification factors with linear contacts: stuck, or free where no contact is pressed at rest."""
         started = time.perf_counter()
@@ -212,17 +231,17 @@ class RingProblem:
 
 def sampled_rings(
     problem: RingProblem, tuned_m: float, progress: Callable[[str], None]
-) -> tuple[tuple[SampledRing, ...], RingCurve]:
-    """The nonlinear responses of the rings asked for, and the curve of the highest."""
+) -> tuple[tuple[SampledRing, ...], RingCurve, CurveSummary]:
+    """The nonlinear responses of the rings asked for, the curve of the highest, and the numbers of that one."""
     rings: list[SampledRing] = []
-    highest: RingCurve | None = None
+    highest: tuple[Mistuning, MistunedResponse, RingCurve] | None = None
     seeds = problem.seeds(problem.keys.samples)
     for seed in seeds:
         mistuning = problem.mistuning(seed)
         found = problem.response(mistuning)
         rings.append(_summary(seed, found, tuned_m))
         if found.peak is not None and rings[-1].factor == max(r.factor for r in rings if math.isfinite(r.factor)):
-            highest = RingCurve(
+            curve = RingCurve(
                 seed,
                 found.frequency_hz,
                 found.envelope_m,
@@ -230,11 +249,16 @@ def sampled_rings(
                 found.amplitude_m.max(axis=0),
                 mistuning.frequency,
             )
+            highest = mistuning, found, curve
         number = f"ring {len(rings)} of {len(seeds)}"
         progress(f"mistuning, {number}: amplification factor {rings[-1].factor:.4g}, {found.seconds:.1f} s")
     if highest is None:
         raise StudyError(f"no ring has a solution: {rings[0].message}")
-    return tuple(rings), highest
+    started = time.perf_counter()
+    mistuning, found, curve = highest
+    worst = problem.with_worst_motion(mistuning, found)
+    progress(f"mistuning, worst motion of seed {curve.seed}: {max(0.0, time.perf_counter() - started):.1f} s")
+    return tuple(rings), curve, worst
 
 
 def _summary(seed: int, found: MistunedResponse, tuned_m: float) -> SampledRing:
@@ -274,7 +298,7 @@ class MistuningStudy:
             with one_blas_thread():
                 problem = RingProblem.of(context.scene, section, context.model.rom)
                 tuned = problem.tuned()
-                rings, highest = sampled_rings(problem, tuned.peak_m, context.progress)
+                rings, highest, worst = sampled_rings(problem, tuned.peak_m, context.progress)
                 linear = problem.linear_rings() if section.linear_samples else None
         except (ArithmeticError, MistuningError, OptionsError) as error:
             raise StudyError(reason_of(error)) from None
@@ -289,6 +313,7 @@ class MistuningStudy:
             rings=rings,
             quantiles=factor_quantiles(np.array([ring.factor for ring in rings])),
             highest=highest,
+            worst=worst,
             linear=linear,
         )
 
@@ -310,8 +335,9 @@ def headline(result: MistuningResult) -> str:
 
 
 def remarks(result: MistuningResult) -> tuple[str, ...]:
-    """Quantiles, the linear rings, and what is missing, a line each."""
-    said = [f"nonlinear contacts: {quantile_text(result.quantiles)}"] if len(result.rings) > 1 else []
+    """The worst motion, quantiles, the linear rings, and what is missing, a line each."""
+    said = [worst_said(result), *worst_remarks(result)]
+    said += [f"nonlinear contacts: {quantile_text(result.quantiles)}"] if len(result.rings) > 1 else []
     if result.linear is not None:
         many = len(result.linear.factor)
         values = quantile_text(result.linear.quantiles) if many > 1 else f"factor {result.linear.factor[0]:.4g}"
@@ -322,6 +348,27 @@ def remarks(result: MistuningResult) -> tuple[str, ...]:
     if partial:
         said.append(f"{len(partial)} of {len(result.rings)} rings are not complete: {partial[0].message}")
     return tuple(said)
+
+
+def worst_said(result: MistuningResult) -> str:
+    """The worst motion of the ring with the highest amplitude, as a table of curves has it."""
+    facts = result.worst
+    factor, unit = prefixed(facts.height, "m")
+    frequency, amplitude, kind = worst_cells(facts, factor)
+    ring = f" of seed {result.highest.seed}" if len(result.rings) > 1 else ""
+    said = f"worst motion{ring}, largest displacement of any blade: {amplitude} {unit} at {frequency} Hz"
+    return f"{said} (branch {kind}), truncation error {share(number_error(facts))}"
+
+
+def worst_remarks(result: MistuningResult) -> Iterator[str]:
+    """What persists of the curve, what was seen in time, what was left open, and what was searched."""
+    facts = result.worst
+    if unstable_peaks({0: facts}):
+        yield f"the peak of the main branch, {with_unit(facts.peak_amplitude_m)}, does not persist"
+    yield from filter(None, (end_said(facts),))
+    yield from seen_remarks(facts)
+    yield from open_remarks(facts)
+    yield from filter(None, (facts.worst_searched,))
 
 
 def quantile_text(quantiles: Sequence[FactorQuantile]) -> str:

@@ -1,0 +1,260 @@
+"""The response of a mistuned ring as a curve like that of the tuned ring: stability, branches, worst motion.
+
+A small ring is one structure, with the modes of all its blades and the contact nodes of all pairs: what holds for a
+blade against the ground holds for it, by the same solver. Of a large one the main branch alone is known, and time
+integration tells of its points whether the ring stays there, and where it goes otherwise.
+
+A structure has one time, in which the harmonic h of blade j is exp(i h j psi) times that in the time of the blade.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nonlinear.contact.fourier import ComplexArray
+from nonlinear.contact.parameters import Array, ContactParameters
+from nonlinear.continuation.response_quantities import largest_amplitude
+from nonlinear.mistuned_ring.mistuning import Mistuning, check_blades
+from nonlinear.mistuned_ring.ring_receptance import ring_in_time
+from nonlinear.mistuned_ring.ring_response import MistunedResponse
+from nonlinear.options import Excitation, SolverOptions
+from nonlinear.response_curve import Kind, Peak, ResponseCurve, TerminationReason, WorstMotion, at_range_end
+from nonlinear.response_solver import forced_response
+from nonlinear.worst_motion.candidates import Place, branches_of
+from nonlinear.worst_motion.ring_integration import Integrated, RingIntegration, Solution
+from nonlinear.worst_motion.stepped_sweep import SteppedSweep
+from nonlinear.worst_motion.worst_motion import worst_of
+from rom import ModalModel, RingModes
+
+MOST_UNKNOWNS = 500  # of a ring that is solved as one structure: some minutes
+PERIODS = 2000  # of the time integration of a whole ring, where `SolverOptions.blade_periods` are fewer
+WHOLE, ALONE = "stability of the whole ring", "stability by time integration alone"  # of a small and a large ring
+NONE = "no stability"  # with a disk
+OTHERS = "other deviations of blades and contacts"
+ON_DISK = "a mistuned ring on a disk is not integrated in time"
+
+
+def whole_ring(
+    modal: ModalModel, contact: ContactParameters, excitation: Excitation, mistuning: Mistuning
+) -> tuple[ModalModel, ContactParameters]:
+    """A ring of clamped blades as one structure, and the nodes of all pairs; output NAME of blade j: "NAME_j".
+
+    `contact` is that of the tuned pair.
+    """
+    count, phase = mistuning.n_blades, modal.phase(excitation.engine_order)
+    frequency = np.outer(1.0 + mistuning.frequency, modal.angular_frequency).ravel()
+    order, left = np.argsort(frequency, kind="stable"), modal.left
+    motion = np.zeros((count, len(modal.right), count, modal.angular_frequency.size))
+    for j in range(count):
+        motion[j, :, j] += modal.right
+        if left is not None:
+            motion[j, :, (j + 1) % count] -= left
+
+    def of_all(values: NDArray[np.number], factors: NDArray[np.number]) -> NDArray[np.number]:
+        return np.outer(factors, values).ravel()[order]
+
+    def forces(harmonic: int) -> NDArray[np.number]:
+        turns = np.exp(1j * harmonic * phase * np.arange(count))
+        return of_all(modal.harmonic_forces.get(harmonic, modal.force), turns)
+
+    excited = {*dict(excitation.factors), *modal.harmonic_forces} - {1}
+    whole = ModalModel(
+        angular_frequency=frequency[order],
+        damping=np.tile(modal.damping, count)[order],
+        right=motion.reshape(count * len(modal.right), -1)[:, order],
+        left=None,
+        force=forces(1),
+        static_force=np.tile(modal.static_force, count)[order],
+        outputs={
+            f"{name}_{j}": of_all(row, np.arange(count) == j)
+            for name, row in modal.outputs.items()
+            for j in range(count)
+        },
+        shapes=np.eye(frequency.size)[:, order],
+        position=np.tile(modal.position, (count, 1)),
+        area=None if modal.area is None else np.tile(modal.area, count),
+        n_blades=None,
+        harmonic_forces={h: forces(h) for h in sorted(excited)},
+    )
+    return whole, mistuning.contact(contact)
+
+
+def mistuned_curve(
+    modal: RingModes,
+    contact: ContactParameters,
+    excitation: Excitation,
+    options: SolverOptions,
+    mistuning: Mistuning,
+    response: MistunedResponse,
+) -> ResponseCurve:
+    """The response of a mistuned ring with stability, other branches, truncation error and worst motion.
+
+    Amplitudes are the largest displacement abs(x(t)) of any blade. A ring of few unknowns is solved as one structure;
+    of a larger one the curve is that of `mistuned_response`, and time integration tells which of its points persist.
+
+    Parameters
+    ----------
+    modal : rom.ModalModel or rom.SectorModes
+        Modes of the tuned blade with free contacts, with their damping.
+    contact : ContactParameters
+        Parameters of the nodes of the tuned pair.
+    excitation : Excitation
+        Engine order and force.
+    options : SolverOptions
+        Those of the response.
+    mistuning : Mistuning
+        Deviations of all blades of the ring.
+    response : MistunedResponse
+        Its response.
+
+    Returns
+    -------
+    ResponseCurve
+        The curve; harmonics and contacts are in the time of each blade, contacts pair after pair.
+
+    Examples
+    --------
+    With the names of the example of `mistuned_response`:
+
+    >>> from nonlinear import Mistuning, mistuned_curve, mistuned_response
+    >>> softer = Mistuning.of(12, frequency=[0.0, 0.0, -0.02] + 9 * [0.0])
+    >>> response = mistuned_response(modal, contact, excitation, options, softer)
+    >>> whole = mistuned_curve(modal, contact, excitation, options, softer, response)
+    >>> whole.worst.motion, bool(whole.stable.all())
+    ('periodic', True)
+    """
+    check_blades(modal, mistuning)
+    if not isinstance(modal, ModalModel):
+        curve = _main_branch(response, options)
+        return replace(curve, worst=_said(worst_of(curve, options, None, None, ON_DISK), NONE))
+    is_small = 3 * contact.n_contacts * mistuning.n_blades * (2 * response.harmonics + 1) <= MOST_UNKNOWNS
+    if is_small:
+        curve, own = _solved(modal, contact, excitation, options, mistuning, response), options
+    else:
+        curve, own = _main_branch(response, options), replace(options, stability="ring", detached=False)
+    if not curve.points:
+        return curve
+    most = max(options.blade_periods, PERIODS * mistuning.n_blades)
+    ring = ring_in_time(modal, contact, excitation, mistuning, options.output)
+    worst, error = _worst_motion(RingIntegration(ring, replace(own, blade_periods=most)), curve)
+    if is_small:
+        return replace(curve, worst=_said(worst, WHOLE))
+    return replace(curve, worst=_said(worst, ALONE), truncation_error=error)
+
+
+def _solved(
+    modal: ModalModel,
+    contact: ContactParameters,
+    excitation: Excitation,
+    options: SolverOptions,
+    mistuning: Mistuning,
+    response: MistunedResponse,
+) -> ResponseCurve:
+    """The curve of the ring as one structure, its peaks located for the blade with the highest one."""
+    names = tuple(f"{options.output}_{j}" for j in range(mistuning.n_blades))
+    blade = 0 if response.peak is None else response.peak.blade
+    own = replace(options, output=names[blade], outputs=names, time_integration=False)
+    whole = whole_ring(modal, contact, excitation, mistuning)
+    with np.errstate(all="ignore"):  # equal blades: their modes are resonances of each other
+        curve = forced_response(*whole, excitation, own)
+    turns = mistuning.n_blades, modal.phase(excitation.engine_order)
+    detached = tuple(_of_any_blade(branch, *turns, options) for branch in curve.detached)
+    return replace(_of_any_blade(curve, *turns, options), detached=detached)
+
+
+def _of_any_blade(curve: ResponseCurve, count: int, phase: float, options: SolverOptions) -> ResponseCurve:
+    """A curve with the largest amplitude of any blade, and contacts in the time of each blade."""
+    amplitude = np.max([curve.amplitude_of(name) for name in curve.outputs], axis=0) if curve.points else np.zeros(0)
+    peaks = tuple(replace(peak, amplitude_m=float(amplitude[peak.index])) for peak in curve.peaks)
+    parts = {}
+    for name in ("relative_displacement", "contact_force"):
+        values = getattr(curve, name)
+        back = np.exp(-1j * phase * np.multiply.outer(np.arange(values.shape[1]), np.arange(count)))
+        by_pair = values.reshape(*values.shape[:2], count, -1, 3) * back[:, :, None, None]
+        parts[name] = by_pair.reshape(values.shape)
+    peak = _peak(curve.frequency_hz, amplitude, options)
+    return replace(curve, amplitude_m=amplitude, peaks=peaks, peak=peak, outputs={}, **parts)
+
+
+def _main_branch(response: MistunedResponse, options: SolverOptions) -> ResponseCurve:
+    """The main branch alone, whose stability is not known."""
+    count, high = response.frequency_hz.size, options.frequency_hz[1]
+    by_blade = [[largest_amplitude(row).value for row in rows] for rows in response.output]
+    amplitude = np.array(by_blade).max(axis=1, initial=0.0) if count else np.zeros(0)
+    blade = np.array([int(np.argmax(row)) for row in by_blade], dtype=int)
+    output: ComplexArray = response.output[np.arange(count), blade]
+    unknown, zeros = np.full(count, np.nan), np.zeros(count, dtype=np.int64)
+    kind: Kind = "complete" if response.complete else "step too small"
+    end = high if response.complete or not count else float(response.frequency_hz[-1])
+    return ResponseCurve(
+        termination=TerminationReason(kind, end, response.message),
+        frequency_hz=response.frequency_hz,
+        amplitude_m=amplitude,
+        harmonic_m=np.abs(output[:, 1:]),
+        static_m=output[:, 0].real,
+        phase_rad=np.angle(output[:, 1]),
+        stable=np.zeros(count, dtype=bool),
+        growth_rate=unknown,
+        growth_nodal_diameter=zeros,
+        sticking=zeros,
+        slipping=zeros,
+        separating=zeros,
+        dissipated_j=unknown,
+        iterations=response.iterations,
+        kept_harmonics=np.full(count, response.harmonics, dtype=np.int64),
+        arc=unknown,
+        energy_error=unknown,
+        output=output,
+        relative_displacement=response.relative_displacement,
+        contact_force=np.zeros_like(response.relative_displacement),
+        peak=_peak(response.frequency_hz, amplitude, options),
+        peaks=(),
+        bifurcations=(),
+        seconds=response.seconds,
+        harmonics=response.harmonics,
+        truncation_error=float("nan"),
+    )
+
+
+def _peak(frequency_hz: Array, amplitude: Array, options: SolverOptions) -> Peak | None:
+    """The point with the largest amplitude of any blade."""
+    if not amplitude.size:
+        return None
+    index = int(np.argmax(amplitude))
+    at = float(frequency_hz[index])
+    is_end = at_range_end(at, options.frequency_hz)
+    return Peak(at, float(amplitude[index]), index, located=not is_end, at_end=is_end)
+
+
+def _worst_motion(integration: RingIntegration, curve: ResponseCurve) -> tuple[WorstMotion, float]:
+    """The worst motion of a ring, and the error of the highest point on which it stays: that has all harmonics."""
+    branches, options = branches_of(curve), integration.options
+    seen: list[tuple[float, float]] = []  # heights of points on which the ring stays, and their errors
+
+    def integrate(place: Place, blade_periods: int, height_m: float) -> Integrated:
+        branch, index = branches[place[0]], place[1]
+        motion, failure = integration(Solution.of(branch, index), blade_periods, height_m)
+        if motion is None or not motion.stays:
+            return Integrated(motion, failure)
+        reached = float(motion.envelope_m[-1].max())
+        seen.append((reached, abs(float(branch.amplitude_m[index]) / reached - 1.0)))
+        return Integrated(replace(motion, started_m=reached), failure)
+
+    reason = "" if options.time_integration else "switched off"
+    found = worst_of(curve, options, None, None if reason else integrate, reason, SteppedSweep(integration))
+    return found, max(seen, default=(0.0, float("nan")))[1]
+
+
+def _said(worst: WorstMotion, stability: str) -> WorstMotion:
+    """A worst motion of which is said what was searched of a mistuned ring."""
+    searched = worst.searched.replace("; stability;", f"; {stability};").replace("mistuned blades", OTHERS)
+    if stability == WHOLE:
+        return replace(worst, searched=searched)
+    left = {
+        name: text.replace("unstable ", "")
+        for name, text in (("searched", searched), ("unresolved", worst.unresolved))
+    }
+    return replace(worst, **left)
