@@ -20,7 +20,7 @@ from nonlinear.continuation.response_quantities import largest_amplitude
 from nonlinear.mistuned_ring.mistuning import Mistuning, check_blades
 from nonlinear.mistuned_ring.ring_receptance import ring_in_time
 from nonlinear.mistuned_ring.ring_response import MistunedResponse
-from nonlinear.options import Excitation, SolverOptions
+from nonlinear.options import SEARCH_COST, Excitation, SolverOptions
 from nonlinear.response_curve import Kind, Peak, ResponseCurve, TerminationReason, WorstMotion, at_range_end
 from nonlinear.response_solver import forced_response
 from nonlinear.worst_motion.candidates import Place, branches_of
@@ -30,7 +30,7 @@ from nonlinear.worst_motion.worst_motion import worst_of
 from rom import ModalModel, RingModes
 
 MOST_UNKNOWNS = 500  # of a ring that is solved as one structure: some minutes
-PERIODS = 2000  # of the time integration of a whole ring, where `SolverOptions.blade_periods` are fewer
+PERIODS = 1500  # of the time integration of a whole ring with the standard search: as long as its curve takes
 WHOLE, ALONE = "stability of the whole ring", "stability by time integration alone"  # of a small and a large ring
 NONE = "no stability"  # with a disk
 OTHERS = "other deviations of blades and contacts"
@@ -137,9 +137,8 @@ def mistuned_curve(
         curve, own = _main_branch(response, options), replace(options, stability="ring", detached=False)
     if not curve.points:
         return curve
-    most = max(options.blade_periods, PERIODS * mistuning.n_blades)
     ring = ring_in_time(modal, contact, excitation, mistuning, options.output)
-    worst, error = _worst_motion(RingIntegration(ring, replace(own, blade_periods=most)), curve)
+    worst, error = _worst_motion(RingIntegration(ring, own), curve, mistuning.n_blades)
     if is_small:
         return replace(curve, worst=_said(worst, WHOLE))
     return replace(curve, worst=_said(worst, ALONE), truncation_error=error)
@@ -156,7 +155,7 @@ def _solved(
     """The curve of the ring as one structure, its peaks located for the blade with the highest one."""
     names = tuple(f"{options.output}_{j}" for j in range(mistuning.n_blades))
     blade = 0 if response.peak is None else response.peak.blade
-    own = replace(options, output=names[blade], outputs=names, time_integration=False)
+    own = replace(options, output=names[blade], outputs=names, search="off")
     whole = whole_ring(modal, contact, excitation, mistuning)
     with np.errstate(all="ignore"):  # equal blades: their modes are resonances of each other
         curve = forced_response(*whole, excitation, own)
@@ -229,7 +228,7 @@ def _peak(frequency_hz: Array, amplitude: Array, options: SolverOptions) -> Peak
     return Peak(at, float(amplitude[index]), index, located=not is_end, at_end=is_end)
 
 
-def _worst_motion(integration: RingIntegration, curve: ResponseCurve) -> tuple[WorstMotion, float]:
+def _worst_motion(integration: RingIntegration, curve: ResponseCurve, n_blades: int) -> tuple[WorstMotion, float]:
     """The worst motion of a ring, and the error of the highest point on which it stays: that has all harmonics."""
     branches, options = branches_of(curve), integration.options
     seen: list[tuple[float, float]] = []  # heights of points on which the ring stays, and their errors
@@ -243,8 +242,9 @@ def _worst_motion(integration: RingIntegration, curve: ResponseCurve) -> tuple[W
         seen.append((reached, abs(float(branch.amplitude_m[index]) / reached - 1.0)))
         return Integrated(replace(motion, started_m=reached), failure)
 
-    reason = "" if options.time_integration else "switched off"
-    found = worst_of(curve, options, None, None if reason else integrate, reason, SteppedSweep(integration))
+    reason, follow = "switched off" if options.search == "off" else "", SteppedSweep(integration)
+    most = round(SEARCH_COST[options.search] * PERIODS * n_blades)
+    found = worst_of(curve, options, None, None if reason else integrate, reason, follow=follow, blade_periods=most)
     return found, max(seen, default=(0.0, float("nan")))[1]
 
 
@@ -253,8 +253,8 @@ def _said(worst: WorstMotion, stability: str) -> WorstMotion:
     searched = worst.searched.replace("; stability;", f"; {stability};").replace("mistuned blades", OTHERS)
     if stability == WHOLE:
         return replace(worst, searched=searched)
-    left = {
-        name: text.replace("unstable ", "")
-        for name, text in (("searched", searched), ("unresolved", worst.unresolved))
-    }
-    return replace(worst, **left)
+    return replace(
+        worst,
+        searched=searched.replace("unstable ", ""),
+        unresolved=worst.unresolved.replace("unstable ", ""),
+    )

@@ -236,8 +236,12 @@ def worst_of(
     reason: str = "",
     follow: Follow | None = None,
     mix: MixedStarts | None = None,
+    blade_periods: int | None = None,
 ) -> WorstMotion:
-    """The worst motion with a given time integration; without one, `reason` says why."""
+    """The worst motion with a given time integration; without one, `reason` says why.
+
+    `blade_periods`: periods times blades that it may take; None: as many as the branches afford.
+    """
     tolerance = max(options.harmonic_tolerance, TRUNCATION_TOLERATED)
     branches, doubtful = without_doubtful(branches_of(curve), tolerance)
     place = highest_persistent(branches)
@@ -246,7 +250,7 @@ def worst_of(
     departures: list[Departure] = []
     left_out: Sequence[UnstableStretch] = matter
     if integrate is not None:
-        most = affordable(branches, options)
+        most = affordable(branches, options) if blade_periods is None else blade_periods
         search = DepartureSearch(branches, integrate, height, _tolerance(curve), most, follow, mix)
         departures = [*search.departures(matter[:MOST_STRETCHES]), *search.mixed()]
         departures += search.random()
