@@ -30,7 +30,7 @@ from nonlinear.worst_motion.worst_motion import worst_of
 from rom import ModalModel, RingModes
 
 MOST_UNKNOWNS = 500  # of a ring that is solved as one structure: some minutes
-PERIODS = 1500  # of the time integration of a whole ring with the standard search: as long as its curve takes
+PERIODS = 1000  # of the time integration of a whole ring with the standard search
 WHOLE, ALONE = "stability of the whole ring", "stability by time integration alone"  # of a small and a large ring
 NONE = "no stability"  # with a disk
 OTHERS = "other deviations of blades and contacts"
