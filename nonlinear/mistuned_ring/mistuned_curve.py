@@ -138,10 +138,11 @@ def mistuned_curve(
     if not curve.points:
         return curve
     ring = ring_in_time(modal, contact, excitation, mistuning, options.output)
-    worst, error = _worst_motion(RingIntegration(ring, own), curve, mistuning.n_blades)
+    tried: list[int] = []
+    worst, error = _worst_motion(RingIntegration(ring, own), curve, mistuning.n_blades, tried)
     if is_small:
         return replace(curve, worst=_said(worst, WHOLE))
-    return replace(curve, worst=_said(worst, ALONE), truncation_error=error)
+    return replace(curve, worst=_said(_with_unseen(worst, curve, tried), ALONE), truncation_error=error)
 
 
 def _solved(
@@ -228,13 +229,19 @@ def _peak(frequency_hz: Array, amplitude: Array, options: SolverOptions) -> Peak
     return Peak(at, float(amplitude[index]), index, located=not is_end, at_end=is_end)
 
 
-def _worst_motion(integration: RingIntegration, curve: ResponseCurve, n_blades: int) -> tuple[WorstMotion, float]:
-    """The worst motion of a ring, and the error of the highest point on which it stays: that has all harmonics."""
+def _worst_motion(
+    integration: RingIntegration, curve: ResponseCurve, n_blades: int, tried: list[int]
+) -> tuple[WorstMotion, float]:
+    """The worst motion of a ring, and the error of the highest point on which it stays: that has all harmonics.
+
+    The indices of the points looked at are added to `tried`.
+    """
     branches, options = branches_of(curve), integration.options
     seen: list[tuple[float, float]] = []  # heights of points on which the ring stays, and their errors
 
     def integrate(place: Place, blade_periods: int, height_m: float) -> Integrated:
         branch, index = branches[place[0]], place[1]
+        tried.append(index)
         motion, failure = integration(Solution.of(branch, index), blade_periods, height_m)
         if motion is None or not motion.stays:
             return Integrated(motion, failure)
@@ -246,6 +253,18 @@ def _worst_motion(integration: RingIntegration, curve: ResponseCurve, n_blades: 
     most = round(SEARCH_COST[options.search] * PERIODS * n_blades)
     found = worst_of(curve, options, None, None if reason else integrate, reason, follow=follow, blade_periods=most)
     return found, max(seen, default=(0.0, float("nan")))[1]
+
+
+def _with_unseen(worst: WorstMotion, curve: ResponseCurve, tried: list[int]) -> WorstMotion:
+    """A worst motion, open where higher points were neither looked at nor passed by a motion that was followed."""
+    low, high = (worst.followed_hz[0], worst.followed_hz[-1]) if worst.followed_hz else (np.inf, -np.inf)
+    unseen = (curve.amplitude_m > worst.amplitude_m) & ((curve.frequency_hz < low) | (curve.frequency_hz > high))
+    unseen[tried] = False
+    if not unseen.any():
+        return worst
+    highest = curve.amplitude_m[unseen].max()
+    said = f"{np.count_nonzero(unseen)} points of the branch, up to {highest:.3g} m, were not looked at in time"
+    return replace(worst, unresolved="; ".join(filter(None, (worst.unresolved, said))))
 
 
 def _said(worst: WorstMotion, stability: str) -> WorstMotion:
