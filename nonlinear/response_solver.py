@@ -1,5 +1,6 @@
 """The nonlinear forced response of a blade from its modes, the contact and the excitation."""
 
+import math
 import time
 from dataclasses import replace
 from typing import NamedTuple
@@ -12,6 +13,7 @@ from nonlinear.contact.element_choice import contact_element
 from nonlinear.contact.parameters import Array, ContactElement, ContactError, ContactParameters
 from nonlinear.continuation.arclength_continuation import Continuation, Progress
 from nonlinear.continuation.point_stability import PointStability
+from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.continuation.step_control import find_resonances
 from nonlinear.harmonic_balance.initial_solution import TruncatedBalances, static_displacement
 from nonlinear.harmonic_balance.residual import HarmonicBalance, has_odd_harmonics_only
@@ -190,7 +192,7 @@ def _with_adaptive_harmonics(
     """
     tolerance = continuation.options.harmonic_tolerance
     stability, continuation = continuation.stability, replace(continuation, stability=None)
-    selection = HarmonicSelection(estimator.balances, tolerance / STRICTER)
+    selection = HarmonicSelection(estimator.balances, tolerance / STRICTER, stability)
     numbers = [*feasible_harmonic_numbers(estimator.balances.base.n_contacts, estimator.balances.highest_excited)]
     most, solved = numbers[-1], None
     while solved is None:
@@ -199,15 +201,28 @@ def _with_adaptive_harmonics(
         branches = continue_over_range(replace(start, adapt=selection), static, progress)
         solved = _checked(branches, estimator, tolerance, most if numbers else None)
         selection.tolerance /= STRICTER
+    main = solved.branches[0]
+    said = [main.termination.message, *_few_harmonics_at(main.points)]
     if not solved.accurate:
-        main, said = solved.branches[0], f"{most} harmonics, the most there are, do not reach {tolerance:g}"
-        termination = replace(main.termination, message=f"{main.termination.message}; {said}")
-        solved.branches[0] = main._replace(termination=termination)
+        number = max((point.balance.n_harmonics for point in main.points), default=most)
+        said.append(
+            f"{number} harmonics{', the most there are,' if number == most else ''} do not reach {tolerance:g}"
+        )
+    solved.branches[0] = main._replace(termination=replace(main.termination, message="; ".join(said)))
     if stability is None:
         return solved.branches, solved.at_peak
     # only now: the exponents of a curve that is solved again would be lost
     with_exponents = replace(continuation, stability=stability)
     return [with_stability(with_exponents, branch) for branch in solved.branches], solved.at_peak
+
+
+def _few_harmonics_at(points: list[SolutionPoint]) -> list[str]:
+    """Where few harmonics are kept since the ring leaves the motion (see `HarmonicSelection`); nothing if nowhere."""
+    frequencies = [point.omega / (2.0 * math.pi) for point in points if point.pattern is not None]
+    if not frequencies:
+        return []
+    where = f"{min(frequencies):.4g} to {max(frequencies):.4g} Hz"
+    return [f"no ring keeps the periodic motion in parts of {where}, which have few harmonics: see the worst motion"]
 
 
 class _Checked(NamedTuple):
@@ -228,19 +243,22 @@ def _checked(
     are. Where `most` is None the curve cannot be solved again.
     """
     main = branches[0]
+    unstable = any(point.pattern is not None for point in main.points)
 
     def may_improve(places: list[int]) -> bool:
-        return most is not None and bool(places) and all(main.points[k].balance.n_harmonics < most for k in places)
+        fewer = bool(places) and all(main.points[k].balance.n_harmonics < most for k in places) if most else False
+        return fewer and not unstable
 
     if most is not None and not main.termination.complete:
         return None
     changes = estimator.along_curve(main.points, main.peak_indices)
-    too_large = [place for place, change in changes.items() if not change <= tolerance]
+    too_large = [place for place, change in changes.items() if tolerance < change < math.inf]
     if may_improve(too_large):  # the peak need not be looked at
         return None
-    at_peak = estimator.of_branch(main.points, main.peak_indices)
-    accurate = at_peak.error <= tolerance
-    if not accurate and main.points and may_improve([estimator.highest(main.points, main.peak_indices)]):
+    at_peak = estimator.of_branch(main.points, main.peak_indices, main=not unstable)
+    highest = [estimator.highest(main.points, main.peak_indices)] if main.points else []
+    accurate = at_peak.error <= tolerance or any(main.points[place].pattern is not None for place in highest)
+    if not accurate and math.isfinite(at_peak.error) and may_improve(highest):
         return None
     return _Checked(branches, at_peak, accurate and not too_large)
 

@@ -116,11 +116,15 @@ def _with_growth_in_ring(continuation: Continuation, branch: Branch) -> Branch:
 
 
 def _insert(points: list[SolutionPoint], point: SolutionPoint, before: SolutionPoint, after: SolutionPoint) -> int:
-    """Append a special point unless it is one of its neighbours; its index, or theirs."""
+    """Append a special point unless it is one of its neighbours; its index, or theirs.
+
+    Between two points that have an exponent of the ring before any is computed (`HarmonicSelection`) it gets one too.
+    """
     if point is after:
         return len(points)
     if point is not before and point is not points[-1]:
-        points.append(point)
+        marked = point.pattern is None and before.pattern is not None and after.pattern is not None
+        points.append(point.changed(pattern=before.pattern) if marked else point)
     return len(points) - 1
 
 

@@ -13,6 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from nonlinear.branches.branch import Branch, join, with_special_points, with_stability
+from nonlinear.branches.growth_along_branch import marked_where_all_grow
 from nonlinear.contact.fourier import ComplexArray, to_real
 from nonlinear.contact.parameters import Array, ContactParameters
 from nonlinear.continuation.arclength_continuation import Continuation, Progress
@@ -148,7 +149,8 @@ class BranchCollection:
         if self.final:
             branch = with_special_points(replace(self.continuation, stability=None), points, termination)
             if self.continuation.stability is not None:
-                branch = with_stability(self.continuation, branch)
+                marked = marked_where_all_grow(self.continuation.stability, branch.points)
+                branch = with_stability(self.continuation, branch._replace(points=marked))
         height = max(output_amplitude(item, output) for item in branch.points)
         self.found.append(FoundBranch(branch, origin, height))
         return True

@@ -47,12 +47,12 @@ def with_wave_exponents(
 
     Where all of them decay, that of the least stable one is interpolated; `exponents` has no others there. Where the
     leading one grows and is followed or interpolated, `exponents` has it, and the others that grow as at a point next
-    to it.
+    to it. Points that have an exponent of the ring already, which grows, get none.
     """
     if recorder.stability is None:
         return points
     result = list(points)
-    for run, linear in runs_of_points(recorder.stability, points):
+    for run, linear in _unmarked_runs(recorder.stability, points):
         chosen = {*run} if linear else {*run[::WAVE_STRIDE], run[-1], *beside_state_changes(points, run)}
         looked_at = sorted(chosen | (set(run) & {*exact}))
         for index in looked_at:
@@ -66,6 +66,38 @@ def runs_of_points(stability: PointStability, points: list[SolutionPoint]) -> It
     """Points in a row whose contacts change their state, or do not: their indices, and whether not."""
     for linear, run in groupby(range(len(points)), lambda index: stability.linear_state(points[index]) is not None):
         yield list(run), linear
+
+
+def _unmarked_runs(stability: PointStability, points: list[SolutionPoint]) -> Iterator[tuple[list[int], bool]]:
+    """The parts of the same without points that have an exponent of the ring already, which grows."""
+    for run, linear in runs_of_points(stability, points):
+        for unmarked, part in groupby(run, lambda index: points[index].pattern is None):
+            if unmarked:
+                yield list(part), linear
+
+
+def marked_where_all_grow(stability: PointStability, points: list[SolutionPoint]) -> list[SolutionPoint]:
+    """The points of a branch that the ring leaves everywhere, with an exponent that grows; else as given.
+
+    Such a branch needs no exponents of the wave, and no bifurcations but folds. Some of its points are looked at:
+    perturbations have to grow at all of them, at most of them clearly.
+    """
+    if not points or not stability.has_patterns(points[0]):
+        return points
+    places = sorted({*range(0, len(points), GROWING_STRIDE), len(points) - 1})
+    found: dict[int, PatternExponent | None] = {}
+    clear = 0
+    for place in places:
+        leading, omega = stability.worst_pattern(points[place], any_growing=True), points[place].omega
+        if leading is None or not leading.grows(omega):
+            return points
+        clear += leading.grows_clearly(omega)
+        found[place] = leading
+    if 2 * clear <= len(places):
+        return points
+    for first, last in pairwise(places):
+        _interpolate(points, found, first, last)
+    return [point.changed(pattern=found[place]) for place, point in enumerate(points)]
 
 
 def beside_state_changes(points: list[SolutionPoint], run: list[int]) -> set[int]:
@@ -209,9 +241,14 @@ def _same_family(one: complex, other: complex, point: SolutionPoint) -> bool:
 def with_patterns(
     stability: PointStability, points: list[SolutionPoint], exact: Sequence[int] = ()
 ) -> list[SolutionPoint]:
-    """The points of a branch with their least stable exponent over all nodal diameters but that of the wave."""
-    found: dict[int, PatternExponent | None] = {}
-    for run, linear in runs_of_points(stability, points):
+    """The points of a branch with their least stable exponent over all nodal diameters but that of the wave.
+
+    Points that have one already keep it.
+    """
+    found: dict[int, PatternExponent | None] = {index: point.pattern for index, point in enumerate(points)}
+    for run, linear in _unmarked_runs(stability, points):
+        for index in run:
+            del found[index]
         chosen = {*run} if linear else _looked_at_first(points, run)
         _find(stability, points, found, sorted(chosen | (set(run) & {*exact})))
     return [replace(point, pattern=found[index]) for index, point in enumerate(points)]
@@ -356,10 +393,13 @@ def locate_pattern_change(
 ) -> tuple[BifurcationKind, int, SolutionPoint] | None:
     """Where, between two neighbours, perturbations of a nodal diameter begin or cease to grow.
 
-    Nothing where the wave itself is unstable at one of the two: then its own bifurcation is there.
+    Nothing where the wave itself is unstable at one of the two: then its own bifurcation is there. Nothing either
+    beside points that the ring leaves for certain, which have no exponents of the wave.
     """
     stability = continuation.stability
-    if stability is None or not (before.stable_wave and after.stable_wave) or before.stable == after.stable:
+    if stability is None or before.exponents is None or after.exponents is None:
+        return None
+    if not (before.stable_wave and after.stable_wave) or before.stable == after.stable:
         return None
     change = None
     for _ in range(MAX_LOCATIONS):

@@ -335,7 +335,8 @@ class TruncationErrorEstimator:
     def along_curve(self, points: Sequence[SolutionPoint], peak_indices: Sequence[int]) -> dict[int, float]:
         """Changes of the amplitude with more harmonics, relative to the highest amplitude, by indices of points.
 
-        They are evaluated at the peaks and at some other points; inf where one is lost.
+        They are evaluated at the peaks and at some other points, but not where the ring leaves the motion; inf where
+        one is lost.
         """
         if not points:
             return {}
@@ -346,7 +347,9 @@ class TruncationErrorEstimator:
         spread = np.unique(np.linspace(0, len(points) - 1, SAMPLED_POINTS).astype(int)).tolist()
         sampled = sorted({*peak_indices, *spread, int(np.argmax(amplitudes))})
         return {
-            place: abs(self._reference_amplitude(points[place]) - amplitudes[place]) / highest for place in sampled
+            place: abs(self._reference_amplitude(points[place]) - amplitudes[place]) / highest
+            for place in sampled
+            if points[place].pattern is None
         }
 
     def highest(self, points: Sequence[SolutionPoint], peak_indices: Sequence[int]) -> int:

@@ -28,6 +28,7 @@ LIKELY = 0.3  # growth, in units of omega, beyond which few eigenvalues of a sca
 FAST = 1.0  # growth, in units of omega, beyond which a scan, linear in sigma, has spurious eigenvalues
 MOST_FAST = 4  # of these that are tried all the same, where the largest real part is asked for
 COARSE = 3  # nodal diameters from one looked at to the next, where perturbations of one of these grow
+CLEAR_GROWTH = 0.01  # of an exponent, in units of omega, that leaves no doubt
 CLEARLY_GROWING = 0.02  # growth in the scan, in units of omega, that is likely to be one
 HALF_STRIP = 0.5 + OVERLAP + SCAN_ERROR  # beyond it are the eigenvalues of other nodal diameters
 MAX_REFINED = 12  # eigenvalues of one point, or more: all those that grow in the scan, until one grows
@@ -43,6 +44,10 @@ class PatternExponent(NamedTuple):
     def grows(self, omega: float) -> bool:
         """Whether it grows, Re lambda > 1e-6 omega."""
         return bool(self.exponent.real > NEUTRAL * omega)
+
+    def grows_clearly(self, omega: float) -> bool:
+        """Whether the ring leaves the motion for certain, Re lambda > 0.01 omega: 6 % a period."""
+        return bool(self.exponent.real > CLEAR_GROWTH * omega)
 
 
 class LinearisedContact(NamedTuple):

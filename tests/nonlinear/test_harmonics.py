@@ -8,6 +8,7 @@ from lumped import lumped_blade
 
 from nonlinear import ContactParameters, Excitation, OptionsError, SolverOptions, forced_response
 from nonlinear.branches.range_continuation import continue_over_range
+from nonlinear.continuation.predictor_corrector import PredictorCorrector
 from rom import modal_model
 
 MANY = 21
@@ -93,6 +94,29 @@ def test_the_estimate_tells_that_one_harmonic_is_too_few():
     true = abs(curve.peak.amplitude_m / reference - 1.0)
     assert true > 5e-3
     assert curve.truncation_error > true / 3.0
+
+
+def test_stiff_contacts_that_the_ring_leaves_keep_few_harmonics():
+    """Its height says nothing of what the ring does instead."""
+    contact = ContactParameters.shared(
+        2, normal_stiffness=400.0, tangential_stiffness=400.0, friction=0.4, interference=-0.5
+    )
+    options = SolverOptions((0.1, 0.7), harmonics="auto", harmonic_tolerance=1e-2, detached=False, search="off")
+    curve = forced_response(modal_model(lumped_blade(), damping_ratio=0.03), contact, Excitation(6, 1.0), options)
+    left = curve.kept_harmonics > 1
+    assert curve.termination.complete
+    assert "no ring keeps the periodic motion in parts of" in curve.termination.message
+    assert np.median(curve.kept_harmonics[left]) <= 5
+    assert not curve.stable[curve.peak.index]
+    assert curve.truncation_error > 0.01  # and the estimate tells it
+
+
+def test_a_solution_that_is_not_found_with_more_harmonics_does_not_raise_their_number(monkeypatch):
+    """Neither does it end the curve."""
+    monkeypatch.setattr(PredictorCorrector, "refit", lambda solver, point: None)
+    curve = solve(0.5, 4, "auto", 1e-2)
+    assert curve.termination.complete
+    assert curve.harmonics == 1
 
 
 def test_bad_harmonics_are_named():
