@@ -353,8 +353,14 @@ class TruncationErrorEstimator:
         }
 
     def highest(self, points: Sequence[SolutionPoint], peak_indices: Sequence[int]) -> int:
-        """Index of the highest amplitude of a branch with points, among its peaks and its ends."""
-        return max((*peak_indices, 0, len(points) - 1), key=lambda place: self._amplitude(points[place]))
+        """Index of the highest amplitude of a branch with points, among its peaks and its ends.
+
+        Among all points where these are clearly lower: a change of the harmonics may hide a peak.
+        """
+        heights = [self._amplitude(point) for point in points]
+        located = max((*peak_indices, 0, len(points) - 1), key=heights.__getitem__)
+        top = max(range(len(points)), key=heights.__getitem__)
+        return located if heights[located] >= SAME_HEIGHT * heights[top] else top
 
     def _amplitude(self, point: SolutionPoint) -> float:
         return output_amplitude(point, self.continuation.options.output)
