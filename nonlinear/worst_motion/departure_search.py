@@ -123,8 +123,7 @@ class DepartureSearch:
     def mixed(self) -> Iterator[Departure]:
         """From mixed starts in the ranges with two solutions, the highest first.
 
-        Near one end of a range the blades keep the high solution, near the other they leave it. A range below the
-        highest stable solution has one start.
+        Near one end of a range the blades keep the high solution, near the other they leave it.
         """
         ranges = coexistences(self.branches) if self.mix else []
         left_out: set[int] = set()
@@ -134,7 +133,6 @@ class DepartureSearch:
                 for number, each in enumerate(ranges):
                     if number in left_out:
                         continue
-                    left_out |= {number} if each.height_m <= self.height_m else set()
                     found, lost = self._from_mixed(each.at(shares[number]), each.height_m, start, self._to_start)
                     shares[number] = MIXED_BEFORE if lost else MIXED_BEYOND
                     if found is not None:
