@@ -23,7 +23,7 @@ from nonlinear.mistuned_ring.ring_response import MistunedResponse
 from nonlinear.options import SEARCH_COST, Excitation, SolverOptions
 from nonlinear.response_curve import Kind, Peak, ResponseCurve, TerminationReason, WorstMotion, at_range_end
 from nonlinear.response_solver import forced_response
-from nonlinear.worst_motion.candidates import Place, branches_of
+from nonlinear.worst_motion.candidates import Place, branches_of, height_said
 from nonlinear.worst_motion.ring_integration import Integrated, RingIntegration, Solution
 from nonlinear.worst_motion.stepped_sweep import SteppedSweep
 from nonlinear.worst_motion.worst_motion import worst_of
@@ -262,8 +262,8 @@ def _with_unseen(worst: WorstMotion, curve: ResponseCurve, tried: list[int]) -> 
     unseen[tried] = False
     if not unseen.any():
         return worst
-    highest = curve.amplitude_m[unseen].max()
-    said = f"{np.count_nonzero(unseen)} points of the branch, up to {highest:.3g} m, were not looked at in time"
+    highest = height_said(curve.amplitude_m[unseen].max())
+    said = f"{np.count_nonzero(unseen)} points of the branch, up to {highest}, were not looked at in time"
     return replace(worst, unresolved="; ".join(filter(None, (worst.unresolved, said))))
 
 

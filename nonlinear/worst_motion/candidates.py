@@ -45,6 +45,11 @@ class Coexistence:
         return self.start_hz + share * (self.end_hz - self.start_hz)
 
 
+def height_said(metres: float) -> str:
+    """A displacement in three digits, in the unit of the tables as far as blades move."""
+    return f"{1e6 * metres:.3g} µm" if metres < 1e-2 else f"{metres:.3g} m"
+
+
 def branches_of(curve: ResponseCurve) -> tuple[ResponseCurve, ...]:
     """The main branch and the detached ones, in the order of their numbers 0, 1, ..."""
     return curve, *curve.detached

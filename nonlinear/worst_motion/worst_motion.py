@@ -22,6 +22,7 @@ from nonlinear.worst_motion.candidates import (
     Place,
     UnstableStretch,
     branches_of,
+    height_said,
     highest_persistent,
     unstable_stretches,
     without_doubtful,
@@ -123,25 +124,23 @@ def unresolved(
         found.append(f"{broken} detached branch{'es are' if broken > 1 else ' is'} incomplete")
     if left_out:
         count = len(left_out)
-        found.append(
-            f"{count} unstable part{'s' if count > 1 else ''} of the branches, up to {max(left_out):.3g} m, without "
-            f"time integration ({reason})"
-        )
+        parts = f"{count} unstable part{'s' if count > 1 else ''} of the branches, up to {height_said(max(left_out))}"
+        found.append(f"{parts}, without time integration ({reason})")
     failed: dict[str, dict[float, float]] = {}
     for each in departures:
         reach = each.reach_m or float(branches[each.place[0]].amplitude_m[each.place[1]])
         if each.failure and reach >= least:
             failed.setdefault(each.failure, {})[each.frequency_hz] = reach
     found += [
-        f"time integration at {_list(places)} {failure} (solutions up to {max(places.values()):.3g} m)"
+        f"time integration at {_list(places)} {failure} (solutions up to {height_said(max(places.values()))})"
         for failure, places in failed.items()
     ]
     unsettled = [each for each in departures if each.motion and not (counts(each.motion) or each.falls)]
     restless = {each.frequency_hz: each.motion for each in unsettled if each.motion}
     if restless:
         periods = max(motion.periods for motion in restless.values())
-        highest = max(motion.amplitude_m for motion in restless.values())
-        found.append(f"not settled within {periods} periods at {_list(restless)}, up to {highest:.3g} m until then")
+        highest = height_said(max(motion.amplitude_m for motion in restless.values()))
+        found.append(f"not settled within {periods} periods at {_list(restless)}, up to {highest} until then")
     found += _not_followed(departures)
     return "; ".join(found)
 
@@ -278,7 +277,7 @@ def _not_counted(number: int, branch: ResponseCurve, departures: Sequence[Depart
     integrated = any(each.place[0] == number and each.motion is not None for each in departures)
     why = "the ring does not stay on it" if integrated else "not checked by time integration"
     error = f"{100.0 * branch.truncation_error:.3g} %" if math.isfinite(branch.truncation_error) else "unknown"
-    return f"detached branch {number}, up to {branch.amplitude_m.max():.4g} m: truncation error {error}, {why}"
+    return f"detached branch {number}, up to {height_said(branch.amplitude_m.max())}: truncation error {error}, {why}"
 
 
 def _with_end(worst: WorstMotion, options: SolverOptions) -> WorstMotion:
