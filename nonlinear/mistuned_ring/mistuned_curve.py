@@ -117,7 +117,7 @@ def mistuned_curve(
 
     Examples
     --------
-    With the names of the example of `mistuned_response`:
+    With the names of the example of `forced_response`:
 
     >>> from nonlinear import Mistuning, mistuned_curve, mistuned_response
     >>> softer = Mistuning.of(12, frequency=[0.0, 0.0, -0.02] + 9 * [0.0])

@@ -121,10 +121,10 @@ def test_the_table_and_the_progress_are_for_people(tmp_path: Path) -> None:
 def test_one_failing_curve_does_not_stop_the_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     real = pipeline.stages.curve.respond.solve_curve
 
-    def solve(folder: Path, rom: Path, scene: Scene, parameters: Any, progress: Any = None) -> None:
+    def solve(folder: Path, rom: Path, scene: Scene, *more: Any) -> None:
         if scene.contact.friction == 0.2:
             raise ArithmeticError("made to fail")
-        real(folder, rom, scene, parameters, progress)
+        real(folder, rom, scene, *more)
 
     monkeypatch.setattr(pipeline.stages.curve.respond, "solve_curve", solve)
     scene = write_scene(tmp_path / "s.toml", ground_scene() | {"sweep": {"contact.friction": [0.1, 0.2, 0.3]}})
