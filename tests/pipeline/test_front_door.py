@@ -53,7 +53,7 @@ def test_a_curve_that_could_not_be_solved_says_why(tmp_path: Path, monkeypatch: 
     scene = write_scene(tmp_path / "g.toml", ground_scene() | {"sweep": {"contact.friction": [0.1, 0.2]}})
     file = read_scene(scene, given_model=True)
 
-    def lost(folder: Path, rom: Path, scene: object, parameters: dict[str, float], progress: object) -> None:
+    def lost(folder: Path, rom: Path, scene: object, parameters: dict[str, float], *_: object) -> None:
         raise ArithmeticError(f"lost at {parameters['contact.friction']}")
 
     monkeypatch.setattr("pipeline.stages.curve.respond.solve_curve", lost)
