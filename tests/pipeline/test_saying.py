@@ -120,7 +120,7 @@ def test_json_of_a_check(tmp_path: Path) -> None:
     assert json.loads(said) == {
         "valid": True,
         "errors": [],
-        "warnings": [],
+        "warnings": [f"{scene}: contact.friction = 0.4 is not used: [sweep] gives the values"],
         "name": "small",
         "curves": 2,
         "swept": ["contact.friction"],

@@ -308,8 +308,10 @@ def test_the_response_figure_marks_worst_motions_that_are_no_peaks() -> None:
     from matplotlib import pyplot as plt
 
     shown = [
-        SimpleNamespace(peak=(445.6, PEAK), worst=worst, label="")
-        for worst in ((445.6, PEAK), (440.0, 1e-4), (9.0, 2e-6))
+        SimpleNamespace(
+            facts=SimpleNamespace(peak_amplitude_m=PEAK, worst_frequency_hz=at_hz, worst_amplitude_m=height), label=""
+        )
+        for at_hz, height in ((445.6, PEAK), (440.0, 1e-4), (9.0, 2e-6))
     ]
     with styled():
         figure, axes = plt.subplots()
