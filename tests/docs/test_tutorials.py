@@ -38,6 +38,7 @@ def test_the_design_is_true(tmp_path: Path) -> None:
     check(DESIGN, run_page(DESIGN, tmp_path))
 
 
+@pytest.mark.long
 def test_a_design_in_commands(tmp_path: Path) -> None:
     text = DESIGN.read_text()
     for old, new in COARSE.items():

@@ -450,6 +450,7 @@ def test_an_optimum_with_a_tolerance_is_as_high_at_both_ends(folder: Path, prelo
     assert (folder / "robust" / "figures" / "optimum.png").is_file()
 
 
+@pytest.mark.long
 def test_a_joint_search_goes_from_optimum_to_optimum(folder: Path) -> None:
     """Over friction, and at each the preload with a tolerance: the lowest is that of a grid of both."""
     asked = ("contact.preload=0.6:4", "contact.friction=0.3:0.6", "--tolerance", "contact.preload=0.3")
