@@ -58,8 +58,9 @@ def _panel(axes: Axes, study: Study, quantity: str) -> list[Annotation]:
     whole = study.name == WHOLE
     axes.set_xscale("log")
     axes.set_yscale("log")
+    colours = _colours(study)
     for number, (name, rows) in enumerate(study.series().items()):
-        look: dict[str, Any] = {"color": f"C{number % 10}", "marker": MARKERS[number % len(MARKERS)], "markersize": 5}
+        look: dict[str, Any] = {"color": colours[name], "marker": MARKERS[number % len(MARKERS)], "markersize": 5}
         errors = [_error(row, quantity) for row in rows]
         axes.plot([row.seconds for row in rows], errors, label=name, linestyle="none" if whole else "-", **look)
         for row, error in zip(rows, errors, strict=True):
@@ -78,10 +79,15 @@ def _panel(axes: Axes, study: Study, quantity: str) -> list[Annotation]:
     return _name_points(axes, study, quantity)
 
 
+def _colours(study: Study) -> dict[str, str]:
+    """The colour of each series."""
+    return {name: f"C{number % 10}" for number, name in enumerate(study.series())}
+
+
 def _name_points(axes: Axes, study: Study, quantity: str) -> list[Annotation]:
     """The settings beside their points, of the whole pipeline the presets only, where there is room."""
     labels = []
-    colours = {name: f"C{number % 10}" for number, name in enumerate(study.series())}
+    colours = _colours(study)
     for row in study.rows:
         error = _error(row, quantity)
         if math.isfinite(error) and (study.name != WHOLE or row.series == PRESET_SERIES):

@@ -318,11 +318,14 @@ class RetainedModes:
         chosen: NDArray[np.bool_] = angular_frequency <= self.highest
         return chosen
 
-    def flexibility(self, angular_frequency: Array) -> Array:
-        """1 / w^2 of the modes that are not integrated, 0 for the others, for natural frequencies w (...), rad/s."""
+    def flexibility(self, angular_frequency: Array, retained: NDArray[np.bool_] | None = None) -> Array:
+        """1 / w^2 of the modes that are not integrated, 0 for the others, for natural frequencies w (...), rad/s.
+
+        `retained`: modes that are integrated, of the last axes, where their own frequencies do not decide it.
+        """
         found = np.zeros(angular_frequency.shape)
-        follow = ~self.are_retained(angular_frequency)
-        found[follow] = 1.0 / angular_frequency[follow] ** 2
+        follow = ~(self.are_retained(angular_frequency) if retained is None else retained)
+        np.divide(1.0, angular_frequency**2, out=found, where=follow)
         return found
 
     def fastest(self) -> float:

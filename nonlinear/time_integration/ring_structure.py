@@ -28,7 +28,6 @@ from numpy.typing import NDArray
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
 from nonlinear.time_integration.contact_step import (
-    TINY,
     BladeSystem,
     DiskSystem,
     DiskWork,
@@ -109,7 +108,7 @@ class RingStructure(ABC):
     @cached_property
     def flexibility(self) -> Array:
         """Residual flexibility of the modes that are not integrated, of the shape of `angular_frequency`."""
-        return self.modes.flexibility(self.angular_frequency)
+        return self.modes.flexibility(self.angular_frequency, self.retained)
 
     def system(self, omega: float, propagated: tuple[Array, Array], near: Sequence[Array]) -> RingSystem:
         """What a step needs of any structure.
@@ -153,12 +152,6 @@ class ClampedBlades(RingStructure):
     def retained(self) -> NDArray[np.bool_]:
         """Modes that are integrated, (m,): the same of all blades."""
         return self.modes.are_retained(self.modal.angular_frequency)
-
-    @cached_property
-    def flexibility(self) -> Array:
-        """Residual flexibility of the modes that are not integrated, of the shape of `angular_frequency`."""
-        found: Array = np.where(self.retained, 0.0, 1.0 / np.maximum(self.angular_frequency, TINY) ** 2)
-        return found
 
     @property
     def damping(self) -> Array:

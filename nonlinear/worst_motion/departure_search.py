@@ -133,7 +133,7 @@ class DepartureSearch:
                 for number, each in enumerate(ranges):
                     if number in left_out:
                         continue
-                    found, lost = self._from_mixed(each.at(shares[number]), each.height_m, start, self._to_start)
+                    found, lost = self._from_mixed(each.at(shares[number]), each.height_m, start)
                     shares[number] = MIXED_BEFORE if lost else MIXED_BEYOND
                     if found is not None:
                         yield found
@@ -144,14 +144,12 @@ class DepartureSearch:
         ranges = coexistences(self.branches) if self.mix else []
         for start in self.mix.random_starts if self.mix else ():
             for each in ranges[:1]:
-                found, _ = self._from_mixed(each.at(FIRST_MIXED), each.height_m, start, self._to_start)
+                found, _ = self._from_mixed(each.at(FIRST_MIXED), each.height_m, start)
                 if found is None or found.spent:
                     return
-                yield replace(found, start="random")
+                yield found
 
-    def _from_mixed(
-        self, frequency_hz: float, most_m: float, start: Start, periods: int
-    ) -> tuple[Departure | None, bool]:
+    def _from_mixed(self, frequency_hz: float, most_m: float, start: Start) -> tuple[Departure | None, bool]:
         """What the ring does from a mixed start, and whether it falls below the high solution.
 
         Nothing is integrated where the high solutions, up to `most_m`, are low. A motion that has not settled, and is
@@ -161,19 +159,16 @@ class DepartureSearch:
         if self.mix is None or most_m < COULD_MATTER * height:
             return None, True
         place = highest_beside(self.branches, frequency_hz)
+        kind = "random" if start.random else "mixed"
+        none = Departure(place, frequency_hz, None, reach_m=most_m, start=kind)
         try:
-            motion, failure = self.mix(frequency_hz, start, periods - self._spent, height)
+            motion, failure = self.mix(frequency_hz, start, self._to_start - self._spent, height)
         except ArithmeticError as error:
-            return Departure(
-                place, frequency_hz, None, failure=f"failed: {error}", reach_m=most_m, start="mixed"
-            ), True
+            return replace(none, failure=f"failed: {error}"), True
         if motion is None:
-            left_out = Departure(
-                place, frequency_hz, None, failure=failure, spent=True, reach_m=most_m, start="mixed"
-            )
-            return left_out if failure else None, True
+            return replace(none, failure=failure, spent=True) if failure else None, True
         self._spent += motion.periods * motion.n_blades
-        found = replace(self._judged(place, frequency_hz, motion, ""), start="mixed")
+        found = replace(self._judged(place, frequency_hz, motion, ""), start=kind)
         found = replace(found, falls=found.falls or (not counts(motion) and motion.amplitude_m <= height))
         self._highest = max(self._highest, found.new_height)
         return found, motion.amplitude_m < FLOOR * self.branches[place[0]].amplitude_m[place[1]]

@@ -506,7 +506,7 @@ class Start(NamedTuple):
 
     pattern: int  # nodal diameter that the ring carries
     shares: tuple[float, ...]  # of each blade, on the way from the low to the high solution
-    name: str  # in a sentence
+    random: bool = False  # whether the shares are drawn
     again: bool = False  # whether a range of frequencies has a second such start
 
 
@@ -542,8 +542,7 @@ class MixedStarts:
             usual = [tuple(int(blade < number) for blade in range(blades)) for number in numbers]
             others = _arrangements(blades) if thorough and blades <= MOST_BLADES else []
             for shares in (*usual, *others):
-                name = f"with {sum(shares)} of {blades} blades high"
-                found.setdefault(_least_turned(shares), Start(pattern, shares, name, shares in usual))
+                found.setdefault(_least_turned(shares), Start(pattern, shares, again=shares in usual))
         return list(found.values())
 
     @property
@@ -554,7 +553,7 @@ class MixedStarts:
         rng = np.random.default_rng(SEED)
         number = RANDOM_STARTS[self.integration.options.search]
         shares = rng.uniform(-LARGEST_SHARE, LARGEST_SHARE, (number, blades))
-        return [Start(pattern, tuple(each), "in random states") for each in shares.tolist()]
+        return [Start(pattern, tuple(each), random=True) for each in shares.tolist()]
 
     def __call__(self, frequency_hz: float, start: Start, blade_periods: int, height_m: float) -> Integrated:
         """The motion that the ring reaches; none where there are not two solutions, or too few blades times periods.
@@ -565,8 +564,7 @@ class MixedStarts:
         periods = min(USUAL_PERIODS, blade_periods // len(start.shares))
         search = SolutionSearch(ring, self.integration.options, frequency_hz)
         found = [each for branch in self.branches for each in search.crossings(branch)]
-        random = start.name == "in random states"
-        if len(found) < (1 if random else 2):
+        if len(found) < (1 if start.random else 2):
             return Integrated(None)
         if periods < FEWEST_PERIODS:
             return Integrated(None, "from mixed starts was left out")
@@ -574,7 +572,7 @@ class MixedStarts:
         heights = [float(np.abs(integrator.wave_output(each)).max()) for each in found]
         low, high = (integrator.on_wave(found[int(pick(heights))]) for pick in (np.argmin, np.argmax))
         limits = RingLimits(most_periods=periods, floor_m=FLOOR * max(height_m, *heights), window=WINDOW)
-        state = (integrator.at_rest() if random else low).towards(high, start.shares)
+        state = (integrator.at_rest() if start.random else low).towards(high, start.shares)
         motion = integrate_ring(ring, omega, state, nodal_diameter=start.pattern, limits=limits)
         return Integrated(self.integration.confirmed(omega, motion, height_m))
 

@@ -165,7 +165,7 @@ def test_mixed_starts_go_where_blades_keep_the_high_solution(height):
     starts = []
 
     class Mix:
-        starts = tuple(Start(9, (1,) * number + (0,) * (8 - number), f"{number} high", True) for number in (7, 1))
+        starts = tuple(Start(9, (1,) * number + (0,) * (8 - number), again=True) for number in (7, 1))
         random_starts = ()
 
         def __call__(self, frequency_hz, start, blade_periods, floor):
