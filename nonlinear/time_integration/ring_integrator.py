@@ -15,7 +15,7 @@ from nonlinear.contact.parameters import Array
 from nonlinear.harmonic_balance.initial_solution import solve_at
 from nonlinear.harmonic_balance.residual import HarmonicBalance, has_odd_harmonics_only
 from nonlinear.options import SolverOptions
-from nonlinear.time_integration.contact_step import RingWork
+from nonlinear.time_integration.contact_step import RingWork, padded
 from nonlinear.time_integration.ring import RETENTION, RetainedModes, Ring, RingState
 from nonlinear.time_integration.ring_structure import Kernel, RingStructure, ring_structure
 
@@ -44,6 +44,7 @@ def with_more_harmonics(ring: Ring, omega: float, displacement: Array, harmonics
     return solution if found.converged and same else displacement
 
 
+MOST_DENSE = 128  # contact displacements of a pair of faces, up to which its forces are solved at once
 CYCLE_SAMPLES = 4096  # instants of the contact cycle from which the sliders start
 
 
@@ -353,24 +354,36 @@ class RingIntegrator:
         structure = self.structure
         free, free_rate = self.contact_free(0.0)
         coordinates = structure.packed(state.coordinates - free)
-        force = state.force.reshape(self.n_blades, -1).copy()
+        force = state.force.reshape(self.n_blades, -1)
         contact_driven = structure.modal_force(force)
         moved = structure.unpacked(coordinates) + self._residual(contact_driven) + free
         motion, nodes = structure.motion(moved), state.slider.shape[:2]
+        packed_force, packed_motion = padded(force, 1), padded(motion, 1)
+        width = packed_force.shape[1]
+        own = self._march.system.own
+        at_once = width <= MOST_DENSE and self.ring.contact.law != "cone"
+        closed = np.tile(own, (self.n_blades // len(own), 1, 1))
         return RingWork(
             coordinates=coordinates,
             rates=structure.packed(state.rates - free_rate),
             modal_force=structure.packed(contact_driven),
             slider=state.slider.copy(),
-            placed=state.slider.copy(),
-            motion=motion,
-            guess=motion.copy(),
-            force=force,
-            last_force=force.copy(),
-            earlier_force=force.copy(),
-            change=np.zeros(force.shape[1]),
+            keeps=np.zeros((*nodes, 2), dtype=bool),
+            motion=packed_motion,
+            guess=packed_motion.copy(),
+            force=packed_force,
+            last_force=packed_force.copy(),
+            earlier_force=packed_force.copy(),
+            change=np.zeros(width),
+            residual=np.zeros(width),
             load=np.zeros(nodes),
             slip=np.zeros((*nodes, 2)),
+            tangent=np.zeros((nodes[1], 3, 3)),
+            tangents=np.zeros((*nodes, 3, 3)),
+            closed=closed if at_once else closed[:, :0],
+            kept=np.zeros((2, *packed_force.shape)),
+            updates=np.zeros(self.n_blades, dtype=np.int64),
+            moved=np.zeros(width),
         )
 
     def _residual(self, modal_force: Array) -> Array:
@@ -382,7 +395,8 @@ class RingIntegrator:
         structure = self.structure
         coordinates, rates = self.contact_free(theta)
         coordinates += structure.unpacked(work.coordinates)
-        coordinates += self._residual(structure.modal_force(work.force))
+        flat = work.force[:, : 3 * work.load.shape[1]]
+        coordinates += self._residual(structure.modal_force(flat))
         rates += structure.unpacked(work.rates)
-        force = work.force.reshape(*work.load.shape, 3).copy()
+        force = flat.reshape(*work.load.shape, 3).copy()
         return RingState(coordinates, rates, work.slider.copy(), force)

@@ -3,9 +3,9 @@
 A step: the retained modes under the forces so far, the contact forces at its end (`contact_step`), the modes under
 these. The forces vary linearly over the step, so that the error is of second order.
 
-Of sectors joined at a disk, modes and forces meet in waves. The contact forces of a step are solved node by node with
-the flexibility between neighbouring pairs of faces, as those of blades alone; what their changes do to all other
-pairs, through the disk, follows after each visit of the nodes.
+Of sectors joined at a disk, modes and forces meet in waves. The contact forces of a step are solved with the
+flexibility between neighbouring pairs of faces, as those of blades alone; what their changes do to all other pairs,
+through the disk, follows after each iteration.
 
 All functions are copied into the one that is called from Python: a call passes some 250 numbers of arrays, which
 takes as long as a step of two blades.
@@ -16,22 +16,26 @@ import math
 from nonlinear.contact.numba_cache import inlined, inner, lean
 from nonlinear.contact.parameters import Array
 from nonlinear.time_integration.contact_step import (
+    MOST_UPDATES,
     BladeSystem,
     DiskSystem,
     DiskWork,
     RingSystem,
     RingWork,
     WaveMatrices,
-    add_node,
     add_rows,
     begin_step,
+    copy,
+    is_loaded,
     pass_on,
     solve_node,
+    solve_pair,
 )
 
-MOST_SWEEPS = 200
+MOST_SWEEPS = 420
+BY_PAIRS, BY_NODES = 12, 30  # iterations pair by pair, and then node by node where those cycle, in turn
 FAST = 0.05  # ratio of two successive changes up to which it is taken to hold for the next one
-TOLERANCE = 1e-9  # change of a force, relative to the largest force so far, at which a step is solved
+TOLERANCE = 3e-10  # change of a force, relative to the largest force so far, at which a step is solved
 
 
 @inlined
@@ -92,11 +96,21 @@ def add_modes(blades: BladeSystem, work: RingWork) -> None:
 def add_forces(system: RingSystem, work: RingWork) -> None:
     """Add the relative displacement at the end of the step under the contact forces as they are in `work`."""
     for j in range(len(work.guess)):
-        force = work.force[j]
-        for row in range(0, force.size, 3):
-            if force[row] != 0.0 or force[row + 1] != 0.0 or force[row + 2] != 0.0:
-                add_node(1.0, row, force, system.own[j * system.each], work.guess[j])
-        pass_on(j, force, system, work)
+        if is_loaded(work.force[j]):
+            add_rows(1.0, work.force[j], system.own[j * system.each], work.guess[j])
+            pass_on(j, work.force[j], system, work)
+
+
+@inlined
+def solve_pairs(scale: float, system: RingSystem, work: RingWork) -> float:
+    """A Newton step of each pair of faces after the other; returns the largest change of a force."""
+    change = 0.0
+    for j in range(len(work.guess)):
+        largest = solve_pair(j, scale, system, work)
+        if largest > 0.0:
+            pass_on(j, work.change, system, work)
+        change = max(change, largest)
+    return change
 
 
 @inlined
@@ -104,10 +118,38 @@ def visit_nodes(system: RingSystem, work: RingWork) -> float:
     """Visit all nodes once; returns the largest change of a force."""
     change = 0.0
     for j in range(len(work.guess)):
+        work.updates[j] += MOST_UPDATES  # E is formed anew
         for node in range(work.load.shape[1]):
             change = max(change, solve_node(j, node, system, work))
         pass_on(j, work.change, system, work)
     return change
+
+
+@inlined
+def iterate(iteration: int, scale: float, system: RingSystem, work: RingWork) -> float:
+    """An iteration of the contact forces: pair by pair; node by node where pairs go round in a cycle.
+
+    Nodes begin where the pairs began.
+    """
+    turn = iteration % (BY_PAIRS + BY_NODES)
+    if work.closed.shape[1] == 0:
+        return visit_nodes(system, work)
+    if turn >= BY_PAIRS:
+        if turn == BY_PAIRS:
+            copy(work.kept[0], work.force)
+            copy(work.kept[1], work.guess)
+        return visit_nodes(system, work)
+    if turn == 0:
+        copy(work.force, work.kept[0])
+        copy(work.guess, work.kept[1])
+    return solve_pairs(scale, system, work)
+
+
+@inlined
+def known_change(iteration: int, before: float) -> float:
+    """Change of a force in the iteration before; 0 where that went the other way, and tells nothing of this one."""
+    turn = iteration % (BY_PAIRS + BY_NODES)
+    return 0.0 if turn == 0 or turn == BY_PAIRS else before
 
 
 @inlined
@@ -129,12 +171,12 @@ def has_settled(change: float, before: float, largest: float) -> bool:
 
 @inlined
 def solve_contacts(scale: float, system: RingSystem, work: RingWork) -> float:
-    """Visit all nodes until no force changes; returns the largest force, or -1 where they do not settle."""
-    before, largest = 0.0, scale
+    """Iterate until no force changes; returns the largest force, or -1 where they do not settle."""
+    before = 0.0
     for sweep in range(MOST_SWEEPS):
-        change = visit_nodes(system, work)
-        if sweep == 0:
-            largest = largest_force(scale, work)
+        before = known_change(sweep, before)
+        change = iterate(sweep, scale, system, work)
+        largest = largest_force(scale, work)
         if has_settled(change, before, largest):
             return largest
         before = change
@@ -144,18 +186,17 @@ def solve_contacts(scale: float, system: RingSystem, work: RingWork) -> float:
 @inlined
 def apply_forces(system: RingSystem, blades: BladeSystem, work: RingWork) -> None:
     """Add the forces at the end of the step to coordinates and rates."""
-    n_blades, rows = work.force.shape
+    n_blades = len(work.force)
     for j in range(n_blades):
         modal = work.modal_force[j]
         position, rate = system.position[j * system.each], system.rate[j * system.each]
         for m in range(modal.size):
             modal[m] = 0.0
-        force, behind = work.force[j], work.force[(j - 1) % n_blades]
-        for row in range(0, rows, 3):
-            if force[row] != 0.0 or force[row + 1] != 0.0 or force[row + 2] != 0.0:
-                add_node(1.0, row, force, blades.right, modal)
-            if n_blades > 1 and (behind[row] != 0.0 or behind[row + 1] != 0.0 or behind[row + 2] != 0.0):
-                add_node(-1.0, row, behind, blades.left, modal)
+        if is_loaded(work.force[j]):
+            add_rows(1.0, work.force[j], blades.right, modal)
+        behind = (j - 1) % n_blades
+        if n_blades > 1 and is_loaded(work.force[behind]):
+            add_rows(-1.0, work.force[behind], blades.left, modal)
         for m in range(modal.size):
             work.coordinates[j, m] += position[3, m] * modal[m]
             work.rates[j, m] += rate[3, m] * modal[m]
@@ -194,14 +235,17 @@ def write_output(theta: float, system: RingSystem, blades: BladeSystem, work: Ri
 
 
 @inlined
-def end_all(work: RingWork) -> None:
+def end_all(system: RingSystem, work: RingWork) -> None:
     """Take the end of the step for the beginning of the next one."""
     for j in range(len(work.force)):
         for row in range(work.force.shape[1]):
             work.motion[j, row] = work.guess[j, row]
         for node in range(work.load.shape[1]):
+            stiffness = system.contact.tangential_stiffness[j * system.each, node]
             for a in range(2):
-                work.slider[j, node, a] = work.placed[j, node, a]
+                row = 3 * node + a
+                if stiffness > 0.0 and not work.keeps[j, node, a]:
+                    work.slider[j, node, a] = work.motion[j, row] + work.force[j, row] / stiffness
 
 
 @lean
@@ -227,7 +271,7 @@ def march_steps(
         scale = largest
         apply_forces(system, blades, work)
         write_output(theta, system, blades, work, output[step])
-        end_all(work)
+        end_all(system, work)
     return scale
 
 
@@ -286,17 +330,17 @@ def pass_far(disk: DiskSystem, work: RingWork, scratch: DiskWork) -> None:
 @inner
 def solve_all(scale: float, system: RingSystem, disk: DiskSystem, work: RingWork, scratch: DiskWork) -> float:
     """As `solve_contacts`, with the pairs of faces that are no neighbours."""
-    before, largest = 0.0, scale
+    before = 0.0
     for sweep in range(MOST_SWEEPS):
+        before = known_change(sweep, before)
         if disk.is_far:
             for j in range(len(work.force)):
                 for row in range(work.force.shape[1]):
                     scratch.change[j, row] = work.force[j, row]
-        change = visit_nodes(system, work)
+        change = iterate(sweep, scale, system, work)
         if disk.is_far:
             pass_far(disk, work, scratch)
-        if sweep == 0:
-            largest = largest_force(scale, work)
+        largest = largest_force(scale, work)
         if has_settled(change, before, largest):
             return largest
         before = change
@@ -358,5 +402,5 @@ def march_sectors(
             for i in range(len(work.force)):
                 total += disk.turn_back[j, i] * scratch.output[i, 0]
             output[step, j] = total
-        end_all(work)
+        end_all(system, work)
     return scale

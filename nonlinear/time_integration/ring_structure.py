@@ -35,6 +35,7 @@ from nonlinear.time_integration.contact_step import (
     RingWork,
     cosine_rows,
     node_law,
+    padded,
     wave_matrices,
 )
 from nonlinear.time_integration.ring import RetainedModes
@@ -118,7 +119,8 @@ class RingStructure(ABC):
         """
         ring = self.modes.ring
         coordinates, angles = ring.free_response(omega), ring.phase * np.arange(self.n_blades)
-        position, rate, own, previous, following = map(np.ascontiguousarray, (*propagated, *near))
+        position, rate = map(np.ascontiguousarray, propagated)
+        own, previous, following = (padded(each, 2) for each in near)
         return RingSystem(
             each=int(ring.blades_apart is not None),
             position=position,
@@ -126,7 +128,7 @@ class RingStructure(ABC):
             own=own,
             previous=previous,
             following=following,
-            free_motion=np.ascontiguousarray(cosine_rows(ring.relative(coordinates)).transpose(1, 0, 2)),
+            free_motion=padded(cosine_rows(ring.relative(coordinates)).transpose(1, 0, 2), 1),
             free_output=np.ascontiguousarray(cosine_rows(ring.outputs(coordinates).T).T),
             waves=np.stack([np.cos(angles), np.sin(angles)], axis=1),
             contact=node_law(ring.contact, ring.modal.n_contacts),
@@ -164,12 +166,12 @@ class ClampedBlades(RingStructure):
 
     def packed(self, coordinates: Array) -> Array:
         """The retained ones of coordinates (q, m), as the kernels hold them."""
-        return np.ascontiguousarray(coordinates[:, self.retained])
+        return padded(coordinates[:, self.retained], 1)
 
     def unpacked(self, kept: Array) -> Array:
         """Coordinates (q, m) from those of the kernels; 0 where a mode is not retained."""
         coordinates = np.zeros((self.n_blades, self.retained.size))
-        coordinates[:, self.retained] = kept
+        coordinates[:, self.retained] = kept[:, : np.count_nonzero(self.retained)]
         return coordinates
 
     def motion(self, coordinates: Array) -> Array:
@@ -196,9 +198,9 @@ class ClampedBlades(RingStructure):
         frequency, flexibility = np.atleast_2d(self.angular_frequency), np.atleast_2d(self.flexibility)
         damping = np.tile(modal.damping[kept], len(frequency))
         advanced = propagation(frequency[:, kept].ravel(), damping, 2.0 * np.pi / omega / steps)
-        position, rate = (each.reshape(4, len(frequency), -1).transpose(1, 0, 2) for each in advanced)
+        position, rate = (padded(each.reshape(4, len(frequency), -1).transpose(1, 0, 2), 1) for each in advanced)
         at_end = flexibility.copy()
-        at_end[:, kept] = position[:, 3]
+        at_end[:, kept] = position[:, 3, : np.count_nonzero(kept)]
         by_right, by_left = right * at_end[:, None], left * at_end[:, None]
         own = by_right @ right.T + np.roll(by_left @ left.T, -1, axis=0)  # the left face is that of the next blade
         previous = -np.roll(by_left @ right.T, -1, axis=0)  # [force, motion]
@@ -206,12 +208,12 @@ class ClampedBlades(RingStructure):
         output = modal.outputs[ring.output]
         follows = (flexibility * output).T
         blades = BladeSystem(
-            right=np.ascontiguousarray(right[:, kept]),
-            left=np.ascontiguousarray(left[:, kept]),
-            right_modes=np.ascontiguousarray(right[:, kept].T),
-            left_modes=np.ascontiguousarray(left[:, kept].T),
-            output_modes=np.ascontiguousarray(output[kept]),
-            output_forces=np.ascontiguousarray(np.stack([right @ follows, -left @ follows]).transpose(2, 0, 1)),
+            right=padded(right[:, kept], 2),
+            left=padded(left[:, kept], 2),
+            right_modes=padded(right[:, kept].T, 2),
+            left_modes=padded(left[:, kept].T, 2),
+            output_modes=padded(output[kept], 1),
+            output_forces=padded(np.stack([right @ follows, -left @ follows]).transpose(2, 0, 1), 1),
         )
         return BladeKernel(self.system(omega, (position, rate), (own, previous, following)), blades)
 
