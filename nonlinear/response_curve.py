@@ -312,7 +312,7 @@ class ResidualExtreme:
     --------
     With the names of the example of `ResidualBounds`:
 
-    >>> bool(abs(found.highest.traction[0, 0]) <= 0.5 * 600.0)  # Coulomb's limit
+    >>> bool(abs(found.highest.traction[0, 0]) <= 0.5 * 60.0)  # Coulomb's limit
     True
     """
 
@@ -349,13 +349,13 @@ class ResidualBounds:
     --------
     With the names of the example of `forced_response`.
 
-    A contact that can always stick has the resonance of its spring, sqrt(1 + 3) / (2 pi) Hz, whatever its traction.
+    A contact that hardly slips has the resonance of its spring, sqrt(1 + 3) / (2 pi) Hz, whatever its traction.
 
     >>> from dataclasses import replace
     >>> from nonlinear import forced_response
     >>> bounds = replace(options, residual_tractions="bounds")
-    >>> stuck = replace(contact, preload=np.array([600.0]))
-    >>> found = forced_response(modal, stuck, excitation, bounds).residual_bounds
+    >>> pressed = replace(contact, preload=np.array([60.0]))
+    >>> found = forced_response(modal, pressed, excitation, bounds).residual_bounds
     >>> print(f"{found.lowest.frequency_hz:.3f} to {found.highest.frequency_hz:.3f} Hz")
     0.318 to 0.318 Hz
     """

@@ -101,10 +101,8 @@ class SolvedResponse:
 
     Examples
     --------
-    With the names of the example of `forced_response`:
+    With the names of the example of `Optimum`:
 
-    >>> from nonlinear import find_optimum
-    >>> optimum = find_optimum((modal, contact, excitation, options), "preload", 2.0, 4.0)
     >>> [response.motion for response in optimum.responses if response.reason == "first"]
     ['periodic', 'periodic', 'periodic']
     """
@@ -351,13 +349,10 @@ class JointOptimum:
 
     Examples
     --------
-    With the names of the example of `forced_response`: a limit mu N0 of the slider that friction and preload share.
+    With the names of the example of `find_joint_optimum`:
 
-    >>> from nonlinear import find_joint_optimum
-    >>> ranges = {"friction": (0.2, 0.6), "preload": (1.0, 4.0)}
-    >>> optimum = find_joint_optimum((modal, contact, excitation, options), ranges)
-    >>> round(optimum.values["friction"] * optimum.values["preload"], 3), round(optimum.amplitude_m, 3)
-    (1.53, 1.014)
+    >>> optimum.motion, round(optimum.values["tangential_stiffness"], 3), round(optimum.amplitude_m, 3)
+    ('periodic', 3.0, 1.014)
     """
 
     values: Mapping[str, float]

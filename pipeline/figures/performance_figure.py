@@ -77,26 +77,16 @@ def performance_figure(
 
     Examples
     --------
-    A mass on a spring, 1 kg and 1 N/m, with a slider: the points of half, double, ... the force lie on the curve.
+    With the names of the example of `performance_curve`: the points of half, double, ... the force lie on the curve.
 
-    >>> import numpy as np
-    >>> from nonlinear import ContactParameters, Excitation, SolverOptions, performance_curve
     >>> from pipeline import linear_peaks, performance_figure, styled
-    >>> from rom import ReducedModel, modal_model
-    >>> one = np.ones(1)
-    >>> parts = np.eye(1), np.eye(1), np.eye(3, 1), np.zeros((1, 3)), one, {"tip": one}
-    >>> blade = ReducedModel(*parts, n_blades=12)
-    >>> modal, wave = modal_model(blade, damping_ratio=0.01), Excitation(engine_order=3, force=1.0)
-    >>> values = {"normal_stiffness": 0.0, "tangential_stiffness": 3.0, "friction": 0.5, "preload": 2.0}
-    >>> problem = modal, ContactParameters.shared(1, **values), wave, SolverOptions((0.1, 0.4))
-    >>> limits = linear_peaks(blade, problem)
+    >>> limits = linear_peaks(blade, (modal, contact, excitation, options))
     >>> print(f"free: {limits['free'][1]:.4g} m/N at {limits['free'][0]:.4g} Hz")
     free: 50 m/N at 0.1591 Hz
-    >>> curve = performance_curve(problem, "preload", 0.5, 8.0)
     >>> with styled():
-    ...     figure = performance_figure(curve, "Slider", own=(2.0, 1.0), limits=limits)
+    ...     figure = performance_figure(found, "Slider", own=(2.0, 1.0), limits=limits)
     >>> [text.get_text() for text in figure.axes[0].texts]
-    ['0.25 N', '0.5 N', '2 N', '4 N']
+    ['0.5 N', '2 N', '4 N']
     """
     figure, (left, right) = subplots(1, 2, size=(10.4, 4.6), sharex=True)
     factor, unit = scale(curve.compliance, "m")

@@ -105,7 +105,7 @@ def test_linear_response_of_a_wave_is_that_of_the_ring():
     assert np.abs(backward / whole - 1.0).max() > 0.1  # a slanted blade
 
 
-@pytest.mark.parametrize(("harmonics", "law"), [(1, "two_sliders"), (3, "cone")])
+@pytest.mark.parametrize(("harmonics", "law"), [(1, "two_sliders"), (2, "cone")])
 def test_solutions_and_their_stability_are_those_of_the_ring(harmonics, law):
     """Every solution with friction and lift-off solves the whole ring; it is stable where that of the ring is."""
     model = sector()
@@ -118,7 +118,7 @@ def test_solutions_and_their_stability_are_those_of_the_ring(harmonics, law):
     balance = build_harmonic_balance(whole, every, Excitation(0, 40.0), options(harmonics))
     analysis = FloquetAnalysis.of(balance.receptance, every)
     turns = np.exp(1j * np.outer(np.arange(harmonics + 1), PHASE * np.arange(SECTORS)))
-    for place in range(0, curve.points, 4 if harmonics == 1 else 9):
+    for place in range(0, curve.points, 4 if harmonics == 1 else 12):
         motion = curve.relative_displacement[place]
         on_ring = (turns[:, :, None, None] * motion[:, None]).reshape(harmonics + 1, -1)
         displacement = to_real(on_ring).reshape(2 * harmonics + 1, -1, 3)

@@ -177,11 +177,11 @@ def test_stuck_contacts_are_springs_and_the_error_is_of_second_order():
 @pytest.mark.parametrize("law", ["two_sliders", "cone"])
 def test_energy_is_balanced_to_second_order(law):
     ring, errors = ring_of(sector_with_disk(3), replace(RUBBING, law=law)), []
-    for finer in (1, 4):
+    for finer in (1, 2):
         integrator = RingIntegrator.of(ring, 0.9, finer=finer, retention=1e6)
         errors.append(energy_balance(integrator, integrator.march(integrator.at_rest(), 3).final).error)
     assert errors[0] < 2e-3
-    assert errors[1] < errors[0] / 6.0
+    assert errors[1] < errors[0] / 3.5
 
 
 def solution(ground, engine_order, omega, interference, harmonics=15):
@@ -264,20 +264,21 @@ def test_patterns_of_contacts_against_ground_are_those_of_the_assembled_ring():
         2, normal_stiffness=6.0, tangential_stiffness=4.2, friction=0.4, interference=0.1
     )
     ring = Ring(modal_model(sector, damping_ratio=0.01), contact, Excitation(engine_order, 1.0))
-    options = SolverOptions((0.1, 0.8), harmonics=3)
+    options = SolverOptions((0.1, 0.8), harmonics=1)
     balance = build_harmonic_balance(ring.modal, contact, ring.excitation, options)
     start = periodic_start(balance, omega, np.zeros((2, 3)), options, contact)
     displacement = balance.displacement(start.solution)
     worst = RingPatterns(ring, options, omega, displacement).worst()
     modal, every = modal_model(whole_ring(sector, 5, engine_order), damping_ratio=0.01), of_all_pairs(contact, 5)
     whole = build_harmonic_balance(modal, every, Excitation(1, 1.0), options)
-    turns = np.exp(2j * np.pi * engine_order / 5 * np.outer(np.arange(4), np.arange(5)))  # harmonic, sector
+    turns = np.exp(2j * np.pi * engine_order / 5 * np.outer(np.arange(2), np.arange(5)))  # harmonic, sector
     motion = turns[:, :, None, None] * to_complex(displacement)[:, None]
-    solved = whole.evaluate(whole.unknown(to_real(motion).reshape(7, 10, 3)), omega)
+    of_ring = to_real(motion).reshape(3, 10, 3)
+    solved = whole.evaluate(whole.unknown(of_ring), omega)
     assert np.abs(solved.residual).max() < 1e-9
     analysis = FloquetAnalysis.of(whole.receptance, every)
     every_pole = replace(analysis.problem, retention_radius=np.inf)
-    memory = analysis.sampler.memory(to_real(motion).reshape(7, 10, 3))
+    memory = analysis.sampler.memory(of_ring)
     exponents = floquet_exponents(every_pole, solved.contact.jacobian, omega, memory)
     assert worst.nodal_diameter == 1
     assert worst.exponent.real == pytest.approx(exponents[0].real, rel=1e-5)

@@ -7,13 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from pipeline_support import shroud, small_scene, write_scene
+from pipeline_support import drawing, shroud, small_scene, write_scene
 
 import pipeline.figures.style
 import pipeline.new_scene.new_from_mesh
 import pipeline.report.charts
 
-DRAWN = pipeline.figures.style.drawn
 SVG = b'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1 1"/>'
 
 
@@ -22,8 +21,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Output folder of the small scene run to its figures, which are drawn, over two interferences."""
     folder = tmp_path_factory.mktemp("finished")
     scene = write_scene(folder / "small.toml", small_scene(sweep={"contact.interference": [1e-5, 1e-3]}))
-    with pytest.MonkeyPatch.context() as patch:  # a test of the module may have asked for pictures of a pixel before
-        patch.setattr(pipeline.figures.style, "drawn", DRAWN)
+    with drawing():
         status, _, error = shroud("run", scene, "--out", folder / "out", "--quiet")
     assert (status, error) == (0, "")
     return folder / "out"
@@ -52,7 +50,8 @@ def blank_figures() -> Iterator[pytest.MonkeyPatch]:
         yield patch
 
 
-@pytest.fixture(scope="module")
-def drawn_figures(blank_figures: pytest.MonkeyPatch) -> None:
-    """Figures are drawn, from the first test of the module that asks for this."""
-    blank_figures.undo()
+@pytest.fixture
+def drawn_figures() -> Iterator[None]:
+    """Figures are drawn in a test that asks for this."""
+    with drawing():
+        yield

@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+import pipeline.figures.style
+import pipeline.report.charts
 import pipeline.run
 from pipeline.cli import command
 from rom import ReducedModel, write_reduced_model
@@ -23,6 +25,10 @@ RAW_TEXT = re.compile(
     r"Cannot declare|Cannot redefine|Cannot mutate|Expected|Invalid|Unclosed|Unterminated|Illegal|Unescaped|"
     r"Duplicate inline|Escaped char|Found invalid|\(at (line|end)|NoneType|object has no|<class"
 )
+DRAWN = pipeline.figures.style.drawn
+
+# The main branch alone: most tests are not about the curve.
+MAIN_BRANCH: dict[str, Any] = {"stability": "folds", "detached": False, "truncation": False, "search": "off"}
 
 SMALL: dict[str, Any] = {
     "name": "small",
@@ -49,16 +55,9 @@ SMALL: dict[str, Any] = {
         "samples": 64,
     },
     "excitation": {"engine_order": 36, "force": 0.2, "direction": "y", "at": "tip"},
-    "response": {"frequency": [300.0, 700.0], "harmonics": 1, "damping_ratio": 0.01},
+    "response": {"frequency": [300.0, 700.0], "harmonics": 1, "damping_ratio": 0.01, **MAIN_BRANCH},
 }
-
-
-QUICK: dict[str, Any] = {  # changes of a scene whose curve is not what a test is about
-    "response__stability": "folds",
-    "response__detached": False,
-    "response__truncation": False,
-    "response__search": "off",
-}
+WHOLE: dict[str, Any] = {f"response__{key}": None for key in MAIN_BRANCH}  # all that a run finds out unasked
 
 
 def small_scene(**changes: Any) -> dict[str, Any]:
@@ -156,6 +155,15 @@ def shroud(*arguments: object) -> tuple[int, str, str]:
 def without_lines(error: str) -> str:
     """Complaints about scenes without the numbers of their lines."""
     return re.sub(r"\.toml:\d+: ", ".toml: ", error)
+
+
+@contextmanager
+def drawing() -> Iterator[None]:
+    """Figures are drawn within the block, though `blank_figures` holds for the test."""
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (pipeline.figures.style, pipeline.report.charts):
+            patch.setattr(module, "drawn", DRAWN)
+        yield
 
 
 @contextmanager

@@ -8,7 +8,7 @@ from typing import Any
 
 import h5py
 import numpy as np
-from pipeline_support import ground_scene, shroud, small_scene, to_toml, write_ground_model, write_scene
+from pipeline_support import WHOLE, ground_scene, shroud, small_scene, to_toml, write_ground_model, write_scene
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "developers" / "robustness.md"
 LONGEST = 150
@@ -16,14 +16,14 @@ Case = tuple[str, Callable[[Path], object]]
 
 
 def scene(**changes: Any) -> Callable[[Path], object]:
-    return lambda path: write_scene(path, small_scene(**changes))
+    return lambda path: write_scene(path, small_scene(**(WHOLE | changes)))
 
 
 def text(change: Callable[[str], str | bytes]) -> Callable[[Path], object]:
     """The small scene with its text changed."""
 
     def write(path: Path) -> None:
-        content = change(to_toml(small_scene()))
+        content = change(to_toml(small_scene(**WHOLE)))
         path.write_bytes(content if isinstance(content, bytes) else content.encode())
 
     return write

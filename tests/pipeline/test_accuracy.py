@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from pipeline_support import ground_scene, shroud, small_scene, summary_of, write_ground_model, write_scene
+from pipeline_support import WHOLE, ground_scene, shroud, small_scene, summary_of, write_ground_model, write_scene
 
 from pipeline.scene.presets import PRESETS
 from pipeline.scene.reading import read_scene
@@ -15,7 +15,7 @@ from pipeline.stages.cache_keys import model_keys
 def bare(**changes: Any) -> dict[str, Any]:
     """The small scene without what a preset sets."""
     unset = {"mesh__size": None, "mesh__element": None, "rom__modes": None, "response__harmonics": None}
-    return {"accuracy": "draft", **small_scene(**unset, **changes)}
+    return {"accuracy": "draft", **small_scene(**unset, **WHOLE, **changes)}
 
 
 @pytest.mark.parametrize("name", PRESETS)

@@ -119,7 +119,7 @@ def imports_below(node: ast.AST, at_once: bool) -> Iterator[tuple[str, str, bool
         module = "." * node.level + (node.module or "")
         yield from ((module, alias.name, at_once) for alias in node.names)
     later = isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
-    later = later or (isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test))
+    later = later or (isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test))
     for child in ast.iter_child_nodes(node):
         if isinstance(child, ast.stmt | ast.excepthandler | ast.match_case):
             yield from imports_below(child, at_once and not later)
@@ -214,6 +214,21 @@ def test_heavy_libraries_are_imported_where_they_are_used() -> None:
     no_faults(heavy_imports)
 
 
+def runs_what_it_reads(path: Path) -> Iterator[str]:
+    """Pickle, eval, exec, unsafe loaders or shells."""
+    read = {"pickle", "cPickle", "dill", "cloudpickle", "joblib", "shelve", "marshal", "yaml"}
+    yield from sorted(read & {module.partition(".")[0] for module, *_ in imports(path)})
+    for node in ast.walk(parsed(path)):
+        if isinstance(node, ast.Call):
+            called = {getattr(node.func, "id", ""), *(keyword.arg for keyword in node.keywords)}
+            for name in called & {"eval", "exec", "compile", "__import__", "allow_pickle", "shell"}:
+                yield f"{name} in line {node.lineno}"
+
+
+def test_nothing_that_is_read_is_run() -> None:
+    no_faults(runs_what_it_reads)
+
+
 def large(path: Path) -> Iterator[str]:
     """What is too long, nested too deep or has too many parameters."""
     lines = len(path.read_text().splitlines())
@@ -240,6 +255,8 @@ def depth(node: ast.AST) -> int:
     own = isinstance(node, ast.For | ast.While | ast.If | ast.With | ast.Try)
     inner = 0
     for child in ast.iter_child_nodes(node):
+        if not isinstance(child, ast.stmt | ast.excepthandler | ast.match_case):
+            continue
         chained = isinstance(node, ast.If) and isinstance(child, ast.If) and node.orelse == [child]
         inner = max(inner, depth(child) - chained)
     return own + inner

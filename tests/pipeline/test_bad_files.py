@@ -1,6 +1,5 @@
 """Bad files on the command line, and files of a run that something damaged: one line, or made again the same."""
 
-import ast
 import copy
 import ctypes
 import itertools
@@ -27,8 +26,6 @@ from pipeline.results.file_info import contents, described
 from pipeline.results.outputs import as_json
 from pipeline.results.run_folder import models_of_run
 from pipeline.store.content_store import MANIFEST, Store
-
-REPOSITORY = Path(__file__).parents[2]
 
 
 def one_line(command: tuple[object, ...], path: Path) -> str:
@@ -128,15 +125,14 @@ def test_a_response_with_something_missing(finished: Path, tmp_path: Path, monke
         status, _, error = shroud("info", path)
         assert status in (0, 2), (name, value, error)
         assert error.count("\n") == (status == 2)
-    for name in (*datasets, "."):
+    for name, target in zip((*datasets, "."), itertools.cycle(("x.mat", "x.uff"))):
         shutil.copy(finished / "response.h5", path)
         with h5py.File(path, "r+") as file:
             del file[f"curve/{'0' if name == '.' else f'0/{name}'}"]
             file[f"curve/{'0' if name == '.' else f'0/{name}'}"] = "text"
-        for target in ("x.mat", "x.uff"):
-            status, _, error = shroud("export", path, "--to", tmp_path / target)
-            assert status in (0, 2), (name, error)
-            assert error.count("\n") == (status == 2)
+        status, _, error = shroud("export", path, "--to", tmp_path / target)
+        assert status in (0, 2), (name, error)
+        assert error.count("\n") == (status == 2)
 
 
 def test_meshes_for_an_export_that_are_none(finished: Path, tmp_path: Path) -> None:
@@ -145,11 +141,11 @@ def test_meshes_for_an_export_that_are_none(finished: Path, tmp_path: Path) -> N
     draw = random.Random(3)
     for source in (mesh, mesh.with_suffix(".msh"), mesh.with_name("sector.h5")):
         content = source.read_bytes()
-        for size in (0, 8, 100, len(content) // 2, len(content) - 20):
+        for size in (0, 100, len(content) - 20):
             damaged = tmp_path / f"damaged{source.suffix}"
             damaged.write_bytes(content[:size])
             one_line(("export", rom, "--to", tmp_path / "x.vtu", "--mesh", damaged), damaged)
-        for _ in range(4):
+        for _ in range(2):
             changed = bytearray(content)
             for _ in range(20):
                 changed[draw.randrange(len(changed))] = draw.randrange(256)
@@ -258,24 +254,6 @@ def test_a_library_that_crashes_or_never_ends(tmp_path: Path, monkeypatch: pytes
     assert read_apart(path, "a file", lambda: 3) == 3
     with pytest.raises(KeyError):
         read_apart(path, "a file", lambda: {}["a"])
-
-
-def test_nothing_that_is_read_is_run() -> None:
-    """No pickle, eval, exec, unsafe loaders or shells anywhere in the packages."""
-    modules = {"pickle", "cPickle", "dill", "cloudpickle", "joblib", "shelve", "marshal", "yaml"}
-    calls = {"eval", "exec", "compile", "__import__"}
-    for room in ("geometry", "rom", "nonlinear", "pipeline"):
-        for path in sorted((REPOSITORY / room).rglob("*.py")):
-            for node in ast.walk(ast.parse(path.read_text())):
-                where = f"{path}:{getattr(node, 'lineno', 0)}"
-                if isinstance(node, ast.Import):
-                    assert not modules & {alias.name.partition(".")[0] for alias in node.names}, where
-                elif isinstance(node, ast.ImportFrom):
-                    assert str(node.module).partition(".")[0] not in modules, where
-                elif isinstance(node, ast.Call):
-                    assert not (isinstance(node.func, ast.Name) and node.func.id in calls), where
-                    for keyword in node.keywords:
-                        assert keyword.arg not in ("allow_pickle", "shell"), where
 
 
 WRONG: list[Any] = [

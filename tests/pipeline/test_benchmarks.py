@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pipeline_support import QUICK, overlapping_texts, small_scene, write_scene
+from pipeline_support import WHOLE, overlapping_texts, small_scene, write_scene
 
 from pipeline import styled
 
@@ -100,7 +100,7 @@ def test_the_smallest_case(benchmark: Any, tmp_path: Path, name: str, monkeypatc
     table, arguments, count, columns = SMOKE[name]
     element = "hex20" if name in ("mesh_error grading", "peers_linear") else "hex8"
     scene = write_scene(
-        tmp_path / "small.toml", small_scene(mesh__element=element, **({} if name == "truncation" else QUICK))
+        tmp_path / "small.toml", small_scene(mesh__element=element, **(WHOLE if name == "truncation" else {}))
     )
     out = tmp_path / "bench" / table
     assert not benchmark(script).main([*first, *arguments.split(), "--scene", str(scene), "--out", str(out)])
@@ -135,9 +135,7 @@ def studies(benchmark: Any, tmp_path_factory: pytest.TempPathFactory) -> dict[st
     )
     coarse = (14.0, 12.0, 10.0)  # mm
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(
-            bench, "SCENE", write_scene(out / "s.toml", small_scene(response__frequency=[150.0, 700.0], **QUICK))
-        )
+        patch.setattr(bench, "SCENE", write_scene(out / "s.toml", small_scene(response__frequency=[150.0, 700.0])))
         patch.setattr(bench, "LIFT_OFF", [curves.CurveCase(bench.SCENE, 1e-5, "slip")])
         plans = {
             "harmonics": curves.harmonics_plan((1, 3), (0.05,), 5, 7),
@@ -186,7 +184,10 @@ def test_refinement_reduces_the_error(studies: dict[str, Any]) -> None:
     assert tight < min(loose, 1e-6)
 
 
-@pytest.mark.parametrize("name", ["whole", "mesh", "modes", "harmonics", "integration"])
+@pytest.mark.parametrize(
+    "name",
+    ["whole", "modes", *(pytest.param(n, marks=pytest.mark.long) for n in ("mesh", "harmonics", "integration"))],
+)
 def test_no_label_of_a_measured_figure_lies_on_another(benchmark: Any, name: str) -> None:
     study = benchmark("work_precision.study").read_csv(BENCHMARKS / "measured" / f"{name}.csv")
     with styled():

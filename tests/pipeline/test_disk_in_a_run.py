@@ -152,7 +152,7 @@ def test_resonance_crossings_of_each_engine_order(reduced: Path) -> None:
 def test_a_stiff_and_heavy_disk_is_a_clamp(tmp_path: Path) -> None:
     """From the scene to the peak of the curve: a disk hardly moves that is thousands of times stiffer and heavier."""
     rigid = STEEL | {"young_modulus": 1e15, "density": 3.7e7}
-    quick = {"response__frequency": [330.0, 420.0], "response__truncation": False, "response__detached": False}
+    quick = {"response__frequency": [330.0, 420.0]}
     found = {}
     for name, scene in {
         "clamped": small_scene(rom__modes=12, **quick),
@@ -192,9 +192,7 @@ def test_the_same_sector_from_a_mesh_file(reduced: Path, tmp_path: Path) -> None
 
 def test_a_free_disk_from_a_mesh_file(tmp_path: Path) -> None:
     """Frequencies of the whole mesh and responses at 0, 1 and 2 nodal diameters, as with a disk made here."""
-    quick = {"response__frequency": [190.0, 345.0], "response__truncation": False, "response__detached": False}
-    quick |= {"response__stability": "wave", "response__search": "off"}
-    quick |= {"sweep": {"excitation.engine_order": [0, 1, 2]}}
+    quick = {"response__frequency": [270.0, 300.0], "sweep": {"excitation.engine_order": [0, 1, 2]}}
     file = write_scene(tmp_path / "made.toml", disk_scene(disk=DISK | {"bore": "free"}, **quick))
     assert shroud("run", file, "--out", tmp_path / "made", "--until", "respond")[0] == 0
     made = summary_of(tmp_path / "made")

@@ -10,7 +10,7 @@ import meshio
 import numpy as np
 import pytest
 import pyuff
-from pipeline_support import QUICK, ground_scene, shroud, small_scene, write_ground_model, write_scene
+from pipeline_support import ground_scene, shroud, small_scene, write_ground_model, write_scene
 from scipy.io import loadmat
 
 from rom import natural_frequencies, read_reduced_model
@@ -23,9 +23,7 @@ def ran(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Output folder of two curves of the small blade, three harmonics."""
     folder = tmp_path_factory.mktemp("export")
     sweep = {"contact.interference": [-1e-5, 1e-5]}  # a scene with renders: a model with its basis
-    file = write_scene(
-        folder / "s.toml", small_scene(response__harmonics=3, sweep=sweep, render={"modes": [1]}, **QUICK)
-    )
+    file = write_scene(folder / "s.toml", small_scene(response__harmonics=3, sweep=sweep, render={"modes": [1]}))
     status, _, error = shroud("run", file, "--out", folder / "out", "--until", "respond", "--quiet")
     assert status == 0, error
     return folder / "out"

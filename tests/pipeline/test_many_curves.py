@@ -31,7 +31,7 @@ pytestmark = pytest.mark.xdist_group("many")  # one worker: what the module make
 
 FRICTION, GAP, LAW = "contact.friction", "contact.interference", "contact.law"
 SWEEP = {FRICTION: [0.1, 0.2, 0.4], GAP: [0.0, 0.1]}
-MANY = 150
+MANY = 50
 
 
 @pytest.fixture(scope="module")

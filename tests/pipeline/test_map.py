@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from map_support import DAMPING, FORCE, KT, STIFFNESS, exact_point, one_mass, peak
-from pipeline_support import shroud, write_scene
+from pipeline_support import MAIN_BRANCH, shroud, write_scene
 
 from pipeline import run_scene
 from pipeline.codec import restored
@@ -25,12 +25,11 @@ LOAD, FRICTION, GAP, EXCITATION = "contact.preload", "contact.friction", "contac
 
 def scene(over: dict[str, Any], kn: float, **section: Any) -> dict[str, Any]:
     """One mass against the ground."""
-    quiet = {"stability": "wave", "truncation": False, "search": "off", "detached": False}
     return {
         "name": "one_mass",
         "contact": {"normal_stiffness": kn, "tangential_stiffness": KT, "friction": 0.3, "preload": 0.0},
         "excitation": {"engine_order": 0, "force": FORCE},
-        "response": {"frequency": [0.08, 0.30], "damping_ratio": 0.01, "harmonics": 1, **quiet},
+        "response": {"frequency": [0.08, 0.30], "damping_ratio": 0.01, "harmonics": 1, **MAIN_BRANCH},
         "map": {"over": over, **section},
     }
 

@@ -164,8 +164,8 @@ def test_hdf5_names_every_parameter_with_its_table(finished: Path) -> None:
 
 def test_punch_becomes_numbers(finished: Path, tmp_path: Path) -> None:
     rom = finished / summary_of(finished)["curves"][0]["rom"]
-    quick = {"response__detached": False, "response__truncation": False, "response__search": "off"}
-    scene = small_scene(contact__normal_stiffness="punch", contact__tangential_stiffness="punch", **quick)
+    punch = {"contact__normal_stiffness": "punch", "contact__tangential_stiffness": "punch"}
+    scene = small_scene(**punch, response__stability="ring")
     path = write_scene(tmp_path / "s.toml", scene)
     assert shroud("respond", path, "--rom", rom, "--out", tmp_path / "out", "--quiet")[0] == 0
     area = float(read_reduced_model(rom).contact_area.sum())

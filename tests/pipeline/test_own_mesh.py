@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from mesh_file_scenes import gmsh_tetrahedra, hexahedra_as, scene_with_mesh, small_sector, with_mid_sides
-from pipeline_support import QUICK, shroud, small_scene, write_scene
+from pipeline_support import shroud, small_scene, write_scene
 
 from geometry import (
     ElementBlock,
@@ -112,9 +112,7 @@ def test_tetrahedra_of_gmsh_agree_within_the_mesh_error_that_verify_states(
 
 
 def test_a_response_is_that_of_the_dummy_blade(folder: Path) -> None:
-    changes: dict[str, Any] = dict(QUICK)
-    changes |= {"response__frequency": [405.0, 435.0]}
-    changes |= {"contact__integration": "exact"}
+    changes: dict[str, Any] = {"response__frequency": [405.0, 435.0], "contact__integration": "exact"}
     found = []
     for scene, until in (
         (small_scene(name="response_made", mesh__element="hex20", **changes), ("--until", "respond")),
@@ -243,7 +241,7 @@ def test_validate_reads_the_mesh(folder: Path, tmp_path: Path) -> None:
 def test_meshes_can_be_swept(folder: Path) -> None:
     """Three meshes, three models, several at the same time; each is read here and goes out as a file of a task."""
     sweep = {"mesh.file": ["blade.inp", "blade.msh", "tetrahedra.msh"]}
-    scene = scene_with_mesh("blade.inp", name="swept", sweep=sweep, **QUICK, response__frequency=[300.0, 305.0])
+    scene = scene_with_mesh("blade.inp", name="swept", sweep=sweep, response__frequency=[300.0, 305.0])
     path = write_scene(folder / "swept.toml", scene)
     status, _, error = shroud("run", path, "--out", folder / "swept", "--until", "respond", "--jobs", "2")
     assert status == 0, error

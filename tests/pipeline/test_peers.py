@@ -25,6 +25,7 @@ def peers(monkeypatch: pytest.MonkeyPatch) -> Any:
 def test_this_program_alone_meets_the_published_values(
     peers: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    monkeypatch.setattr(peers, "CHECK_SAMPLES", 4096)
     command = ["--cases", "V1", "--curves", "1", "--no-first-use", "--out", str(tmp_path)]
     assert peers.main([*command, "--skip-pyharm"]) == 0
     found = json.loads((tmp_path / "peers.json").read_text())

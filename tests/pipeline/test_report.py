@@ -15,7 +15,16 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from pipeline_support import changing_when_locked, shroud, small_scene, statuses, summary_of, write_scene
+from pipeline_support import (
+    WHOLE,
+    changing_when_locked,
+    drawing,
+    shroud,
+    small_scene,
+    statuses,
+    summary_of,
+    write_scene,
+)
 
 import pipeline.stages.curve.respond
 from geometry import ContactFace, ElementBlock, SectorMesh
@@ -80,12 +89,12 @@ class Page(HTMLParser):
 
 
 @pytest.fixture(scope="module")
-def reported(finished: Path, drawn_figures: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The finished run with its report; while it runs the scene file becomes another one."""
-    out = Path(shutil.copytree(finished, tmp_path_factory.mktemp("reported") / "out"))
-    scene = write_scene(out.parent / "small.toml", small_scene(sweep=SWEEP, title=TITLE))
+def reported(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run with all that is found out unasked, and its report; while it runs the scene file becomes another one."""
+    out = tmp_path_factory.mktemp("reported") / "out"
+    scene = write_scene(out.parent / "small.toml", small_scene(sweep=SWEEP, title=TITLE, **WHOLE))
     text = scene.read_text()
-    with changing_when_locked(lambda: scene.write_text("title = 'another'\n")):
+    with drawing(), changing_when_locked(lambda: scene.write_text("title = 'another'\n")):
         status, _, error = shroud("report", scene, "--out", out, "--quiet")
     assert (status, error) == (0, "")
     scene.write_text(text)

@@ -8,7 +8,7 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from pipeline_support import ground_scene, shroud, summary_of, without_lines, write_ground_model, write_scene
+from pipeline_support import drawing, ground_scene, shroud, summary_of, without_lines, write_ground_model, write_scene
 
 from pipeline import run_scene
 from pipeline.results.certainty import residual_sentences
@@ -20,19 +20,20 @@ pytestmark = pytest.mark.xdist_group("bounds")  # one worker: what the module ma
 
 def scene(**response: Any) -> dict[str, Any]:
     values = ground_scene(integration="exact")
-    values["response"] |= {"detached": False, "stability": "folds", "truncation": False, **response}
+    values["response"] |= {"detached": False, "stability": "folds", "truncation": False, "search": "off", **response}
     return values
 
 
 @pytest.fixture(scope="module")
-def bounded(drawn_figures: None, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+def bounded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     """Output folder of a run with bounds, and what it printed."""
     folder = tmp_path_factory.mktemp("bounds")
     path, rom = (
         write_scene(folder / "s.toml", scene(residual_tractions="bounds") | {"figures": {"formats": ["svg"]}}),
         write_ground_model(folder / "g.h5"),
     )
-    status, printed, _ = shroud("respond", path, "--rom", rom, "--out", folder / "out")
+    with drawing():
+        status, printed, _ = shroud("respond", path, "--rom", rom, "--out", folder / "out")
     assert status == 0
     return folder / "out", printed
 

@@ -12,7 +12,16 @@ from typing import Any
 import h5py
 import pytest
 from PIL import Image
-from pipeline_support import ground_scene, shroud, small_scene, statuses, summary_of, write_ground_model, write_scene
+from pipeline_support import (
+    WHOLE,
+    ground_scene,
+    shroud,
+    small_scene,
+    statuses,
+    summary_of,
+    write_ground_model,
+    write_scene,
+)
 
 import pipeline.figures.style
 import pipeline.render.render_stage
@@ -117,15 +126,17 @@ def test_what_was_computed_before_is_found_again(copied: Path) -> None:
 
 def test_a_longer_search_goes_on_from_a_shorter_one(copied: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The curve is not solved again, and the search gets what the shorter one has found."""
+    rerun(copied, "--until", "respond", "--jobs", "1", **WHOLE)
     before, given = summary_of(copied)["curves"], []
 
     def worst(problem: Any, curve: Any, standard: Any = None) -> Any:
         given.append(problem[3].search)
         return replace(standard, amplitude_m=1.0)
 
+    thorough = WHOLE | {"response__search": "thorough"}
     monkeypatch.setattr("nonlinear.find_worst_motion", worst)
     monkeypatch.setattr("nonlinear.forced_response", None)
-    assert rerun(copied, "--until", "respond", "--jobs", "1", response__search="thorough")["respond"] == "ran"
+    assert rerun(copied, "--until", "respond", "--jobs", "1", **thorough)["respond"] == "ran"
     after = summary_of(copied)["curves"]
     assert given == ["thorough"] * len(before)
     assert [curve["peak_amplitude_m"] for curve in after] == [curve["peak_amplitude_m"] for curve in before]

@@ -12,7 +12,6 @@ import pytest
 import pyvista
 from PIL import Image
 from pipeline_support import (
-    QUICK,
     overlapping_texts,
     shroud,
     small_scene,
@@ -45,7 +44,7 @@ def stressed(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def run(folder: Path, until: str = "stresses", **changes: Any) -> tuple[int, str, str]:
     asked: dict[str, Any] = {"stress": {"hot_spots": 3, "curves": [1]}, "fatigue": LIMITS, "load__speed_rpm": 3000.0}
-    values = asked | QUICK | {"excitation__force": 5.0, "sweep": SWEEP}
+    values = asked | {"excitation__force": 5.0, "sweep": SWEEP}
     scene = write_scene(folder / "s.toml", small_scene(**(values | changes)))
     return shroud("run", scene, "--out", folder / "out", "--quiet", "--until", until)
 

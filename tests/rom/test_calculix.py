@@ -23,9 +23,9 @@ TITANIUM = Material(young_modulus=1.14e11, poisson_ratio=0.34, density=4430.0)
 STRAIGHT = BladeParameters(n_blades=72, hub_radius=0.3, length=0.1, chord=0.03, thickness=0.008, tip_thickness=0.006)
 # Shroud angle: blade, element size, material.
 BLADES = {
-    70.0: (STRAIGHT, 0.006, STEEL),
+    70.0: (STRAIGHT, 0.008, STEEL),
     120.0: (replace(STRAIGHT, n_blades=60, length=0.13, twist=15.0), 0.008, TITANIUM),
-    180.0: (replace(STRAIGHT, hub_radius=0.25, twist=25.0, section="lens"), 0.005, STEEL),
+    180.0: (replace(STRAIGHT, hub_radius=0.25, twist=25.0, section="lens"), 0.007, STEEL),
 }
 
 
