@@ -210,7 +210,7 @@ def refusal_of(function, *parameters):
     return None
 
 
-@settings(max_examples=25, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=15, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 @given(blade=BLADES, shroud=SHROUDS, mesh=MESHES)
 # Whether named values mesh is tested in test_random_blades.py.
 @patch("geometry.blade.checks._meshes", lambda *_: True)

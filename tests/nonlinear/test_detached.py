@@ -28,7 +28,7 @@ def solve(harmonics=1, detached=True, *, n_blades=2, damping=0.005, stiffness=0.
         friction=friction,
         interference=interference,
     )
-    options = SolverOptions((LOW, HIGH), harmonics=harmonics, detached=detached)
+    options = SolverOptions((LOW, HIGH), harmonics=harmonics, detached=detached, truncation=False, search="off")
     return modal, contact, forced_response(modal, contact, Excitation(1, 1.0), options)
 
 
