@@ -28,9 +28,7 @@ from stress_solving import OutOfTimeError, frequency_range, posed
 from tables import ROOT, machine_line, options_of, table_of, write_results
 
 if TYPE_CHECKING:
-    from numpy.random import Generator
-
-    from nonlinear import ResponseCurve, Ring, RingIntegrator, RingMotion, RingState, SolverOptions
+    from nonlinear import ResponseCurve, Ring, RingMotion, SolverOptions
     from nonlinear.contact.parameters import Array
 
 SCENES = tuple(ROOT / "scenes" / f"{name}.toml" for name in ("dummy", "figure5", "figure6", "figure7", "campbell"))
@@ -157,6 +155,7 @@ def brute_force(ring: Ring, curve: ResponseCurve) -> tuple[float, str]:
 
     from nonlinear import RingIntegrator
     from nonlinear.worst_motion.candidates import branches_of
+    from nonlinear.worst_motion.ring_starts import random_state
 
     branches = branches_of(curve)
     frequency = np.concatenate([branch.frequency_hz for branch in branches])
@@ -188,23 +187,6 @@ def brute_force(ring: Ring, curve: ResponseCurve) -> tuple[float, str]:
                 height_m = recurs(np.concatenate(envelopes[1:]))
                 found.append((height_m, f"sweep {'up' if way > 0 else 'down'}, {place:.4g} Hz"))
     return max(found)
-
-
-def random_state(integrator: RingIntegrator, branches: Sequence[ResponseCurve], rng: Generator) -> RingState:
-    """The highest solution with a random phase and a random size, up to 1.5 times, on each blade."""
-    import numpy as np
-
-    from nonlinear import RingState
-    from nonlinear.worst_motion.ring_integration import Solution
-
-    branch = max(branches, key=lambda each: each.amplitude_m.max())
-    high = integrator.on_wave(Solution.of(branch, int(branch.amplitude_m.argmax())).displacement)
-    turn = rng.uniform(0.0, 1.5, high.n_blades) * np.exp(2j * np.pi * rng.uniform(size=high.n_blades))
-    turned = turn.reshape(-1, *[1] * (high.coordinates.ndim - 1)) * (
-        high.coordinates - 1j * high.rates / integrator.omega
-    )
-    rest = integrator.at_rest()
-    return RingState(turned.real, -integrator.omega * turned.imag, rest.slider, rest.force)
 
 
 def recurs(envelope: Array) -> float:

@@ -351,12 +351,12 @@ class RetainedModes:
             highest = max(highest, float(np.linalg.eigvalsh(stiffness)[-1]))
         return math.sqrt(highest) * float(self.ring.frequency_ratio.max())
 
-    def steps(self, omega: float) -> int:
-        """Steps a period: enough for the fastest mode, and a multiple of the blades of the wave."""
+    def steps(self, omega: float, finer: float = 1.0) -> int:
+        """Steps a period: enough for the fastest mode, and a multiple of the blades of the wave, or `finer` times."""
         least = max(LEAST_STEPS, math.ceil(2.0 * math.pi * self.fastest() / (omega * LARGEST_ANGLE)))
         if least > MOST_STEPS:
             raise StepError(
                 f"time integration: {least} steps a period, allowed: {MOST_STEPS}; the contacts are stiff"
             )
         blades = self.ring.wave_blades
-        return blades * math.ceil(least / blades)
+        return blades * max(round(finer * math.ceil(least / blades)), 1)

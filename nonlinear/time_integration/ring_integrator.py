@@ -144,7 +144,7 @@ class RingIntegrator:
 
     @classmethod
     def of(
-        cls, ring: Ring, omega: float, *, nodal_diameter: int = 0, retention: float = RETENTION, finer: int = 1
+        cls, ring: Ring, omega: float, *, nodal_diameter: int = 0, retention: float = RETENTION, finer: float = 1.0
     ) -> "RingIntegrator":
         """The smallest ring that carries the wave and a perturbation, with its own number of modes and steps.
 
@@ -158,7 +158,7 @@ class RingIntegrator:
             k of the perturbation.
         retention : float
             Highest natural frequency that is integrated, in multiples of omega.
-        finer : int
+        finer : float
             Factor on the number of steps.
 
         Raises
@@ -167,7 +167,7 @@ class RingIntegrator:
             The contacts are so stiff for the retained modes that a period needs too many steps.
         """
         modes = RetainedModes.of(ring, omega, retention)
-        return cls(ring, omega, ring.blades(nodal_diameter), finer * modes.steps(omega), modes)
+        return cls(ring, omega, ring.blades(nodal_diameter), modes.steps(omega, finer), modes)
 
     @property
     def period(self) -> float:

@@ -147,7 +147,7 @@ class RingLimits:
         Harmonics with which the periodic motion is solved again, so that it is the one of the ring.
     retention : float
         Highest natural frequency that is integrated, in multiples of the excitation frequency.
-    finer : int
+    finer : float
         Factor on the number of steps a period.
     floor_m : float
         Amplitude below which a motion of two windows is not followed any further, m; it then counts as not settled.
@@ -165,7 +165,7 @@ class RingLimits:
     disturbance: float = 1e-4
     harmonics: int = HARMONICS
     retention: float = RETENTION
-    finer: int = 1
+    finer: float = 1.0
     floor_m: float = 0.0
 
 

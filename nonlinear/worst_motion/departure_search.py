@@ -1,8 +1,9 @@
 """Where time integration of a curve starts, in order of what the motions may reach, as far as its budget goes."""
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
+from itertools import count, pairwise, product
 
 import numpy as np
 
@@ -14,15 +15,18 @@ from nonlinear.worst_motion.candidates import (
     Place,
     UnstableStretch,
     coexistences,
+    high_places,
     highest_beside,
     persists,
     stable_amplitudes,
 )
-from nonlinear.worst_motion.ring_integration import FLOOR, Integrated, MixedStarts, Start, counts
+from nonlinear.worst_motion.ring_integration import FLOOR, Integrated, counts
+from nonlinear.worst_motion.ring_starts import RingStarts, Start
 from nonlinear.worst_motion.stepped_sweep import Sweep
 
-ONE_START = 0.4  # share of the periods times blades of a curve for one start: large rings are left out
-TO_DEPART, TO_START = 0.5, 0.7  # shares up to which unstable solutions, then other starts: the rest follows motions
+ONE_START = 0.3  # share of the periods times blades of a curve for one start: large rings are left out
+# shares up to which unstable solutions, mixed starts, then random states: the rest follows motions
+TO_DEPART, TO_MIX, TO_START = 0.4, 0.6, 0.7
 SPARED = 0.5  # share that unstable solutions do not get where a motion persists that is as high as all of them
 MOST_FURTHER = 4  # starts after those from the highest points of the unstable stretches
 MOST_EXPLORED = 8  # the same with those that would take too long
@@ -37,7 +41,7 @@ SAME_AMPLITUDE = 0.05  # relative difference from a stable solution up to which 
 SPENT = "was left out after so many others"  # of a start for which too few periods are left
 
 Integrate = Callable[[Place, int, float], Integrated]
-Follow = Callable[[float, RingMotion, int], Sweep]
+Follow = Callable[[float, RingMotion, int, float], Sweep]
 
 
 @dataclass(frozen=True)
@@ -56,18 +60,25 @@ class Departure:
     sweep: Sweep | None = None  # the motion over the frequency, where it was followed
     reach_m: float = 0.0  # how high the solution is where there is no motion, or those of the range, m
     start: str = ""  # of a ring that does not start from one solution: "mixed" or "random"
+    open: bool = False  # whether the motion was to be followed, and there were no periods left
+
+    @property
+    def reached_m(self) -> float:
+        """Amplitude of a motion that is no stable solution of the branches, m; 0 otherwise.
+
+        Where the ring stays on the solution, it is the height of that, without what is left of the disturbance.
+        """
+        if self.motion is None or self.known or self.falls:
+            return 0.0
+        return self.motion.started_m if self.motion.stays else self.motion.amplitude_m
 
     @property
     def new_height(self) -> float:
-        """Amplitude of a motion that is no stable solution of the branches, m; 0 otherwise.
+        """The same, 0 for a motion that has neither settled nor kept its height for long, or was not confirmed.
 
-        A motion that has neither settled nor kept its height for long may be a transient, which says nothing of what
-        persists: 0 too. Where the ring stays on the solution, it is the height of that, without what is left of the
-        disturbance.
+        It may be a transient, which says nothing of what persists.
         """
-        if self.motion is None or self.known or self.falls or not counts(self.motion):
-            return 0.0
-        return self.motion.started_m if self.motion.stays else self.motion.amplitude_m
+        return self.reached_m if self.motion is not None and counts(self.motion) and not self.open else 0.0
 
 
 @dataclass
@@ -83,13 +94,13 @@ class DepartureSearch:
     tolerance: float = SAME_AMPLITUDE
     blade_periods: int = 0  # blades times periods that may be integrated
     follow: Follow | None = None  # follows a motion from a frequency with so many blades times periods at most
-    mix: MixedStarts | None = None  # starts with some blades on a high and the others on a low solution
+    mix: RingStarts | None = None  # mixed starts and random states
     _highest: float = field(default=0.0, init=False)  # of the motions found
 
     def __post_init__(self) -> None:
         """Shares of what may be integrated."""
-        self._one_start, self._to_depart, self._to_start = (
-            round(share * self.blade_periods) for share in (ONE_START, TO_DEPART, TO_START)
+        self._one_start, self._to_depart, self._to_mix, self._to_start = (
+            round(share * self.blade_periods) for share in (ONE_START, TO_DEPART, TO_MIX, TO_START)
         )
         self._spent = 0
 
@@ -126,74 +137,93 @@ class DepartureSearch:
         Near one end of a range the blades keep the high solution, near the other they leave it.
         """
         ranges = coexistences(self.branches) if self.mix else []
-        left_out: set[int] = set()
-        for start in self.mix.starts if self.mix else ():
-            shares = [FIRST_MIXED] * len(ranges)
-            for _ in range(1 + start.again):
-                for number, each in enumerate(ranges):
-                    if number in left_out:
-                        continue
-                    found, lost = self._from_mixed(each.at(shares[number]), each.height_m, start)
-                    shares[number] = MIXED_BEFORE if lost else MIXED_BEYOND
-                    if found is not None:
-                        yield found
-                        left_out |= {number} if found.spent else set()
+        starts = self.mix.starts if self.mix else []
+        shares, tried = dict.fromkeys(product(starts, range(len(ranges))), FIRST_MIXED), set[int]()
+        for again in (False, True):
+            for start, number in shares:
+                if again and not start.again:
+                    continue
+                at, most_m = ranges[number].at(shares[start, number]), ranges[number].height_m
+                found, lost = self._from_state(at, most_m, start, self._to_mix)
+                shares[start, number] = MIXED_BEFORE if lost else MIXED_BEYOND
+                if found is not None and not (found.spent and number in tried):
+                    yield found
+                tried.add(number)
 
     def random(self) -> Iterator[Departure]:
-        """From random states in the range with the highest of two solutions, as long as there are periods left."""
-        ranges = coexistences(self.branches) if self.mix else []
-        for start in self.mix.random_starts if self.mix else ():
-            for each in ranges[:1]:
-                found, _ = self._from_mixed(each.at(FIRST_MIXED), each.height_m, start)
-                if found is None or found.spent:
-                    return
+        """From random states, spread over the frequencies with high solutions, as long as there are periods left."""
+        places = high_places(self.branches, COULD_MATTER * max(self.height_m, self._highest))
+        for start, share in zip(self.mix.random_starts if self.mix else (), _spread(), strict=False):
+            at = float(places[0] + share * (places[-1] - places[0]))
+            found, _ = self._from_state(at, math.inf, start, self._to_start)
+            if found is not None and found.spent:
+                return
+            if found is not None:
                 yield found
 
-    def _from_mixed(self, frequency_hz: float, most_m: float, start: Start) -> tuple[Departure | None, bool]:
-        """What the ring does from a mixed start, and whether it falls below the high solution.
+    def _from_state(
+        self, frequency_hz: float, most_m: float, start: Start, most: int
+    ) -> tuple[Departure | None, bool]:
+        """What the ring does from a mixed or random start, and whether it falls below the high solution.
 
         Nothing is integrated where the high solutions, up to `most_m`, are low. A motion that has not settled, and is
-        not above all that are known, falls.
+        not above all that are known, falls. `most`: blades times periods that may be spent then.
         """
         height = max(self.height_m, self._highest)
         if self.mix is None or most_m < COULD_MATTER * height:
             return None, True
         place = highest_beside(self.branches, frequency_hz)
-        kind = "random" if start.random else "mixed"
-        none = Departure(place, frequency_hz, None, reach_m=most_m, start=kind)
+        if place is None:
+            return None, True
+        high = float(self.branches[place[0]].amplitude_m[place[1]])
+        none = Departure(place, frequency_hz, None, reach_m=min(most_m, high), start=start.kind)
         try:
-            motion, failure = self.mix(frequency_hz, start, self._to_start - self._spent, height)
+            motion, failure = self.mix(frequency_hz, start, most - self._spent, height)
         except ArithmeticError as error:
             return replace(none, failure=f"failed: {error}"), True
         if motion is None:
             return replace(none, failure=failure, spent=True) if failure else None, True
         self._spent += motion.periods * motion.n_blades
-        found = replace(self._judged(place, frequency_hz, motion, ""), start=kind)
+        found = replace(self._judged(place, frequency_hz, motion, ""), start=start.kind)
         found = replace(found, falls=found.falls or (not counts(motion) and motion.amplitude_m <= height))
         self._highest = max(self._highest, found.new_height)
-        return found, motion.amplitude_m < FLOOR * self.branches[place[0]].amplitude_m[place[1]]
+        return found, motion.amplitude_m < FLOOR * high
 
-    def followed(self, departures: Sequence[Departure]) -> Iterator[Departure]:
-        """The motions that no branch holds over the frequency, the highest first; each at its highest point.
+    def followed(self, departures: Sequence[Departure]) -> list[Departure]:
+        """The departures with the motions that no branch holds followed over the frequency, the highest first.
 
-        A motion that lies on one that was followed is not followed again.
+        Each is taken at its highest point where it persists; where it persists nowhere, it falls. One that lies on
+        another that was followed is known. Low ones are left out.
         """
-        known: list[Sweep] = []
-        for each in sorted(departures, key=lambda departure: -departure.new_height):
-            if self.follow is None or each.motion is None or each.motion.stays:
-                return
-            if each.new_height < FLOOR * max(self.height_m, self._highest):
-                return
-            if any(_lies_on(sweep, each) for sweep in known):
+        follow = self.follow
+        if follow is None:
+            return list(departures)
+        found, known, highest = list(departures), list[Sweep](), self.height_m
+        for number in sorted(range(len(found)), key=lambda index: -found[index].reached_m):
+            each = found[number]
+            if each.motion is None or each.motion.stays or not each.reached_m:
                 continue
-            sweep = self.follow(each.frequency_hz, each.motion, max(self.blade_periods - self._spent, 0))
+            if any(_lies_on(sweep, each) for sweep in known):
+                found[number] = replace(each, known=True)
+                continue
+            left = self.blade_periods - self._spent
+            if each.reached_m < FLOOR * highest or left <= 0:
+                found[number] = replace(each, open=True)
+                continue
+            sweep = follow(each.frequency_hz, each.motion, left, highest)
             known.append(sweep)
             self._spent += sweep.blade_periods
-            if sweep.top is None or sweep.top.amplitude_m < each.new_height:
-                yield replace(each, sweep=sweep)
-            else:
-                top = replace(sweep.top, started_m=each.motion.started_m)
-                yield replace(self._judged(each.place, sweep.top_hz, top, each.failure), sweep=sweep)
+            found[number] = self._at_top(each, sweep)
+            highest = max(highest, found[number].new_height)
+        return found
+
+    def _at_top(self, departure: Departure, sweep: Sweep) -> Departure:
+        """A departure whose motion was followed, at the highest point where that persists."""
+        if sweep.top is None or departure.motion is None:
+            return replace(departure, falls=True, sweep=sweep)
+        top = replace(sweep.top, started_m=departure.motion.started_m)
+        found = self._judged(departure.place, sweep.top_hz, top, departure.failure)
+        return replace(found, falls=False, sweep=sweep, start=departure.start)
 
     def _refined(
         self, stretch: UnstableStretch, tried: Sequence[int], best: float, centre: int
@@ -292,11 +322,17 @@ class DepartureSearch:
         return float(branch.growth_rate[index] / branch.frequency_hz[index])
 
 
+def _spread() -> Iterator[float]:
+    """Shares of a range that divide it ever more finely (van der Corput 1935)."""
+    for number in count(1):
+        yield sum(int(digit) / 2.0 ** (place + 1) for place, digit in enumerate(reversed(f"{number:b}")))
+
+
 def _lies_on(sweep: Sweep, departure: Departure) -> bool:
     """Whether a motion is one of a sweep."""
     at, places = departure.frequency_hz, sweep.frequency_hz
     height = float(np.interp(at, places, sweep.amplitude_m))
-    return bool(places[0] <= at <= places[-1]) and abs(departure.new_height - height) <= SAME_SWEEP * height
+    return bool(places[0] <= at <= places[-1]) and abs(departure.reached_m - height) <= SAME_SWEEP * height
 
 
 def _end(motion: RingMotion) -> float:

@@ -7,7 +7,6 @@ finds all periodic solutions at one frequency, on all branches of a curve.
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import product
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -30,7 +29,13 @@ from nonlinear.stability.ring_stability import (
 )
 from nonlinear.time_integration.ring import RETENTION, Ring
 from nonlinear.time_integration.ring_integrator import RingIntegrator
-from nonlinear.time_integration.ring_motion import RingLimits, RingMotion, integrate_ring
+from nonlinear.time_integration.ring_motion import (
+    RingLimits,
+    RingMotion,
+    integrate_ring,
+    repeats_after,
+    same_statistics,
+)
 
 NEARLY = 0.9  # share of a growth rate that counts as nearly as fast
 MOST_BLADES = 8  # of a ring that is preferred to a larger one
@@ -40,15 +45,17 @@ USUAL_PERIODS = 300  # in which it usually does
 MOST_PERIODS = 1000
 WINDOW, SETTLING = 40, 48  # periods, see RingLimits
 PERSISTENT = 240  # periods over which a motion that has not settled keeps its height to count as irregular
-LONGER = 240  # periods for which the highest motion so far is followed on
-FOLLOWED = 0.05  # disturbance then, relative to the vibration
-CONFIRMED = 2.0  # factor then on the highest frequency of modes that are integrated: stiff contacts need them
+LONGER = 240  # periods for which a motion is followed on that would be the highest
+FOLLOWED = 0.02  # disturbance then, relative to the vibration
+# factors then on the highest frequency of modes that are integrated, as stiff contacts need them, and on the steps
+CONFIRMED, CONFIRMED_STEPS = 2.0, 0.5
+# the same, and the share of the steps, of all that is looked at before: heights are the same within 1 %
+COARSE, COARSE_STEPS = 0.5, 64 / 240
+CONFIRMATION = 2.0  # cost of a period of a blade then, relative to one that is looked at
 FALLS, CLIMBS = 0.85, 1.3  # ratios of its largest displacements then and before, beyond which it does not persist
 SPREADS, SCATTER = 2.0, 0.05  # the same of its scatter, and the scatter relative to the amplitude that is none
 FLOOR = 0.7  # of the highest motion known, below which a ring is not followed
 VISIBLE = 0.02  # disturbance relative to the vibration, where no growth rate is to be measured
-SEED, LARGEST_SHARE = 17, 1.2  # of random states, in multiples of the high solution
-RANDOM_STARTS = {"quick": 0, "standard": 2, "thorough": 8}
 SAME_SOLUTION = 1e-6  # relative difference of two solutions that count as one
 
 
@@ -198,10 +205,10 @@ class RingIntegration:
     options: SolverOptions
 
     def __call__(self, solution: Solution, blade_periods: int, height_m: float) -> Integrated:
-        """The motion that the ring reaches from a solution disturbed in a pattern that grows.
+        """The motion that the ring reaches from a solution disturbed in a pattern that grows, with coarse steps.
 
-        A pattern that needs too many blades is replaced by one that grows slower, and this is said. A motion higher
-        than all that are known is followed on: what has settled beside an unstable motion may leave it late.
+        A pattern that needs too many blades is replaced by one that grows slower, and this is said. A ring that does
+        not leave is integrated again with all its steps.
         """
         pattern, failure = self.pattern(solution), ""
         blades, alike = self.ring.blades(pattern), self.ring.blades_apart is None
@@ -211,20 +218,51 @@ class RingIntegration:
                 pattern, failure = found.nodal_diameter, f"of {blades} blades would take too long"
         if blade_periods < FEWEST_PERIODS * self.ring.blades(pattern):
             return Integrated(None, f"of {blades} blades would take too long")
-        limits = RingLimits(
-            most_periods=min(MOST_PERIODS, blade_periods // self.ring.blades(pattern)),
+        most = min(MOST_PERIODS, blade_periods // self.ring.blades(pattern))
+        limits = self.limits(most, height_m)
+        motion = self._motion(solution, pattern, limits)
+        if motion.stays:
+            motion = self._motion(solution, pattern, replace(limits, retention=RETENTION, finer=1.0))
+        return Integrated(motion, failure)
+
+    @staticmethod
+    def limits(most_periods: int, height_m: float) -> RingLimits:
+        """How a ring is looked at: coarsely, and not for long where it is far below the highest motion known.
+
+        Parameters
+        ----------
+        most_periods : int
+            Periods in all.
+        height_m : float
+            Height of the highest motion known, m.
+        """
+        return RingLimits(
+            most_periods=most_periods,
             disturbance=VISIBLE,
             floor_m=FLOOR * height_m,
             window=WINDOW,
             settling=SETTLING,
+            retention=COARSE * RETENTION,
+            finer=COARSE_STEPS,
         )
-        motion = self._motion(solution, pattern, limits)
-        return Integrated(motion if motion.stays else self.confirmed(solution.omega, motion, height_m), failure)
+
+    def stepped(self, omega: float, motion: RingMotion) -> RingIntegrator:
+        """The ring of a motion with coarse steps at another frequency.
+
+        Parameters
+        ----------
+        omega : float
+            Excitation frequency, rad/s.
+        motion : RingMotion
+            The motion.
+        """
+        pattern, coarse = self.pattern_of(motion), {"retention": COARSE * RETENTION, "finer": COARSE_STEPS}
+        return RingIntegrator.of(self.ring, omega, nodal_diameter=pattern, **coarse)
 
     def confirmed(self, omega: float, motion: RingMotion, height_m: float) -> RingMotion:
-        """A motion, if it is higher than all known ones followed on until it is clear whether it counts.
+        """A motion disturbed and followed on, with its height in that time; else what the ring goes over to.
 
-        Where it does not persist, the one that the ring goes over to.
+        In a ring of a multiple of its blades, if that is no large one, with all steps and more modes.
 
         Parameters
         ----------
@@ -233,47 +271,44 @@ class RingIntegration:
         motion : RingMotion
             The motion.
         height_m : float
-            Height of the highest motion known, m.
+            Height of the highest motion known, m: lower ones do not matter.
         """
-        if not counts(motion) and motion.amplitude_m > height_m:
-            motion = self._continued(omega, motion, height_m)
-        if not counts(motion) or motion.amplitude_m <= height_m:
-            return motion
-        motion = self._followed_on(omega, motion)
-        return motion if counts(motion) else self._continued(omega, motion, height_m)
-
-    def _continued(self, omega: float, motion: RingMotion, height_m: float) -> RingMotion:
-        """A motion that ended too early to count, until it has settled, persisted or fallen below a height."""
+        found = self._followed_on(omega, motion)
+        if counts(found) or found.amplitude_m <= height_m:
+            return found
         limits = RingLimits(most_periods=PERSISTENT, floor_m=height_m, window=WINDOW)
-        found = integrate_ring(self.ring, omega, motion.final, nodal_diameter=self.pattern_of(motion), limits=limits)
+        other = integrate_ring(self.ring, omega, found.final, nodal_diameter=self.pattern_of(found), limits=limits)
         return replace(
-            found,
+            other,
             started_m=motion.started_m,
             growth_rate=motion.growth_rate,
-            periods=motion.periods + found.periods,
+            periods=found.periods + other.periods,
             nodal_diameter=motion.nodal_diameter,
         )
 
     def _followed_on(self, omega: float, motion: RingMotion) -> RingMotion:
-        """A motion that counts, disturbed and followed for longer, with its height in that time.
-
-        In a ring of a multiple of its blades, if that is no large one, and with more modes.
-        """
+        """A motion disturbed and followed on; whether it persists and has settled."""
         pattern, state = self._larger(motion), motion.final
-        integrator = RingIntegrator.of(self.ring, omega, nodal_diameter=pattern, retention=CONFIRMED * RETENTION)
+        integrator = RingIntegrator.of(
+            self.ring, omega, nodal_diameter=pattern, retention=CONFIRMED * RETENTION, finer=CONFIRMED_STEPS
+        )
         if integrator.n_blades > motion.n_blades:
             state = state.repeated(integrator.n_blades)
         disturbed = integrator.disturbed(state, pattern, FOLLOWED * integrator.vibration(state))
         record = integrator.march(disturbed, LONGER)
         calm = record.envelope_m[WINDOW:]  # without what decays at first
         before, after = np.array_split(calm, 2)
-        own = motion.envelope_m[-max(motion.persistence, 2 * WINDOW) :]
-        persists = _persists(min(motion.amplitude_m, recurring_height(own)), before, after)
+        height = recurring_height(calm)
+        persists = _persists(height, before, after)
+        repeats = repeats_after(record.ends[-WINDOW:], integrator.vibration(record.final))
         return replace(
             motion,
-            settled=motion.settled and persists,
-            persistence=motion.persistence + LONGER if persists else 0,
-            amplitude_m=recurring_height(calm),
+            stays=False,
+            settled=persists and same_statistics(before, after),
+            persistence=LONGER if persists else 0,
+            periodic=repeats > 0,
+            repeats_after=repeats,
+            amplitude_m=height,
             lowest_m=float(after.min()),
             n_blades=integrator.n_blades,
             periods=motion.periods + LONGER,
@@ -380,6 +415,18 @@ class BranchPoints(Protocol):
     def kept_harmonics(self) -> NDArray[np.int64]: ...
 
 
+def interpolated(branch: BranchPoints, frequency_hz: float) -> Iterator[Array]:
+    """Real coefficients (2H+1, n_c, 3) at a frequency, between the points of a branch on either side of it."""
+    frequency = branch.frequency_hz
+    crossed = (frequency[:-1] - frequency_hz) * (frequency[1:] - frequency_hz) <= 0.0
+    for before in np.flatnonzero(crossed).tolist():
+        width = frequency[before + 1] - frequency[before]
+        share = (frequency_hz - frequency[before]) / width if width else 0.5
+        kept = int(branch.kept_harmonics[before : before + 2].max()) + 1
+        first, last = branch.relative_displacement[before : before + 2, :kept]
+        yield to_real((1.0 - share) * first + share * last)
+
+
 @dataclass(frozen=True)
 class FoundSolution:
     """A periodic solution at one frequency.
@@ -469,16 +516,9 @@ class SolutionSearch:
         branch : BranchPoints
             The branch.
         """
-        frequency = branch.frequency_hz
-        crossed = (frequency[:-1] - self.frequency_hz) * (frequency[1:] - self.frequency_hz) <= 0.0
-        for before in np.flatnonzero(crossed).tolist():
-            width = frequency[before + 1] - frequency[before]
-            share = (self.frequency_hz - frequency[before]) / width if width else 0.5
-            kept = int(branch.kept_harmonics[before : before + 2].max()) + 1
-            first, last = branch.relative_displacement[before : before + 2, :kept]
-            balance = self._balance(kept - 1)
-            guess = balance.unknown(to_real((1.0 - share) * first + share * last))
-            solved = solve_at(balance, self.omega, guess, self.options)
+        for between in interpolated(branch, self.frequency_hz):
+            balance = self._balance(len(between) // 2)
+            solved = solve_at(balance, self.omega, balance.unknown(between), self.options)
             if solved.converged:
                 yield balance.displacement(solved.solution)
 
@@ -499,91 +539,3 @@ class SolutionSearch:
 def _same(one: Array, other: Array) -> bool:
     """Whether two solutions are one."""
     return one.shape == other.shape and bool(np.abs(one - other).max() <= SAME_SOLUTION * np.abs(one).max())
-
-
-class Start(NamedTuple):
-    """A state of a ring, blade by blade."""
-
-    pattern: int  # nodal diameter that the ring carries
-    shares: tuple[float, ...]  # of each blade, on the way from the low to the high solution
-    random: bool = False  # whether the shares are drawn
-    again: bool = False  # whether a range of frequencies has a second such start
-
-
-@dataclass(frozen=True)
-class MixedStarts:
-    """Rings with some blades on a high and the others on a low solution: a localised motion needs such a start."""
-
-    integration: RingIntegration
-    branches: Sequence[ResponseCurve]
-
-    @cached_property
-    def patterns(self) -> list[int]:
-        """Nodal diameters of rings of up to 8 blades that no larger one of them contains, that of most blades first.
-
-        That of the wave where it needs more blades.
-        """
-        ring = self.integration.ring
-        few: dict[int, int] = {}
-        for k in range((ring.modal.n_blades or 0) // 2 + 1):
-            few.setdefault(ring.blades(k), k)
-        sizes = [size for size in sorted(few, reverse=True) if size <= MOST_BLADES]
-        whole = [size for size in sizes if not any(other > size and other % size == 0 for other in sizes)]
-        return [few[size] for size in whole] or [0]
-
-    @property
-    def starts(self) -> list[Start]:
-        """All but one, half, or one of neighbours on the high solution; a thorough search: each arrangement."""
-        found: dict[tuple[int, ...], Start] = {}
-        thorough = self.integration.options.search == "thorough"
-        for pattern in self.patterns if thorough else self.patterns[:1]:
-            blades = self.integration.ring.blades(pattern)
-            numbers = [number for number in (blades - 1, blades // 2, 1) if number]
-            usual = [tuple(int(blade < number) for blade in range(blades)) for number in numbers]
-            others = _arrangements(blades) if thorough and blades <= MOST_BLADES else []
-            for shares in (*usual, *others):
-                found.setdefault(_least_turned(shares), Start(pattern, shares, again=shares in usual))
-        return list(found.values())
-
-    @property
-    def random_starts(self) -> list[Start]:
-        """Each blade in its own multiple of the high solution: they are the same in each run."""
-        pattern = self.patterns[0]
-        blades = self.integration.ring.blades(pattern)
-        rng = np.random.default_rng(SEED)
-        number = RANDOM_STARTS[self.integration.options.search]
-        shares = rng.uniform(-LARGEST_SHARE, LARGEST_SHARE, (number, blades))
-        return [Start(pattern, tuple(each), random=True) for each in shares.tolist()]
-
-    def __call__(self, frequency_hz: float, start: Start, blade_periods: int, height_m: float) -> Integrated:
-        """The motion that the ring reaches; none where there are not two solutions, or too few blades times periods.
-
-        Blades that fall clearly below the high solution have left it.
-        """
-        ring, omega = self.integration.ring, 2.0 * np.pi * frequency_hz
-        periods = min(USUAL_PERIODS, blade_periods // len(start.shares))
-        search = SolutionSearch(ring, self.integration.options, frequency_hz)
-        found = [each for branch in self.branches for each in search.crossings(branch)]
-        if len(found) < (1 if start.random else 2):
-            return Integrated(None)
-        if periods < FEWEST_PERIODS:
-            return Integrated(None, "from mixed starts was left out")
-        integrator = RingIntegrator.of(ring, omega, nodal_diameter=start.pattern)
-        heights = [float(np.abs(integrator.wave_output(each)).max()) for each in found]
-        low, high = (integrator.on_wave(found[int(pick(heights))]) for pick in (np.argmin, np.argmax))
-        limits = RingLimits(most_periods=periods, floor_m=FLOOR * max(height_m, *heights), window=WINDOW)
-        state = (integrator.at_rest() if start.random else low).towards(high, start.shares)
-        motion = integrate_ring(ring, omega, state, nodal_diameter=start.pattern, limits=limits)
-        return Integrated(self.integration.confirmed(omega, motion, height_m))
-
-
-def _arrangements(blades: int) -> list[tuple[int, ...]]:
-    """High (1) and low (0) blades in each arrangement that no turn of the ring takes to another, most high first."""
-    every = {_least_turned(shares) for shares in product((0, 1), repeat=blades)}
-    mixed = [shares for shares in every if 0 < sum(shares) < blades]
-    return sorted(mixed, key=lambda shares: (-sum(shares), shares))
-
-
-def _least_turned(shares: tuple[int, ...]) -> tuple[int, ...]:
-    """The least of all turns of an arrangement."""
-    return min(shares[turn:] + shares[:turn] for turn in range(len(shares)))

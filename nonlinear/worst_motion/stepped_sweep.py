@@ -11,9 +11,8 @@ import numpy as np
 
 from nonlinear.contact.parameters import Array
 from nonlinear.time_integration.ring import RingState
-from nonlinear.time_integration.ring_integrator import RingIntegrator
 from nonlinear.time_integration.ring_motion import KEEPS, RingMotion
-from nonlinear.worst_motion.ring_integration import RingIntegration, counts
+from nonlinear.worst_motion.ring_integration import CONFIRMATION, LONGER, RingIntegration, counts
 
 FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 3e-3, 6e-3, 4e-4  # relative to the frequency
 LONGER_STEP = 1.4  # factor on a step after one that kept the motion
@@ -21,6 +20,7 @@ NEAR = 0.9  # of the highest point of a sweep, below which steps may be twice as
 SETTLING, STEP_WINDOW = 12, 28  # periods of a step before its window, and of that
 FIRST_WAY = 0.75  # share of the periods times blades for the way in which the motion gets higher
 RISING = 1.5  # the same for either way as long as the motion gets higher
+KEPT = 2.0  # confirmations that periods are kept for
 LOW = 0.5  # of the highest point of a sweep, below which it ends
 MOST_TOPS = 3  # highest points that are integrated for longer, until no other was higher
 
@@ -34,7 +34,7 @@ class Sweep:
     top_hz: float  # frequency of the highest motion that persists
     top: RingMotion | None  # that motion; None where none of the highest points persists
     blade_periods: int  # integrated
-    complete: bool  # whether the motion was followed to both its ends
+    complete: bool  # whether the motion was followed both ways to where it is lost or clearly lower
 
 
 @dataclass
@@ -43,17 +43,23 @@ class SteppedSweep:
 
     integration: RingIntegration
 
-    def __call__(self, frequency_hz: float, motion: RingMotion, blade_periods: int) -> Sweep:
-        """Follow a motion both ways with at most so many blades times periods, and settle where it is highest."""
+    def __call__(self, frequency_hz: float, motion: RingMotion, blade_periods: int, height_m: float) -> Sweep:
+        """Follow a motion both ways with at most so many blades times periods, and confirm it where it is highest.
+
+        `height_m`: of the highest motion known, m; points below it are not confirmed.
+        """
         walk = _Walk(self.integration, motion, frequency_hz)
         way = 1.0 if walk.rises() else -1.0
-        rising = round(RISING * blade_periods)
-        complete = walk.go(way, round(FIRST_WAY * blade_periods), rising)
-        complete &= walk.go(-way, blade_periods, rising)
-        top_hz, top = walk.top()
+        most = max(blade_periods - round(KEPT * CONFIRMATION * LONGER * motion.n_blades), blade_periods // 2)
+        rising = round(RISING * most)
+        complete = walk.go(way, round(FIRST_WAY * most), rising)
+        complete &= walk.go(-way, most, rising)
+        top_hz, top = walk.top(height_m)
         places = sorted(walk.points)
-        heights = [walk.points[place][0] for place in places]
-        return Sweep(np.array(places), np.array(heights), top_hz, top, walk.spent, complete)
+        heights = np.array([walk.points[place][0] for place in places])
+        if top is not None:
+            heights = np.minimum(heights, top.amplitude_m)  # above it are bursts of a short window
+        return Sweep(np.array(places), heights, top_hz, top, walk.spent, complete)
 
 
 @dataclass
@@ -85,9 +91,9 @@ class _Walk:
         return True
 
     def go(self, sign: float, most: int, most_rising: int) -> bool:
-        """Step one way until the motion is lost or low or the range ends; False: `most` was spent before.
+        """Step one way until the motion is lost or low or the range ends, or `most` is spent.
 
-        `most_rising`: the same while the motion gets higher.
+        `most_rising`: the same while the motion gets higher. False: it was spent where the motion is nearly highest.
         """
         at, step = self.start_hz, FIRST_STEP
         while step >= SMALLEST_STEP:
@@ -97,7 +103,7 @@ class _Walk:
             if height < LOW * self.highest or not low <= place <= high:
                 return True
             if self.spent >= (most if height < self.highest else most_rising):
-                return False
+                return height < NEAR * self.highest
             found = self.points.get(place) or self._step(place, state)
             if found is None or found[0] < KEEPS * height:
                 step *= 0.5
@@ -112,28 +118,25 @@ class _Walk:
         self.spent += (SETTLING + STEP_WINDOW) * self.start.n_blades
         omega = 2.0 * math.pi * frequency_hz
         try:
-            pattern = self.integration.pattern_of(self.start)
-            record = RingIntegrator.of(self.integration.ring, omega, nodal_diameter=pattern).march(
-                state, SETTLING + STEP_WINDOW
-            )
+            record = self.integration.stepped(omega, self.start).march(state, SETTLING + STEP_WINDOW)
         except ArithmeticError:
             return None
         return float(record.envelope_m[SETTLING:].max()), record.final
 
-    def top(self) -> tuple[float, RingMotion | None]:
-        """The highest motion that persists, and its frequency; points whose motion does not are removed."""
+    def top(self, height_m: float) -> tuple[float, RingMotion | None]:
+        """The highest motion above a height that persists, and its frequency; points whose motion does not go."""
         best: tuple[float, RingMotion | None] = math.nan, None
         reached = 0.0
         for place in sorted(self.points, key=lambda each: -self.points[each][0])[:MOST_TOPS]:
             height, state = self.points[place]
-            if place == self.start_hz or height <= max(reached, self.start.amplitude_m):
+            if height <= max(height_m, NEAR * reached):
                 break
-            motion = replace(self.start, amplitude_m=height, final=state, settled=False, persistence=0, periods=0)
+            motion = replace(self.start, amplitude_m=height, final=state)
             try:
-                found = self.integration.confirmed(2.0 * math.pi * place, motion, self.start.amplitude_m)
+                found = self.integration.confirmed(2.0 * math.pi * place, motion, max(height_m, reached))
             except ArithmeticError:
                 continue
-            self.spent += found.periods * found.n_blades
+            self.spent += round(CONFIRMATION * (found.periods - motion.periods) * found.n_blades)
             if not counts(found):
                 del self.points[place]
                 continue

@@ -18,6 +18,7 @@ from nonlinear.response_curve import ResponseCurve, WorstMotion, at_range_end
 from nonlinear.time_integration.ring import Ring
 from nonlinear.time_integration.ring_motion import RingMotion
 from nonlinear.worst_motion.candidates import (
+    CLEARLY_HIGHER,
     COULD_MATTER,
     Place,
     UnstableStretch,
@@ -29,19 +30,22 @@ from nonlinear.worst_motion.candidates import (
 )
 from nonlinear.worst_motion.departure_search import SAME_AMPLITUDE, Departure, DepartureSearch, Follow, Integrate
 from nonlinear.worst_motion.ring_integration import (
+    FLOOR,
+    MOST_BLADES,
     Integrated,
-    MixedStarts,
     RingIntegration,
     RingPatterns,
     Solution,
     counts,
 )
+from nonlinear.worst_motion.ring_starts import RingStarts
 from nonlinear.worst_motion.stepped_sweep import SteppedSweep, Sweep
 
 # Periods times blades of time integration that cost as much as a point of a branch, for each Fourier coefficient
 # (2 H + 1) that is balanced there: see docs/developers/method.md
 EQUAL_COST = 20
-LEAST_BUDGET = 20_000  # of them for a curve with the standard search, about 5 s: a shorter one finds too little
+LEAST_BUDGET = 30_000  # of them for a curve with the standard search, about 2 s: a shorter one finds too little
+LARGE_RING = 3.0  # factor on it at most where the wave needs rings of more than 8 blades
 STABILITY = {
     "wave": "stability against perturbations with the symmetry of the wave only",
     "folds": "stability from folds only",
@@ -61,7 +65,7 @@ def searched(
 ) -> str:
     """What was searched (branches, stability, harmonics, time integration), and what was not, by semicolons."""
     parts = [_branches(curve, options), _stability(options, n_blades), f"harmonics 0 to {curve.harmonics}"]
-    starts = [each for each in departures if each.motion is not None and each.sweep is None]
+    starts = [each for each in departures if each.motion is not None]
     if starts:
         parts.append(_integrated(starts, sum(each.sweep is not None for each in departures)))
     else:
@@ -115,7 +119,8 @@ def unresolved(
     Solutions far below the worst motion do not matter; `height_m`: of the highest stable solution.
     """
     found, branches = [], branches_of(curve)
-    least = COULD_MATTER * max([height_m, *(each.new_height for each in departures)])
+    highest = max([height_m, *(each.new_height for each in departures)])
+    least = COULD_MATTER * highest
     left_out = [height for height in left_out if height >= least]
     if not curve.termination.complete:
         found.append("the main branch is incomplete")
@@ -135,22 +140,28 @@ def unresolved(
         f"time integration at {_list(places)} {failure} (solutions up to {height_said(max(places.values()))})"
         for failure, places in failed.items()
     ]
-    unsettled = [each for each in departures if each.motion and not (counts(each.motion) or each.falls)]
-    restless = {each.frequency_hz: each.motion for each in unsettled if each.motion}
+    higher = (1.0 + CLEARLY_HIGHER) * highest
+    unsettled = [each for each in departures if each.motion and not (counts(each.motion) or each.open)]
+    restless = [each for each in unsettled if each.reached_m > higher]
     if restless:
-        periods = max(motion.periods for motion in restless.values())
-        highest = height_said(max(motion.amplitude_m for motion in restless.values()))
-        found.append(f"not settled within {periods} periods at {_list(restless)}, up to {highest} until then")
-    found += _not_followed(departures)
+        periods = max(each.motion.periods for each in restless if each.motion)
+        reached = height_said(max(each.reached_m for each in restless))
+        places = _list({each.frequency_hz: None for each in restless})
+        found.append(f"not settled within {periods} periods at {places}, up to {reached} until then")
+    found += _not_followed(departures, highest)
     return "; ".join(found)
 
 
-def _not_followed(departures: Sequence[Departure]) -> Iterator[str]:
-    """What is said of motions that were not followed to the ends of their ranges."""
+def _not_followed(departures: Sequence[Departure], highest_m: float) -> Iterator[str]:
+    """What is said of motions that were not followed to the ends of their ranges, or not at all."""
     for each in departures:
         if each.sweep is not None and not each.sweep.complete:
             low, high = each.sweep.frequency_hz[[0, -1]]
             yield f"the motion at {each.frequency_hz:.5g} Hz was followed from {low:.5g} to {high:.5g} Hz only"
+    left = [each for each in departures if each.open and each.reached_m >= FLOOR * highest_m]
+    if left:
+        places, reached = _list({each.frequency_hz: None for each in left}), max(each.reached_m for each in left)
+        yield f"the motions at {places}, up to {height_said(reached)}, were not followed"
 
 
 def _list(frequencies_hz: Iterable[float]) -> str:
@@ -203,7 +214,7 @@ def find_worst_motion(
         return integration(Solution.of(branches[place[0]], place[1]), blade_periods, height_m)
 
     reason = _why_not(options)
-    others = SteppedSweep(integration), MixedStarts(integration, branches)
+    others = SteppedSweep(integration), RingStarts(integration, branches)
     worst = worst_of(curve, options, modal.n_blades, None if reason else integrate, reason, *others)
     if options.search == "thorough" and standard is not None and standard.amplitude_m > worst.amplitude_m:
         worst = replace(standard, searched=worst.searched, unresolved=worst.unresolved, not_counted=worst.not_counted)
@@ -234,7 +245,7 @@ def worst_of(
     integrate: Integrate | None,
     reason: str = "",
     follow: Follow | None = None,
-    mix: MixedStarts | None = None,
+    mix: RingStarts | None = None,
     blade_periods: int | None = None,
 ) -> WorstMotion:
     """The worst motion with a given time integration; without one, `reason` says why.
@@ -249,11 +260,12 @@ def worst_of(
     departures: list[Departure] = []
     left_out: Sequence[UnstableStretch] = matter
     if integrate is not None:
-        most = affordable(branches, options) if blade_periods is None else blade_periods
+        most = affordable(branches, options, mix.blades if mix else 0) if blade_periods is None else blade_periods
         search = DepartureSearch(branches, integrate, height, _tolerance(curve), most, follow, mix)
         departures = [*search.departures(matter[:MOST_STRETCHES]), *search.mixed()]
-        departures += search.random()
-        departures += search.followed(departures)
+        if departures or options.search == "thorough":
+            departures += search.random()
+        departures = search.followed(departures)
         left_out, reason = matter[MOST_STRETCHES:], f"the {MOST_STRETCHES} highest were integrated"
     spoken: dict[str, Any] = {
         "searched": searched(curve, options, n_blades, departures, bool(left_out)),
@@ -288,10 +300,14 @@ def _with_end(worst: WorstMotion, options: SolverOptions) -> WorstMotion:
     return replace(worst, at_end=True, unresolved="; ".join(filter(None, (end, worst.unresolved))))
 
 
-def affordable(branches: Sequence[ResponseCurve], options: SolverOptions) -> int:
-    """Periods times blades that the time integration of a curve may take; the same on every machine."""
+def affordable(branches: Sequence[ResponseCurve], options: SolverOptions, blades: int = 0) -> int:
+    """Periods times blades that the time integration of a curve may take; the same on every machine.
+
+    `blades`: of the rings that are integrated.
+    """
     coefficients = sum(int((2 * branch.kept_harmonics + 1).sum()) for branch in branches)
-    return round(SEARCH_COST[options.search] * max(EQUAL_COST * coefficients, LEAST_BUDGET))
+    least = LEAST_BUDGET * min(max(blades / MOST_BLADES, 1.0), LARGE_RING)
+    return round(SEARCH_COST[options.search] * max(EQUAL_COST * coefficients, least))
 
 
 def _why_not(options: SolverOptions) -> str:

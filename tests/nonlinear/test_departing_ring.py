@@ -21,11 +21,12 @@ from nonlinear import (
 from nonlinear.worst_motion.candidates import coexistences
 from nonlinear.worst_motion.ring_integration import (
     USUAL_PERIODS,
-    MixedStarts,
     Solution,
     _persists,
+    counts,
     recurring_height,
 )
+from nonlinear.worst_motion.ring_starts import RingStarts
 from nonlinear.worst_motion.stepped_sweep import SteppedSweep
 from rom import modal_model
 
@@ -62,13 +63,16 @@ def test_else_one_of_few_blades_that_leaves_too():
     integration, solution = unstable()
     motion, failure = integration(solution, 15 * USUAL_PERIODS - 1, 0.0)
     assert failure == "of 15 blades would take too long"
-    assert (motion.n_blades, motion.stays, motion.settled) == (6, False, True)
-    assert motion.amplitude_m > 1.5 * motion.started_m
+    assert (motion.n_blades, motion.stays, motion.settled) == (3, False, True)
+    confirmed = integration.confirmed(solution.omega, motion, 0.0)
+    assert (confirmed.n_blades, confirmed.stays, counts(confirmed)) == (6, False, True)
+    assert min(motion.amplitude_m, confirmed.amplitude_m) > 1.5 * motion.started_m
 
 
 def test_what_few_blades_confirm_persists_in_the_whole_ring():
     integration, solution = unstable()
     motion, _ = integration(solution, 15 * USUAL_PERIODS - 1, 0.0)
+    motion = integration.confirmed(solution.omega, motion, 0.0)
     limits = RingLimits(most_periods=200, window=100)
     whole = integrate_ring(integration.ring, solution.omega, motion.final, nodal_diameter=1, limits=limits)
     assert whole.n_blades == 60
@@ -80,7 +84,7 @@ def test_a_motion_is_followed_in_frequency_both_ways():
     integration, solution = unstable()
     motion, _ = integration(solution, 15 * USUAL_PERIODS - 1, 0.0)
     start_hz = solution.omega / (2.0 * np.pi)
-    sweep = SteppedSweep(integration)(start_hz, motion, 40_000)
+    sweep = SteppedSweep(integration)(start_hz, motion, 40_000, 0.0)
     assert sweep.complete
     assert sweep.frequency_hz[0] < start_hz < sweep.frequency_hz[-1]
     assert np.all(np.diff(sweep.frequency_hz) > 0.0)
@@ -91,7 +95,7 @@ def test_a_motion_is_followed_in_frequency_both_ways():
     omega, pattern = 2.0 * np.pi * sweep.top_hz, integration.pattern_of(sweep.top)
     again = integrate_ring(integration.ring, omega, sweep.top.final, nodal_diameter=pattern, limits=limits)
     assert again.amplitude_m == pytest.approx(sweep.top.amplitude_m, rel=0.05)
-    short = SteppedSweep(integration)(start_hz, motion, 1_000)
+    short = SteppedSweep(integration)(start_hz, motion, 1_000, 0.0)
     assert not short.complete
     assert short.frequency_hz.size < sweep.frequency_hz.size
 
@@ -125,11 +129,11 @@ def test_a_burst_that_does_not_come_again_is_no_height():
 def test_arrangements_are_those_that_no_turn_makes_alike():
     """A thorough search of a ring of 8 has all 34 two-coloured necklaces with both colours, of 6 as many more."""
     ring, options, curve = solved(72, Excitation(36, 0.3), (0.12, 0.14), -0.8)
-    for search, blades, count in (("standard", [8], 3), ("thorough", [8, 6], 34 + 12)):
-        mix = MixedStarts(RingIntegration(ring, replace(options, search=search)), [curve])
+    for search, blades, count in (("standard", [8], 7), ("thorough", [8, 6], 34 + 12)):
+        mix = RingStarts(RingIntegration(ring, replace(options, search=search)), [curve])
         assert list(dict.fromkeys(len(start.shares) for start in mix.starts)) == blades
         assert len(mix.starts) == count
-        assert [len(start.shares) for start in mix.random_starts] == [8] * (2 if search == "standard" else 8)
+        assert [len(start.shares) for start in mix.random_starts] == [8, 6] * (4 if search == "standard" else 24)
     problem = ring.modal, ring.contact, ring.excitation, replace(options, search="thorough")
     found = replace(curve.worst, amplitude_m=9.0, motion="irregular", unresolved="much")
     kept = find_worst_motion(problem, curve, found)  # of a standard search
@@ -137,23 +141,24 @@ def test_arrangements_are_those_that_no_turn_makes_alike():
     assert kept.unresolved == find_worst_motion(problem, curve).unresolved
 
 
-def test_a_localised_motion_is_found_from_a_mixed_start():
+def test_a_localised_motion_is_found_from_another_state():
     """Three of eight blades move clearly more than the others, more than in any wave that persists, for good."""
     ring, options, curve = solved(8, Excitation(4, 0.3), (0.12, 0.3), -0.8, tangential_stiffness=2.1)
     (between,) = coexistences([curve])
     assert between.start_hz > between.end_hz  # a hardening contact: the high solution falls with the frequency
-    mix, frequency_hz = MixedStarts(RingIntegration(ring, options), [curve]), between.at(0.25)
-    assert [sum(start.shares) for start in mix.starts] == [7, 4, 1]
-    single = mix.starts[-1]
-    assert mix(frequency_hz, single, 8 * 199, 0.0) == (None, "from mixed starts was left out")
-    motion = mix(frequency_hz, single, 10_000, 0.0).motion
+    mix = RingStarts(RingIntegration(ring, replace(options, search="standard")), [curve])
+    frequency_hz = between.at(0.25)
+    assert [sum(start.shares) for start in mix.starts] == [7, 6, 4, 4, 4, 2, 1]
+    assert mix(frequency_hz, mix.starts[-1], 8 * 199, 0.0) == (None, "from mixed states was left out")
+    start = mix.random_starts[2]
+    motion = mix(frequency_hz, start, 10_000, 0.0).motion
     assert motion is not None
     blades = np.sort(motion.envelope_m[-40:].max(axis=0))
     assert blades[5] > 2.5 * blades[2]
     stable = curve.amplitude_m[curve.stable & (np.abs(curve.frequency_hz - frequency_hz) < 0.002)]
     assert motion.amplitude_m > 1.2 * stable.max()
     limits = RingLimits(most_periods=400, window=100, finer=2)
-    pattern = {"nodal_diameter": single.pattern, "limits": limits}
+    pattern = {"nodal_diameter": start.pattern, "limits": limits}
     again = integrate_ring(ring, 2.0 * np.pi * frequency_hz, motion.final, **pattern)
     assert again.settled
     assert again.amplitude_m == pytest.approx(motion.amplitude_m, rel=0.02)
