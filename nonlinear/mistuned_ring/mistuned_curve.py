@@ -25,6 +25,7 @@ from nonlinear.response_curve import Kind, Peak, ResponseCurve, TerminationReaso
 from nonlinear.response_solver import forced_response
 from nonlinear.worst_motion.candidates import Place, branches_of, height_said
 from nonlinear.worst_motion.ring_integration import Integrated, RingIntegration, Solution
+from nonlinear.worst_motion.ring_starts import RingStarts
 from nonlinear.worst_motion.stepped_sweep import SteppedSweep
 from nonlinear.worst_motion.worst_motion import worst_of
 from rom import ModalModel, RingModes
@@ -249,9 +250,10 @@ def _worst_motion(
         seen.append((reached, abs(float(branch.amplitude_m[index]) / reached - 1.0)))
         return Integrated(replace(motion, started_m=reached), failure)
 
-    reason, follow = "switched off" if options.search == "off" else "", SteppedSweep(integration)
+    reason = "switched off" if options.search == "off" else ""
+    others = SteppedSweep(integration), RingStarts(integration, branches)
     most = round(SEARCH_COST[options.search] * PERIODS * n_blades)
-    found = worst_of(curve, options, None, None if reason else integrate, reason, follow=follow, blade_periods=most)
+    found = worst_of(curve, options, None, None if reason else integrate, reason, *others, blade_periods=most)
     return found, max(seen, default=(0.0, float("nan")))[1]
 
 

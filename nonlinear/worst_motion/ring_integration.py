@@ -28,7 +28,7 @@ from nonlinear.stability.ring_stability import (
     largest_nodal_diameter,
 )
 from nonlinear.time_integration.ring import RETENTION, Ring
-from nonlinear.time_integration.ring_integrator import RingIntegrator
+from nonlinear.time_integration.ring_integrator import HARMONICS, RingIntegrator
 from nonlinear.time_integration.ring_motion import (
     RingLimits,
     RingMotion,
@@ -39,6 +39,7 @@ from nonlinear.time_integration.ring_motion import (
 
 NEARLY = 0.9  # share of a growth rate that counts as nearly as fast
 MOST_BLADES = 8  # of a ring that is preferred to a larger one
+LARGE_RING = 24  # blades of the largest ring of a standard search, unless the wave needs more
 ENOUGH = 0.5  # share of the largest growth rate that the pattern of a smaller ring needs to have
 FEWEST_PERIODS = 200  # in which a ring leaves and settles, if it does so fast
 USUAL_PERIODS = 300  # in which it usually does
@@ -211,19 +212,28 @@ class RingIntegration:
         not leave is integrated again with all its steps.
         """
         pattern, failure = self.pattern(solution), ""
-        blades, alike = self.ring.blades(pattern), self.ring.blades_apart is None
-        if alike and blade_periods < USUAL_PERIODS * blades and blades > MOST_BLADES:
-            found = self._patterns(solution).worst_of_few_blades(MOST_BLADES)
+        blades, most = self.ring.blades(pattern), self.most_blades
+        if blades > most or (blades > MOST_BLADES and blade_periods < USUAL_PERIODS * blades):
+            found = self._patterns(solution).worst_of_few_blades(most if blades > most else MOST_BLADES)
             if found.grows(solution.omega):
                 pattern, failure = found.nodal_diameter, f"of {blades} blades would take too long"
-        if blade_periods < FEWEST_PERIODS * self.ring.blades(pattern):
+        chosen = self.ring.blades(pattern)
+        if chosen > most or blade_periods < FEWEST_PERIODS * chosen:
             return Integrated(None, f"of {blades} blades would take too long")
-        most = min(MOST_PERIODS, blade_periods // self.ring.blades(pattern))
-        limits = self.limits(most, height_m)
+        limits = self.limits(min(MOST_PERIODS, blade_periods // chosen), height_m)
         motion = self._motion(solution, pattern, limits)
         if motion.stays:
-            motion = self._motion(solution, pattern, replace(limits, retention=RETENTION, finer=1.0))
+            motion = self._motion(
+                solution, pattern, replace(limits, harmonics=HARMONICS, retention=RETENTION, finer=1.0)
+            )
         return Integrated(motion, failure)
+
+    @property
+    def most_blades(self) -> int:
+        """Largest number of blades that is integrated: all in a thorough search, and where blades differ."""
+        if self.options.search == "thorough" or self.ring.blades_apart is not None:
+            return max(self.ring.modal.n_blades or 1, self.ring.wave_blades)
+        return max(LARGE_RING, self.ring.wave_blades)
 
     @staticmethod
     def limits(most_periods: int, height_m: float) -> RingLimits:
@@ -242,6 +252,7 @@ class RingIntegration:
             floor_m=FLOOR * height_m,
             window=WINDOW,
             settling=SETTLING,
+            harmonics=0,
             retention=COARSE * RETENTION,
             finer=COARSE_STEPS,
         )

@@ -31,6 +31,7 @@ from nonlinear.worst_motion.candidates import (
 from nonlinear.worst_motion.departure_search import SAME_AMPLITUDE, Departure, DepartureSearch, Follow, Integrate
 from nonlinear.worst_motion.ring_integration import (
     FLOOR,
+    LARGE_RING,
     MOST_BLADES,
     Integrated,
     RingIntegration,
@@ -45,7 +46,6 @@ from nonlinear.worst_motion.stepped_sweep import SteppedSweep, Sweep
 # (2 H + 1) that is balanced there: see docs/developers/method.md
 EQUAL_COST = 20
 LEAST_BUDGET = 30_000  # of them for a curve with the standard search, about 2 s: a shorter one finds too little
-LARGE_RING = 3.0  # factor on it at most where the wave needs rings of more than 8 blades
 STABILITY = {
     "wave": "stability against perturbations with the symmetry of the wave only",
     "folds": "stability from folds only",
@@ -306,7 +306,7 @@ def affordable(branches: Sequence[ResponseCurve], options: SolverOptions, blades
     `blades`: of the rings that are integrated.
     """
     coefficients = sum(int((2 * branch.kept_harmonics + 1).sum()) for branch in branches)
-    least = LEAST_BUDGET * min(max(blades / MOST_BLADES, 1.0), LARGE_RING)
+    least = LEAST_BUDGET * min(max(blades, MOST_BLADES), LARGE_RING) / MOST_BLADES
     return round(SEARCH_COST[options.search] * max(EQUAL_COST * coefficients, least))
 
 
