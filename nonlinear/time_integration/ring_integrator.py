@@ -45,6 +45,7 @@ def with_more_harmonics(ring: Ring, omega: float, displacement: Array, harmonics
 
 
 MOST_DENSE = 128  # contact displacements of a pair of faces, up to which its forces are solved at once
+MOST_HALVED = 3  # times that the step of a period is halved
 CYCLE_SAMPLES = 4096  # instants of the contact cycle from which the sliders start
 
 
@@ -116,6 +117,8 @@ class RingIntegrator:
         Steps a period.
     modes : RetainedModes
         Modes that are integrated.
+    halved : int
+        How often the step was halved, see `march`.
     structure : ClampedBlades or JoinedSectors
         Coordinates of the blades, their contact motions and forces.
 
@@ -134,6 +137,7 @@ class RingIntegrator:
     n_blades: int
     steps: int
     modes: RetainedModes
+    halved: int = 0
     structure: RingStructure = field(init=False, repr=False, compare=False)
     _march: Kernel = field(init=False, repr=False, compare=False)
 
@@ -266,7 +270,7 @@ class RingIntegrator:
         return replace(state, coordinates=state.coordinates + add, rates=state.rates + self.omega * speed)
 
     def march(self, state: RingState, periods: int) -> RingRecord:
-        """Integrate whole periods.
+        """Integrate whole periods; one in which the contact forces are not found again with half the step.
 
         Parameters
         ----------
@@ -288,9 +292,14 @@ class RingIntegrator:
             np.flatnonzero(self.structure.retained.any(axis=tuple(range(self.structure.retained.ndim - 1))))[-1] + 1
         )
         for period in range(periods):
+            before = RingWork(*(part.copy() for part in work))
             scale = self._march(work, 0, self.steps, scale, output[period])
             if scale < 0.0:
-                raise ContactIterationError("time integration: the contact forces of a step were not found")
+                if self.halved == MOST_HALVED:
+                    raise ContactIterationError("time integration: the contact forces of a step were not found")
+                finer = replace(self, steps=2 * self.steps, halved=self.halved + 1).march(self._stored(before), 1)
+                work, output[period] = self._loaded(finer.final), finer.output_m[0, 1::2]
+                scale = float(np.abs(work.force).max())
             both = work.coordinates, work.rates / self.omega
             ends.append(np.concatenate([self.structure.unpacked(part)[:, :last] for part in both], axis=1))
         return RingRecord(self._stored(work), output, np.array(ends))

@@ -124,10 +124,14 @@ class _Walk:
         return float(record.envelope_m[SETTLING:].max()), record.final
 
     def top(self, height_m: float) -> tuple[float, RingMotion | None]:
-        """The highest motion above a height that persists, and its frequency; points whose motion does not go."""
+        """The highest motion above a height that persists, and its frequency; points whose motion does not go.
+
+        The highest points may be bursts; that of the start has been seen for long, and is tried after them.
+        """
         best: tuple[float, RingMotion | None] = math.nan, None
         reached = 0.0
-        for place in sorted(self.points, key=lambda each: -self.points[each][0])[:MOST_TOPS]:
+        highest = sorted(self.points, key=lambda each: -self.points[each][0])[:MOST_TOPS]
+        for place in dict.fromkeys((*highest, self.start_hz)):
             height, state = self.points[place]
             if height <= max(height_m, NEAR * reached):
                 break
