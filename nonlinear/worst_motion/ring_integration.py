@@ -28,7 +28,7 @@ from nonlinear.stability.ring_stability import (
     largest_nodal_diameter,
 )
 from nonlinear.time_integration.ring import RETENTION, Ring
-from nonlinear.time_integration.ring_integrator import HARMONICS, RingIntegrator
+from nonlinear.time_integration.ring_integrator import RingIntegrator
 from nonlinear.time_integration.ring_motion import (
     RingLimits,
     RingMotion,
@@ -224,7 +224,7 @@ class RingIntegration:
         motion = self._motion(solution, pattern, limits)
         if motion.stays:
             motion = self._motion(
-                solution, pattern, replace(limits, harmonics=HARMONICS, retention=RETENTION, finer=1.0)
+                solution, pattern, replace(limits, retention=RETENTION, finer=1.0)
             )
         return Integrated(motion, failure)
 
@@ -252,7 +252,6 @@ class RingIntegration:
             floor_m=FLOOR * height_m,
             window=WINDOW,
             settling=SETTLING,
-            harmonics=0,
             retention=COARSE * RETENTION,
             finer=COARSE_STEPS,
         )
