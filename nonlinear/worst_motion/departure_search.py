@@ -192,6 +192,7 @@ class DepartureSearch:
     def followed(self, departures: Sequence[Departure]) -> list[Departure]:
         """The departures with the motions that no branch holds followed over the frequency, the highest first.
 
+        Those that have settled, or kept their height for long, come before the others.
         Each is taken at its highest point where it persists; where it persists nowhere, it falls. One that lies on
         another that was followed is known. Low ones are left out.
         """
@@ -199,7 +200,8 @@ class DepartureSearch:
         if follow is None:
             return list(departures)
         found, known, highest = list(departures), list[Sweep](), self.height_m
-        for number in sorted(range(len(found)), key=lambda index: -found[index].reached_m):
+        order = sorted(range(len(found)), key=lambda index: (-found[index].new_height, -found[index].reached_m))
+        for number in order:
             each = found[number]
             if each.motion is None or each.motion.stays or not each.reached_m:
                 continue

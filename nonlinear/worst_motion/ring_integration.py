@@ -57,6 +57,7 @@ FALLS, CLIMBS = 0.85, 1.3  # ratios of its largest displacements then and before
 SPREADS, SCATTER = 2.0, 0.05  # the same of its scatter, and the scatter relative to the amplitude that is none
 FLOOR = 0.7  # of the highest motion known, below which a ring is not followed
 VISIBLE = 0.02  # disturbance relative to the vibration, where no growth rate is to be measured
+HARDLY_LEFT, LARGE = 0.1, 0.1  # relative difference of heights; disturbance of a ring that leaves slowly
 SAME_SOLUTION = 1e-6  # relative difference of two solutions that count as one
 
 
@@ -208,13 +209,16 @@ class RingIntegration:
     def __call__(self, solution: Solution, blade_periods: int, height_m: float) -> Integrated:
         """The motion that the ring reaches from a solution disturbed in a pattern that grows, with coarse steps.
 
-        A pattern that needs too many blades is replaced by one that grows slower, and this is said. A ring that does
-        not leave is integrated again with all its steps.
+        A pattern that needs too many blades is replaced by one that grows slower, and this is said. A ring that
+        hardly leaves is disturbed by more, and integrated again with all its steps.
         """
         pattern, failure = self.pattern(solution), ""
         blades, most = self.ring.blades(pattern), self.most_blades
         if blades > most or (blades > MOST_BLADES and blade_periods < USUAL_PERIODS * blades):
-            found = self._patterns(solution).worst_of_few_blades(most if blades > most else MOST_BLADES)
+            patterns = self._patterns(solution)
+            found = patterns.worst_of_few_blades(MOST_BLADES)
+            if blades > most and not found.grows(solution.omega):
+                found = patterns.worst_of_few_blades(most)
             if found.grows(solution.omega):
                 pattern, failure = found.nodal_diameter, f"of {blades} blades would take too long"
         chosen = self.ring.blades(pattern)
@@ -222,10 +226,11 @@ class RingIntegration:
             return Integrated(None, f"of {blades} blades would take too long")
         limits = self.limits(min(MOST_PERIODS, blade_periods // chosen), height_m)
         motion = self._motion(solution, pattern, limits)
-        if motion.stays:
-            motion = self._motion(
-                solution, pattern, replace(limits, retention=RETENTION, finer=1.0)
-            )
+        near = abs(motion.amplitude_m - motion.started_m) <= HARDLY_LEFT * motion.started_m
+        if motion.stays or (motion.periodic and near):  # coarse steps may hold what leaves slowly
+            most = min(limits.most_periods, USUAL_PERIODS)
+            fine = replace(limits, most_periods=most, disturbance=LARGE, retention=RETENTION, finer=1.0)
+            motion = self._motion(solution, pattern, fine)
         return Integrated(motion, failure)
 
     @property

@@ -55,7 +55,7 @@ class SteppedSweep:
         complete = walk.go(way, round(FIRST_WAY * most), rising)
         complete &= walk.go(-way, most, rising)
         top_hz, top = walk.top(height_m)
-        places = sorted(walk.points)
+        places = sorted(set(walk.points) - set(walk.lost if top is not None else ()))
         heights = np.array([walk.points[place][0] for place in places])
         if top is not None:
             heights = np.minimum(heights, top.amplitude_m)  # above it are bursts of a short window
@@ -71,6 +71,7 @@ class _Walk:
     start_hz: float
     points: dict[float, tuple[float, RingState]] = field(default_factory=dict)  # height and state by frequency
     spent: int = 0
+    lost: list[float] = field(default_factory=list)  # frequencies at which the motion does not persist
 
     def __post_init__(self) -> None:
         """The first point."""
@@ -142,7 +143,7 @@ class _Walk:
                 continue
             self.spent += round(CONFIRMATION * (found.periods - motion.periods) * found.n_blades)
             if not counts(found):
-                del self.points[place]
+                self.lost.append(place)
                 continue
             self.points[place] = found.amplitude_m, found.final
             if found.amplitude_m > reached:
