@@ -292,7 +292,7 @@ class RingIntegrator:
             np.flatnonzero(self.structure.retained.any(axis=tuple(range(self.structure.retained.ndim - 1))))[-1] + 1
         )
         for period in range(periods):
-            before = RingWork(*(part.copy() for part in work))
+            before = RingWork._make(part.copy() for part in work)
             scale = self._march(work, 0, self.steps, scale, output[period])
             if scale < 0.0:
                 if self.halved == MOST_HALVED:
