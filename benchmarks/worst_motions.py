@@ -38,6 +38,7 @@ SAME = 0.1  # relative difference of the amplitudes
 HARMONICS = 3  # of the hard cases
 PLACES, LONG, LAST = 10, 500, 200  # brute force: frequencies, periods from a random state and those that count
 STEPS, STEP, SETTLED = 60, 30, 3  # frequencies of a sweep, periods of each, and frequencies that a height rests on
+DECAYED = 8  # frequencies in which the random state of the first one has decayed
 WINDOW, LOW, ABOVE = 40, 0.25, 0.05  # periods; least share of the highest solution; allowed height above the worst
 LIMIT = 400.0  # seconds of a curve, after which a case is given up
 
@@ -175,7 +176,7 @@ def brute_force(ring: Ring, curve: ResponseCurve) -> tuple[float, str]:
             found.append((recurs(envelope[-LAST:]), f"{size} blades, {place:.4g} Hz"))
     for way in (1, -1):
         state, envelopes = None, []
-        for place in np.linspace(high.min(), high.max(), STEPS)[::way].tolist():
+        for number, place in enumerate(np.linspace(high.min(), high.max(), STEPS)[::way].tolist()):
             integrator = RingIntegrator.of(ring, 2.0 * np.pi * place, nodal_diameter=rings[sizes[-1]])
             try:
                 record = integrator.march(state or random_state(integrator, branches, rng), STEP)
@@ -183,7 +184,7 @@ def brute_force(ring: Ring, curve: ResponseCurve) -> tuple[float, str]:
                 break
             state = record.final
             envelopes = [*envelopes, record.envelope_m][-SETTLED:]
-            if len(envelopes) == SETTLED:
+            if number >= DECAYED:
                 height_m = recurs(np.concatenate(envelopes[1:]))
                 found.append((height_m, f"sweep {'up' if way > 0 else 'down'}, {place:.4g} Hz"))
     return max(found)

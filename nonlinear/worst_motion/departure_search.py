@@ -114,9 +114,12 @@ class DepartureSearch:
         tried: list[list[int]] = []
         for number, stretch in enumerate(stretches):
             tried.append(self._first(stretch))
+            seen = False  # whether a ring was integrated from this stretch: what others leave open is not said then
             for position in tried[-1]:
                 found = self._departure(stretch, position)
-                yield found
+                if found.motion is not None or not seen:
+                    yield found
+                seen = seen or found.motion is not None
                 if found.new_height > best:
                     best, chosen, centre = found.new_height, number, position
         if stretches and max(best, self.height_m) >= stretches[0].height_m:
@@ -128,8 +131,9 @@ class DepartureSearch:
         if best <= self.height_m:
             for stretch, before in zip(stretches, tried, strict=True):
                 for position in self._beside_the_highest(stretch):
-                    if position not in before:
-                        yield self._departure(stretch, position)
+                    found = None if position in before else self._departure(stretch, position)
+                    if found is not None and found.motion is not None:
+                        yield found
 
     def mixed(self) -> Iterator[Departure]:
         """From mixed starts in the ranges with two solutions, the highest first.
