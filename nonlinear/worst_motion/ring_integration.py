@@ -277,6 +277,7 @@ class RingIntegration:
     def confirmed(self, omega: float, motion: RingMotion, height_m: float) -> RingMotion:
         """A motion disturbed and followed on, with its height in that time; else what the ring goes over to.
 
+        Twice where it is irregular.
         In a ring of a multiple of its blades, if that is no large one, with all steps and more modes.
 
         Parameters
@@ -289,6 +290,9 @@ class RingIntegration:
             Height of the highest motion known, m: lower ones do not matter.
         """
         found = self._followed_on(omega, motion)
+        if counts(found) and not found.settled:  # an irregular motion may be a long transient
+            again = self._followed_on(omega, found)
+            found = replace(again, persistence=again.persistence + LONGER if counts(again) else 0)
         if counts(found) or found.amplitude_m <= height_m:
             return found
         limits = RingLimits(most_periods=PERSISTENT, floor_m=height_m, window=WINDOW)
