@@ -130,9 +130,8 @@ class DepartureSearch:
             yield from self._explored(stretches[0], tried[0])
         if best <= self.height_m:
             for stretch, before in zip(stretches, tried, strict=True):
-                for position in set(self._beside_the_highest(stretch)) - set(before):
-                    found = self._departure(stretch, position)
-                    if found.motion is not None:
+                for position in self._beside_the_highest(stretch):
+                    if position not in before and (found := self._departure(stretch, position)).motion is not None:
                         yield found
 
     def mixed(self) -> Iterator[Departure]:

@@ -228,8 +228,8 @@ class RingIntegration:
         motion = self._motion(solution, pattern, limits)
         near = abs(motion.amplitude_m - motion.started_m) <= HARDLY_LEFT * motion.started_m
         if motion.stays or (motion.periodic and near):  # coarse steps may hold what leaves slowly
-            most = min(limits.most_periods, USUAL_PERIODS)
-            fine = replace(limits, most_periods=most, disturbance=LARGE, retention=RETENTION, finer=1.0)
+            periods = min(limits.most_periods, USUAL_PERIODS)
+            fine = replace(limits, most_periods=periods, disturbance=LARGE, retention=RETENTION, finer=1.0)
             motion = self._motion(solution, pattern, fine)
         return Integrated(motion, failure)
 
@@ -261,18 +261,20 @@ class RingIntegration:
             finer=COARSE_STEPS,
         )
 
-    def stepped(self, omega: float, motion: RingMotion) -> RingIntegrator:
-        """The ring of a motion with coarse steps at another frequency.
+    def coarse(self, omega: float, nodal_diameter: int) -> RingIntegrator:
+        """The ring that carries a perturbation, with the steps and modes of `limits`.
 
         Parameters
         ----------
         omega : float
             Excitation frequency, rad/s.
-        motion : RingMotion
-            The motion.
+        nodal_diameter : int
+            k of the perturbation.
         """
-        pattern, coarse = self.pattern_of(motion), {"retention": COARSE * RETENTION, "finer": COARSE_STEPS}
-        return RingIntegrator.of(self.ring, omega, nodal_diameter=pattern, **coarse)
+        limits = self.limits(0, 0.0)
+        return RingIntegrator.of(
+            self.ring, omega, nodal_diameter=nodal_diameter, retention=limits.retention, finer=limits.finer
+        )
 
     def confirmed(self, omega: float, motion: RingMotion, height_m: float) -> RingMotion:
         """A motion disturbed and followed on, with its height in that time; else what the ring goes over to.

@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nonlinear.contact.fourier import to_real
 from nonlinear.contact.parameters import Array
 from nonlinear.response_curve import ResponseCurve
 from nonlinear.time_integration.ring import RingState
@@ -23,6 +22,7 @@ from nonlinear.worst_motion.ring_integration import (
     USUAL_PERIODS,
     Integrated,
     RingIntegration,
+    Solution,
     interpolated,
 )
 
@@ -109,9 +109,7 @@ class RingStarts:
         periods = min(USUAL_PERIODS, blade_periods // len(start.shares))
         if periods < FEWEST_PERIODS:
             return Integrated(None, f"from {start.kind} states was left out")
-        limits = self.integration.limits(periods, height_m)
-        coarse = {"retention": limits.retention, "finer": limits.finer}
-        integrator = RingIntegrator.of(ring, omega, nodal_diameter=start.pattern, **coarse)
+        limits, integrator = self.integration.limits(periods, height_m), self.integration.coarse(omega, start.pattern)
         if start.number >= 0:
             state = random_state(integrator, self.branches, np.random.default_rng((SEED, start.number)))
         else:
@@ -130,9 +128,7 @@ def random_state(
 ) -> RingState:
     """The highest solution of a curve with a random phase and a random size, up to 1.5 times, on each blade."""
     branch = max(branches, key=lambda each: each.amplitude_m.max())
-    top = int(branch.amplitude_m.argmax())
-    kept = int(branch.kept_harmonics[top]) + 1
-    high = integrator.on_wave(to_real(branch.relative_displacement[top, :kept]))
+    high = integrator.on_wave(Solution.of(branch, int(branch.amplitude_m.argmax())).displacement)
     size, angle = rng.uniform(0.0, LARGEST, high.n_blades), rng.uniform(0.0, 2.0 * np.pi, high.n_blades)
     turn = np.reshape(size * np.exp(1j * angle), (-1, *[1] * (high.coordinates.ndim - 1)))
     turned: Array = turn * (high.coordinates - 1j * high.rates / integrator.omega)

@@ -119,7 +119,8 @@ class _Walk:
         self.spent += (SETTLING + STEP_WINDOW) * self.start.n_blades
         omega = 2.0 * math.pi * frequency_hz
         try:
-            record = self.integration.stepped(omega, self.start).march(state, SETTLING + STEP_WINDOW)
+            integrator = self.integration.coarse(omega, self.integration.pattern_of(self.start))
+            record = integrator.march(state, SETTLING + STEP_WINDOW)
         except ArithmeticError:
             return None
         return float(record.envelope_m[SETTLING:].max()), record.final

@@ -146,7 +146,7 @@ def unresolved(
     if restless:
         periods = max(each.motion.periods for each in restless if each.motion)
         reached = height_said(max(each.reached_m for each in restless))
-        places = _list({each.frequency_hz: None for each in restless})
+        places = _list(each.frequency_hz for each in restless)
         found.append(f"not settled within {periods} periods at {places}, up to {reached} until then")
     found += _not_followed(departures, highest)
     return "; ".join(found)
@@ -160,13 +160,13 @@ def _not_followed(departures: Sequence[Departure], highest_m: float) -> Iterator
             yield f"the motion at {each.frequency_hz:.5g} Hz was followed from {low:.5g} to {high:.5g} Hz only"
     left = [each for each in departures if each.open and each.reached_m >= FLOOR * highest_m]
     if left:
-        places, reached = _list({each.frequency_hz: None for each in left}), max(each.reached_m for each in left)
+        places, reached = _list(each.frequency_hz for each in left), max(each.reached_m for each in left)
         yield f"the motions at {places}, up to {height_said(reached)}, were not followed"
 
 
 def _list(frequencies_hz: Iterable[float]) -> str:
-    """Frequencies by name, of many the first ones."""
-    names = [f"{frequency:.5g} Hz" for frequency in frequencies_hz]
+    """Frequencies by name, each once, of many the first ones."""
+    names = [f"{frequency:.5g} Hz" for frequency in dict.fromkeys(frequencies_hz)]
     if len(names) > MOST_NAMED:
         names = [*names[: MOST_NAMED - 1], f"{len(names) - MOST_NAMED + 1} others"]
     return ", ".join(names)
