@@ -59,8 +59,8 @@ class WorstMotion:
         Higher motions on detached branches whose truncation error is above the tolerance, where time integration did
         not confirm them; "" where there are none.
     truncation_error : float
-        Estimated relative error of the amplitude by neglected harmonics, that of its branch; 0 for a motion of time
-        integration, NaN without an estimate.
+        Estimated relative error of the amplitude by neglected harmonics, that of its branch or of the ring's; 0 for a
+        motion of time integration, NaN without an estimate.
     unstable : bool
         Whether a perturbation of some nodal diameter grows on it: the highest solution, which the ring leaves for a
         motion that may be lower or higher. Only where `SolverOptions.stability` is not "ring": then no other solution

@@ -12,7 +12,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactParameters
@@ -23,6 +22,7 @@ from nonlinear.mistuned_ring.ring_response import MistunedResponse
 from nonlinear.options import SEARCH_COST, Excitation, SolverOptions
 from nonlinear.response_curve import Kind, Peak, ResponseCurve, TerminationReason, WorstMotion, at_range_end
 from nonlinear.response_solver import forced_response
+from nonlinear.time_integration.ring import whole_ring
 from nonlinear.worst_motion.candidates import Place, branches_of, height_said
 from nonlinear.worst_motion.ring_integration import Integrated, RingIntegration, Solution
 from nonlinear.worst_motion.ring_starts import RingStarts
@@ -36,51 +36,6 @@ WHOLE, ALONE = "stability of the whole ring", "stability by time integration alo
 NONE = "no stability"  # with a disk
 OTHERS = "other deviations of blades and contacts"
 ON_DISK = "a mistuned ring on a disk is not integrated in time"
-
-
-def whole_ring(
-    modal: ModalModel, contact: ContactParameters, excitation: Excitation, mistuning: Mistuning
-) -> tuple[ModalModel, ContactParameters]:
-    """A ring of clamped blades as one structure, and the nodes of all pairs; output NAME of blade j: "NAME_j".
-
-    `contact` is that of the tuned pair.
-    """
-    count, phase = mistuning.n_blades, modal.phase(excitation.engine_order)
-    frequency = np.outer(1.0 + mistuning.frequency, modal.angular_frequency).ravel()
-    order, left = np.argsort(frequency, kind="stable"), modal.left
-    motion = np.zeros((count, len(modal.right), count, modal.angular_frequency.size))
-    for j in range(count):
-        motion[j, :, j] += modal.right
-        if left is not None:
-            motion[j, :, (j + 1) % count] -= left
-
-    def of_all(values: NDArray[np.number], factors: NDArray[np.number]) -> NDArray[np.number]:
-        return np.outer(factors, values).ravel()[order]
-
-    def forces(harmonic: int) -> NDArray[np.number]:
-        turns = np.exp(1j * harmonic * phase * np.arange(count))
-        return of_all(modal.harmonic_forces.get(harmonic, modal.force), turns)
-
-    excited = {*dict(excitation.factors), *modal.harmonic_forces} - {1}
-    whole = ModalModel(
-        angular_frequency=frequency[order],
-        damping=np.tile(modal.damping, count)[order],
-        right=motion.reshape(count * len(modal.right), -1)[:, order],
-        left=None,
-        force=forces(1),
-        static_force=np.tile(modal.static_force, count)[order],
-        outputs={
-            f"{name}_{j}": of_all(row, np.arange(count) == j)
-            for name, row in modal.outputs.items()
-            for j in range(count)
-        },
-        shapes=np.eye(frequency.size)[:, order],
-        position=np.tile(modal.position, (count, 1)),
-        area=None if modal.area is None else np.tile(modal.area, count),
-        n_blades=None,
-        harmonic_forces={h: forces(h) for h in sorted(excited)},
-    )
-    return whole, mistuning.contact(contact)
 
 
 def mistuned_curve(
@@ -158,7 +113,7 @@ def _solved(
     names = tuple(f"{options.output}_{j}" for j in range(mistuning.n_blades))
     blade = 0 if response.peak is None else response.peak.blade
     own = replace(options, output=names[blade], outputs=names, search="off")
-    whole = whole_ring(modal, contact, excitation, mistuning)
+    whole = whole_ring(modal, excitation, 1.0 + mistuning.frequency), mistuning.contact(contact)
     with np.errstate(all="ignore"):  # equal blades: their modes are resonances of each other
         curve = forced_response(*whole, excitation, own)
     turns = mistuning.n_blades, modal.phase(excitation.engine_order)

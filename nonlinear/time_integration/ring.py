@@ -1,4 +1,4 @@
-"""A ring of blades, the blades that a motion needs, its state, and the modes that are integrated in time.
+"""A ring of blades, alone or as one structure, its state, and the modes that are integrated in time.
 
 The other modes are a residual flexibility; the fastest motion of the integrated ones sets the step.
 """
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactError, ContactParameters
 from nonlinear.options import Excitation
-from rom import RelativeReceptance, RingModes, contact_springs
+from rom import ModalModel, RelativeReceptance, RingModes, contact_springs
 
 
 class DifferentBlades(Protocol):
@@ -203,6 +203,49 @@ class Ring:
         if self.blades_apart is not None:
             return self.blades_apart.with_harmonics(n_harmonics).output(self.output, coordinates)
         return self.receptance(n_harmonics).output(self.output, coordinates[:, 0])[None]
+
+
+def whole_ring(modal: ModalModel, excitation: Excitation, frequency_ratio: Array) -> ModalModel:
+    """A ring of clamped blades as one structure, with the nodes of all pairs; output NAME of blade j: "NAME_j".
+
+    Its time is that of blade 0. A ring of fewer blades than the whole one has to carry the wave.
+    Shapes: `frequency_ratio` (q,).
+    """
+    count, phase = frequency_ratio.size, modal.phase(excitation.engine_order)
+    frequency = np.outer(frequency_ratio, modal.angular_frequency).ravel()
+    order, left = np.argsort(frequency, kind="stable"), modal.left
+    motion = np.zeros((count, len(modal.right), count, modal.angular_frequency.size))
+    for j in range(count):
+        motion[j, :, j] += modal.right
+        if left is not None:
+            motion[j, :, (j + 1) % count] -= left
+
+    def of_all(values: NDArray[np.number], factors: NDArray[np.number]) -> NDArray[np.number]:
+        return np.outer(factors, values).ravel()[order]
+
+    def forces(harmonic: int) -> NDArray[np.number]:
+        turns = np.exp(1j * harmonic * phase * np.arange(count))
+        return of_all(modal.harmonic_forces.get(harmonic, modal.force), turns)
+
+    excited = {*dict(excitation.factors), *modal.harmonic_forces} - {1}
+    return ModalModel(
+        angular_frequency=frequency[order],
+        damping=np.tile(modal.damping, count)[order],
+        right=motion.reshape(count * len(modal.right), -1)[:, order],
+        left=None,
+        force=forces(1),
+        static_force=np.tile(modal.static_force, count)[order],
+        outputs={
+            f"{name}_{j}": of_all(row, np.arange(count) == j)
+            for name, row in modal.outputs.items()
+            for j in range(count)
+        },
+        shapes=np.eye(frequency.size)[:, order],
+        position=np.tile(modal.position, (count, 1)),
+        area=None if modal.area is None else np.tile(modal.area, count),
+        n_blades=None,
+        harmonic_forces={h: forces(h) for h in sorted(excited)},
+    )
 
 
 @dataclass(frozen=True)

@@ -228,7 +228,8 @@ class DepartureSearch:
             return replace(departure, falls=True, sweep=sweep)
         top = replace(sweep.top, started_m=departure.motion.started_m)
         found = self._judged(departure.place, sweep.top_hz, top, departure.failure)
-        return replace(found, falls=False, sweep=sweep, start=departure.start)
+        known = found.known and sweep.truncation_error == 0.0  # one of several blades is none of the wave
+        return replace(found, known=known, falls=False, sweep=sweep, start=departure.start)
 
     def _refined(
         self, stretch: UnstableStretch, tried: Sequence[int], best: float, centre: int

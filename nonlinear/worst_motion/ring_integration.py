@@ -55,6 +55,9 @@ COARSE, COARSE_STEPS = 0.5, 64 / 240
 CONFIRMATION = 2.0  # cost of a period of a blade then, relative to one that is looked at
 FALLS, CLIMBS = 0.85, 1.3  # ratios of its largest displacements then and before, beyond which it does not persist
 SPREADS, SCATTER = 2.0, 0.05  # the same of its scatter, and the scatter relative to the amplitude that is none
+# periods times blades of time integration that cost as much as a point of a branch, for each Fourier coefficient
+# (2 H + 1) that is balanced there: see docs/developers/method.md
+EQUAL_COST = 20
 FLOOR = 0.7  # of the highest motion known, below which a ring is not followed
 VISIBLE = 0.02  # disturbance relative to the vibration, where no growth rate is to be measured
 HARDLY_LEFT, LARGE = 0.1, 0.1  # relative difference of heights; disturbance of a ring that leaves slowly
@@ -309,7 +312,7 @@ class RingIntegration:
 
     def _followed_on(self, omega: float, motion: RingMotion) -> RingMotion:
         """A motion disturbed and followed on; whether it persists and has settled."""
-        pattern, state = self._larger(motion), motion.final
+        pattern, state = self.larger_pattern(motion), motion.final
         integrator = RingIntegrator.of(
             self.ring, omega, nodal_diameter=pattern, retention=CONFIRMED * RETENTION, finer=CONFIRMED_STEPS
         )
@@ -347,8 +350,14 @@ class RingIntegration:
         """
         return self._by_blades(motion)[motion.n_blades]
 
-    def _larger(self, motion: RingMotion) -> int:
-        """Nodal diameter that the largest ring carries of a multiple of the blades of a motion that are not many."""
+    def larger_pattern(self, motion: RingMotion) -> int:
+        """Nodal diameter that the largest ring carries of a multiple of the blades of a motion that are not many.
+
+        Parameters
+        ----------
+        motion : RingMotion
+            The motion.
+        """
         blades = self._by_blades(motion)
         return blades[max(blades)]
 

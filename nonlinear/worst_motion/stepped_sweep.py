@@ -1,7 +1,7 @@
 """Stepped frequency sweep of a motion in time: from step to step the ring starts in the state that it has reached.
 
-A motion that no branch holds has no equation to be continued by. It is followed both ways until its height drops, the
-step halved there; where it is highest it has to persist.
+A motion is followed both ways until its height drops, the step halved there. Where it is highest it has to persist:
+as a stable point of a branch of several blades (`ring_branch`), else in time.
 """
 
 import math
@@ -12,6 +12,7 @@ import numpy as np
 from nonlinear.contact.parameters import Array
 from nonlinear.time_integration.ring import RingState
 from nonlinear.time_integration.ring_motion import KEEPS, RingMotion
+from nonlinear.worst_motion.ring_branch import ring_branch
 from nonlinear.worst_motion.ring_integration import CONFIRMATION, LONGER, RingIntegration, counts
 
 FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 3e-3, 6e-3, 4e-4  # relative to the frequency
@@ -35,6 +36,7 @@ class Sweep:
     top: RingMotion | None  # that motion; None where none of the highest points persists
     blade_periods: int  # integrated
     complete: bool  # whether the motion was followed both ways to where it is lost or clearly lower
+    truncation_error: float = 0.0  # estimated, of the highest motion; 0 where that is one of time integration
 
 
 @dataclass
@@ -54,12 +56,12 @@ class SteppedSweep:
         rising = round(RISING * most)
         complete = walk.go(way, round(FIRST_WAY * most), rising)
         complete &= walk.go(-way, most, rising)
-        top_hz, top = walk.top(height_m)
+        top_hz, top, error = walk.top(height_m)
         places = sorted(set(walk.points) - set(walk.lost if top is not None else ()))
         heights = np.array([walk.points[place][0] for place in places])
         if top is not None:
             heights = np.minimum(heights, top.amplitude_m)  # above it are bursts of a short window
-        return Sweep(np.array(places), heights, top_hz, top, walk.spent, complete)
+        return Sweep(np.array(places), heights, top_hz, top, walk.spent, complete, error)
 
 
 @dataclass
@@ -125,12 +127,13 @@ class _Walk:
             return None
         return float(record.envelope_m[SETTLING:].max()), record.final
 
-    def top(self, height_m: float) -> tuple[float, RingMotion | None]:
-        """The highest motion above a height that persists, and its frequency; points whose motion does not go.
+    def top(self, height_m: float) -> tuple[float, RingMotion | None, float]:
+        """The highest motion above a height that persists, its frequency and truncation error.
 
-        The highest points may be bursts; that of the start has been seen for long, and is tried after them.
+        Points whose motion does not persist are lost. The branch of a periodic motion ends the search. The highest
+        points may be bursts; that of the start has been seen for long, and is tried after them.
         """
-        best: tuple[float, RingMotion | None] = math.nan, None
+        best: tuple[float, RingMotion | None, float] = math.nan, None, 0.0
         reached = 0.0
         highest = sorted(self.points, key=lambda each: -self.points[each][0])[:MOST_TOPS]
         for place in dict.fromkeys((*highest, self.start_hz)):
@@ -139,6 +142,11 @@ class _Walk:
                 break
             motion = replace(self.start, amplitude_m=height, final=state)
             try:
+                branch = ring_branch(self.integration, place, motion)
+                if branch is not None:
+                    self.spent += branch.blade_periods
+                    self.points |= {at: (top, state) for at, top in branch.places.items()}
+                    return branch.top_hz, branch.top(motion), branch.truncation_error
                 found = self.integration.confirmed(2.0 * math.pi * place, motion, max(height_m, reached))
             except ArithmeticError:
                 continue
@@ -148,5 +156,5 @@ class _Walk:
                 continue
             self.points[place] = found.amplitude_m, found.final
             if found.amplitude_m > reached:
-                best, reached = (place, found), found.amplitude_m
+                best, reached = (place, found, 0.0), found.amplitude_m
         return best

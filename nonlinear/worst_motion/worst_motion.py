@@ -30,6 +30,7 @@ from nonlinear.worst_motion.candidates import (
 )
 from nonlinear.worst_motion.departure_search import SAME_AMPLITUDE, Departure, DepartureSearch, Follow, Integrate
 from nonlinear.worst_motion.ring_integration import (
+    EQUAL_COST,
     FLOOR,
     LARGE_RING,
     MOST_BLADES,
@@ -42,9 +43,6 @@ from nonlinear.worst_motion.ring_integration import (
 from nonlinear.worst_motion.ring_starts import RingStarts
 from nonlinear.worst_motion.stepped_sweep import SteppedSweep, Sweep
 
-# Periods times blades of time integration that cost as much as a point of a branch, for each Fourier coefficient
-# (2 H + 1) that is balanced there: see docs/developers/method.md
-EQUAL_COST = 20
 LEAST_BUDGET = 30_000  # of them for a curve with the standard search, about 2 s: a shorter one finds too little
 STABILITY = {
     "wave": "stability against perturbations with the symmetry of the wave only",
@@ -67,7 +65,7 @@ def searched(
     parts = [_branches(curve, options), _stability(options, n_blades), f"harmonics 0 to {curve.harmonics}"]
     starts = [each for each in departures if each.motion is not None]
     if starts:
-        parts.append(_integrated(starts, sum(each.sweep is not None for each in departures)))
+        parts.append(_integrated(starts, [each.sweep for each in departures if each.sweep is not None]))
     else:
         unchecked = options.stability != "ring" and options.search == "off"
         left_out = lacking or departures or unchecked
@@ -97,7 +95,7 @@ def _stability(options: SolverOptions, n_blades: int | None) -> str:
     return f"stability against nodal diameters 0 to {n_blades // 2}"
 
 
-def _integrated(starts: Sequence[Departure], followed: int) -> str:
+def _integrated(starts: Sequence[Departure], sweeps: Sequence[Sweep]) -> str:
     """Where time integration started, and with how many blades."""
     motions, places = [each.motion for each in starts if each.motion is not None], []
     for start, name in (("", "unstable solution"), ("mixed", "mixed start"), ("random", "random state")):
@@ -108,7 +106,9 @@ def _integrated(starts: Sequence[Departure], followed: int) -> str:
     text += f" (ring{'s' if len(rings) > 1 else ''} of {', '.join(map(str, rings))} blades)"
     stayed = sum(motion.stays for motion in motions)
     text += f", {stayed} of which the ring did not leave" if stayed else ""
-    return f"{text}, {followed} motion{'s' if followed > 1 else ''} followed in frequency" if followed else text
+    text += f", {len(sweeps)} motion{'s' if len(sweeps) > 1 else ''} followed in frequency" if sweeps else ""
+    solved = sum(each.truncation_error > 0.0 for each in sweeps)
+    return f"{text} ({solved} by harmonic balance of several blades)" if solved else text
 
 
 def unresolved(
@@ -345,5 +345,5 @@ def _reached(departure: Departure, motion: RingMotion, spoken: dict[str, Any]) -
         motion.persistence,
         **_range(departure.sweep),
         **spoken,
-        truncation_error=0.0,
+        truncation_error=0.0 if departure.sweep is None else departure.sweep.truncation_error,
     )

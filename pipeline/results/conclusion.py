@@ -345,7 +345,8 @@ def _beside_peak(facts: CurveSummary, factor: float) -> Iterator[str]:
     if facts.worst_branch > 0:
         yield f"detached branch {facts.worst_branch}"
     elif facts.worst_branch < 0 and math.isfinite(worst):
-        yield "on no branch, by time integration"
+        solved = facts.worst_truncation_error > 0.0
+        yield f"on no branch, by {'harmonic balance of several blades' if solved else 'time integration'}"
     if worst > NOTICEABLE * peak:
         yield f"{'a response curve shows' if settled else 'peak'} only {peak * factor:.4g}"
     elif worst * NOTICEABLE < peak:

@@ -105,12 +105,12 @@ class ImpactingRing:
                 times.append(brentq(value, low, left, xtol=1e-15))
         return min(times)
 
-    def exponents(self, state):
-        """Floquet exponents of the periodic motion near a state (x, x'), which Newton's method finds."""
+    def periodic(self, state):
+        """The periodic motion near a state (x, x'), which Newton's method finds, and its Floquet exponents."""
         for _ in range(20):
             after, matrix = self.over_period(state)
             change = np.linalg.solve(np.eye(len(matrix)) - matrix, after - state)
             state = state + change
             if np.abs(change).max() < 1e-12:
-                return np.log(np.linalg.eigvals(self.over_period(state)[1]).astype(complex)) / self.period
+                return state, np.log(np.linalg.eigvals(self.over_period(state)[1]).astype(complex)) / self.period
         raise ArithmeticError("no periodic motion")

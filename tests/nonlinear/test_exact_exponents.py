@@ -19,8 +19,11 @@ from nonlinear import (
 )
 from nonlinear.contact.fourier import to_complex, to_real
 from nonlinear.harmonic_balance.initial_solution import solve_at
-from nonlinear.mistuned_ring.mistuned_curve import whole_ring
 from nonlinear.mistuned_ring.ring_receptance import ring_in_time
+from nonlinear.time_integration.ring import RingState, whole_ring
+from nonlinear.time_integration.ring_motion import integrate_ring
+from nonlinear.worst_motion.ring_branch import ring_branch
+from nonlinear.worst_motion.ring_integration import RingIntegration
 from rom import ReducedModel, modal_model
 
 # blades, force, omega, amplitude of harmonic 1, exponents in the strip: c 0.01, kn 0.6, v0 0.1, engine order 1
@@ -30,14 +33,14 @@ RINGS = {
 }
 
 
-def problem(blades, force):
+def problem(blades, force, engine_order=1, stiffness=0.6, interference=0.1):
     """One mass on a spring a blade, with one node on either face that moves with it along the normal."""
     one, face = np.ones(1), np.eye(3)[:, 2:]
     model = ReducedModel(np.eye(1), np.eye(1), face, np.zeros((1, 3)), one, {"tip": one}, face, n_blades=blades)
     contact = ContactParameters.shared(
-        1, normal_stiffness=0.6, tangential_stiffness=0.0, friction=0.0, interference=0.1
+        1, normal_stiffness=stiffness, tangential_stiffness=0.0, friction=0.0, interference=interference
     )
-    return modal_model(model, damping_ratio=0.005), contact, Excitation(engine_order=1, force=force)
+    return modal_model(model, damping_ratio=0.005), contact, Excitation(engine_order=engine_order, force=force)
 
 
 @pytest.mark.parametrize("blades", RINGS)
@@ -51,7 +54,7 @@ def test_exponents_of_the_whole_ring(blades):
     turns = np.exp(2j * np.pi * np.outer(np.arange(8), np.arange(blades)) / blades)[..., None, None]
     guess = to_real(tuned.relative_displacement[0][:, None] * turns).reshape(15, blades, 3)
     for deviations in (Mistuning.of(blades), Mistuning.sampled(blades, 2, frequency=1e-3)):
-        whole = whole_ring(modal, contact, excitation, deviations)
+        whole = whole_ring(modal, excitation, 1.0 + deviations.frequency), deviations.contact(contact)
         balance = build_harmonic_balance(*whole, excitation, options)
         solved = solve_at(balance, omega, balance.unknown(guess), options)
         assert solved.converged
@@ -61,9 +64,32 @@ def test_exponents_of_the_whole_ring(blades):
         integrator = RingIntegrator.of(ring_in_time(modal, contact, excitation, deviations), omega)
         state = integrator.on_wave(own.reshape(15, blades, 3))
         ring = ImpactingRing(1.0 + deviations.frequency, 0.01, 0.6, 0.1, force, omega)
-        found = ring.exponents(np.concatenate([state.coordinates.ravel(), state.rates.ravel()]))
+        _, found = ring.periodic(np.concatenate([state.coordinates.ravel(), state.rates.ravel()]))
         assert growth == pytest.approx(found.real.max(), abs=4e-5)
         if not deviations.frequency.any():
             assert tuned.harmonic_m[0, 0] == pytest.approx(amplitude, rel=1e-4)
             for exponent in exponents:
                 assert np.abs(found - exponent).min() < 2e-6
+
+
+def test_a_localised_motion_by_harmonic_balance():
+    """One of four blades high: the top of its branch is as high as in the exact ring, which keeps it."""
+    omega = 1.12
+    modal, contact, excitation = problem(4, 0.02, engine_order=2, stiffness=0.4, interference=-0.5)
+    ring, options = Ring(modal, contact, excitation), SolverOptions((0.13, 0.24), harmonics=3)
+    integration = RingIntegration(ring, options)
+    rest = integration.coarse(omega, 1).at_rest()
+    start = replace(rest, rates=np.array([[1.5 * omega], [0.0], [0.0], [0.0]]))
+    motion = integrate_ring(ring, omega, start, nodal_diameter=1, limits=integration.limits(400, 0.0))
+    branch = ring_branch(integration, omega / (2.0 * np.pi), motion)
+    assert branch is not None
+    heights = branch.top(motion)
+    assert heights.amplitude_m > 1.05 * motion.amplitude_m
+    assert heights.lowest_m < 0.1 * heights.amplitude_m
+    top = 2.0 * np.pi * branch.top_hz
+    state = np.concatenate([motion.final.coordinates.ravel(), motion.final.rates.ravel()])
+    exact, found = ImpactingRing(np.ones(4), 0.01, 0.4, -0.5, 0.02, top, 2).periodic(state)
+    assert found.real.max() < 0.0
+    again = RingState(*exact.reshape(2, 4, 1), rest.slider, rest.force)
+    _, output = RingIntegrator.of(ring, top, nodal_diameter=1).history(again)
+    assert np.sort(np.abs(output).max(axis=0)) == pytest.approx(np.sort(branch.heights_m), abs=2e-3)

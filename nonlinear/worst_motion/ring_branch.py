@@ -1,0 +1,199 @@
+"""Periodic motions of several blades by harmonic balance of the ring, and their branches over the frequency.
+
+A localised motion repeats every period, each blade with a height of its own. It is a solution of the balance of all
+blades of the ring as one structure: the Fourier coefficients of a period in time are the start of Newton's method,
+and the branch through the solution is followed to its highest point. Growth rates are those in the ring of up to 8
+blades in which a motion in time is confirmed.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from nonlinear.branches.branch_collection import with_balance
+from nonlinear.branches.special_points import locate_peak
+from nonlinear.contact.element_choice import contact_element
+from nonlinear.contact.fourier import to_real
+from nonlinear.contact.parameters import Array, ContactParameters
+from nonlinear.continuation.arclength_continuation import Continuation
+from nonlinear.continuation.response_quantities import amplitude_derivative, largest_amplitude, output_under_forces
+from nonlinear.continuation.solution_point import SolutionPoint
+from nonlinear.continuation.step_control import ContinuationParameters
+from nonlinear.harmonic_balance.initial_solution import TruncatedBalances
+from nonlinear.harmonic_balance.residual import HarmonicBalance, has_odd_harmonics_only
+from nonlinear.options import TRUNCATION_TOLERATED, SolverOptions
+from nonlinear.stability.floquet import FloquetAnalysis
+from nonlinear.time_integration.ring import Ring, whole_ring
+from nonlinear.time_integration.ring_motion import RingMotion
+from nonlinear.worst_motion.candidates import LONG
+from nonlinear.worst_motion.ring_integration import EQUAL_COST, RingIntegration
+
+HARMONICS, MORE_HARMONICS = 3, 5  # of the branch; with which its highest point is solved again
+SAFETY = 1.25  # factor on the change by these
+MOST_UNKNOWNS = 1600  # of the ring of a motion
+STEADY = 0.1  # change of a motion over a period, relative to its size, up to which Newton's method is tried
+# distances of heights of a solution and of a motion in time, relative to the highest blade: of any and of that one
+SAME_HEIGHTS, SAME_HEIGHT = 0.1, 0.05
+ALIKE = 0.01  # relative difference of the blades of a wave
+MAX_STEP, TARGET_DEVIATION, MOST_POINTS = 0.5, 0.2, 30  # of the branch
+MOST_TOPS = 4  # highest points whose growth rate is looked at
+
+
+@dataclass(frozen=True)
+class RingBranch:
+    """The part of a branch of several blades from a motion in time up to its highest point."""
+
+    places: dict[float, float]  # height of the highest blade, m, by frequency, Hz
+    top_hz: float  # frequency of the highest stable point
+    heights_m: Array  # (q,), of all blades there
+    truncation_error: float  # estimated relative error of the highest one
+    blade_periods: int  # of time integration, that cost as much
+
+    def top(self, motion: RingMotion) -> RingMotion:
+        """The highest stable point, found by a motion in time."""
+        highest, lowest = float(self.heights_m.max()), float(self.heights_m.min())
+        return replace(motion, periodic=True, repeats_after=1, settled=True, amplitude_m=highest, lowest_m=lowest)
+
+
+@dataclass(frozen=True)
+class RingBalances:
+    """The balances of a ring of so many blades, alike and clamped, as one structure."""
+
+    ring: Ring
+    blades: int
+    options: SolverOptions
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """Names of the output of all blades."""
+        return tuple(f"{self.ring.output}_{blade}" for blade in range(self.blades))
+
+    @cached_property
+    def contact(self) -> ContactParameters:
+        """Of the nodes of all pairs."""
+        return ContactParameters.joined(*[self.ring.contact] * self.blades)
+
+    @cached_property
+    def base(self) -> HarmonicBalance:
+        """The balance with few harmonics."""
+        excitation = self.ring.excitation
+        modal = whole_ring(self.ring.modal.at(0), excitation, np.ones(self.blades))
+        receptance = Ring(modal, self.contact, excitation).receptance(HARMONICS)
+        element = contact_element(self.contact, HARMONICS, self.options)
+        return HarmonicBalance(receptance, element, odd=has_odd_harmonics_only(receptance, self.contact))
+
+    def continuation(self, highest: int) -> Continuation:
+        """Over the frequency; `highest`: the blade whose amplitude has its maximum located."""
+        names = self.outputs
+        options = replace(self.options, output=names[highest], outputs=names, max_step=MAX_STEP)
+        options = replace(options, harmonics=HARMONICS, max_points=MOST_POINTS)
+        parameters = ContinuationParameters(target_deviation=TARGET_DEVIATION)
+        return Continuation(self.base, options, contact=self.contact, parameters=parameters)
+
+    def heights(self, point: SolutionPoint) -> Array:
+        """Largest abs(x(t)) of all blades, (q,), m."""
+        found = (
+            output_under_forces(point.balance.receptance, point.omega, point.contact, name) for name in self.outputs
+        )
+        return np.array([largest_amplitude(each).value for each in found])
+
+    def growth_rate(self, point: SolutionPoint) -> float:
+        """Largest growth rate of the motion of a smaller ring in this one, 1/s."""
+        displacement = np.tile(point.displacement, (1, self.base.n_contacts // point.balance.n_contacts, 1))
+        jacobian = self.base.element.evaluate(displacement).jacobian
+        found = FloquetAnalysis.of(self.base.receptance, self.contact).exponents(displacement, jacobian, point.omega)
+        return float(found.real.max(initial=-np.inf))
+
+
+def ring_branch(integration: RingIntegration, frequency_hz: float, motion: RingMotion) -> RingBranch | None:
+    """The branch of a motion of several blades; None where it is none, or stability or truncation speak against it.
+
+    Not with a disk or mistuned blades. Of the motion its final state counts.
+    """
+    ring, omega = integration.ring, 2.0 * np.pi * frequency_hz
+    if ring.blades_apart is not None or ring.modal.has_disk:
+        return None
+    displacement, heights, moved = _in_time(integration, omega, motion)
+    if moved > STEADY:
+        return None
+    blades = _fewest_blades(ring, heights)
+    unknown = displacement[:, : blades * ring.contact.n_contacts]
+    if blades == 1 or unknown.size > MOST_UNKNOWNS:
+        return None
+    balances = RingBalances(ring, blades, integration.options)
+    continuation = balances.continuation(int(np.argmax(heights[:blades])))
+    start = continuation.solver.solution_at(omega, balances.base.unknown(unknown))
+    if start is None or start.jacobian_sign < 0 or not _same(balances.heights(start), heights):
+        return None
+    points = _rising(continuation, start)
+    larger = RingBalances(ring, ring.blades(integration.larger_pattern(motion)), integration.options)
+    highest = sorted(points, key=lambda point: -balances.heights(point).max())[:MOST_TOPS]
+    top = next((point for point in highest if larger.growth_rate(point) * 2.0 * np.pi * LONG < point.omega), None)
+    error = np.inf if top is None else _truncation_error(continuation, balances, top)
+    if top is None or error > max(TRUNCATION_TOLERATED, integration.options.harmonic_tolerance):
+        return None
+    places = {point.omega / (2.0 * np.pi): float(balances.heights(point).max()) for point in points}
+    cost = EQUAL_COST * blades * (2 * HARMONICS + 1) * len(points)
+    return RingBranch(places, top.omega / (2.0 * np.pi), balances.heights(top), error, cost)
+
+
+def _in_time(integration: RingIntegration, omega: float, motion: RingMotion) -> tuple[Array, Array, float]:
+    """Real Fourier coefficients (2H+1, q n_c, 3) of d over a period, heights (q,) of the blades, m.
+
+    And how far the period ends from its start, relative to the largest modal coordinate.
+    """
+    modal = integration.ring.modal.at(0)
+    assert modal.left is not None
+    states, output = integration.coarse(omega, integration.pattern_of(motion)).history(motion.final)
+    coordinates = np.array([states[-1].coordinates, *(state.coordinates for state in states[:-1])])
+    moved = coordinates @ modal.right.T - np.roll(coordinates, -1, axis=1) @ modal.left.T
+    found = 2.0 * np.fft.rfft(moved, axis=0)[: HARMONICS + 1] / len(states)
+    found[0] /= 2.0
+    start = motion.final.coordinates
+    change = float(np.abs(states[-1].coordinates - start).max() / np.abs(start).max())
+    return to_real(found.reshape(HARMONICS + 1, -1, 3)), np.abs(output).max(axis=0), change
+
+
+def _fewest_blades(ring: Ring, heights: Array) -> int:
+    """Blades after which the heights (q,) of a ring come again."""
+    count, wave = heights.size, ring.wave_blades
+    turns = (turn for turn in range(wave, count, wave) if count % turn == 0)
+    return next((turn for turn in turns if _alike(heights, np.roll(heights, turn))), count)
+
+
+def _alike(heights: Array, others: Array) -> bool:
+    return bool(np.abs(heights - others).max() <= ALIKE * heights.max())
+
+
+def _same(solved: Array, heights: Array) -> bool:
+    """Whether the blades of a solution move as high as in time, and not all alike, as in a wave."""
+    every = np.resize(solved, heights.size)
+    each = np.abs(every - heights).max() <= SAME_HEIGHTS * heights.max()
+    highest = abs(solved.max() - heights.max()) <= SAME_HEIGHT * heights.max()
+    return bool(each and highest) and not _alike(solved, np.roll(solved, 1))
+
+
+def _rising(continuation: Continuation, start: SolutionPoint) -> list[SolutionPoint]:
+    """Points of a branch in the way in which the highest blade rises, up to its maximum.
+
+    They end where det dR/dx changes its sign: at a fold, or where another branch leaves.
+    """
+    points, rises = list[SolutionPoint](), amplitude_derivative(start, continuation.options.output) > 0.0
+    for point in continuation.continue_branch(start if rises else start.reversed()):
+        points.append(point)
+        if point.jacobian_sign < 0 or point.dA_ds < 0.0:
+            break
+    peak = locate_peak(continuation, *points[-2:]) if len(points) > 1 else None
+    points += [] if peak is None else [peak]
+    return [point for point in points if point.jacobian_sign > 0]
+
+
+def _truncation_error(continuation: Continuation, balances: RingBalances, point: SolutionPoint) -> float:
+    """Estimated relative error of the highest blade by neglected harmonics; infinite where more lead nowhere."""
+    every = TruncatedBalances(balances.base, balances.contact, continuation.options)
+    more = with_balance(continuation, point, every.balance(MORE_HARMONICS))
+    if more is None:
+        return np.inf
+    heights = balances.heights(more).max(), balances.heights(point).max()
+    return float(SAFETY * abs(heights[0] / heights[1] - 1.0))
