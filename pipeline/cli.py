@@ -220,19 +220,27 @@ def report(
 
 @app.command(
     epilog=examples(
-        "shroud check my.toml --frequency 452.5", "shroud check my.toml --frequency 352.8 --curve 3 --branch 1"
+        "shroud check my.toml",
+        "shroud check my.toml --curve 3",
+        "shroud check my.toml --frequency 352.8 --curve 3 --branch 1",
     )
 )
 def check(
     scene: SceneArgument,
-    frequency: Annotated[float, typer.Option(metavar="HZ", help="Excitation frequency of the motion, Hz.")],
-    curve: Annotated[int, typer.Option(min=0, metavar="N", help="Number of the curve, from 0.")] = 0,
+    frequency: Annotated[
+        float | None,
+        typer.Option(metavar="HZ", help="Excitation frequency of the motion, Hz; else the worst motions."),
+    ] = None,
+    curve: Annotated[
+        int | None,
+        typer.Option(min=0, metavar="N", help="Number of the curve, from 0; by default 0, all without a frequency."),
+    ] = None,
     branch: Annotated[
         int | None, typer.Option(min=0, metavar="K", help="0: main branch, K: detached branch K; all by default.")
     ] = None,
     solution: Annotated[
-        int, typer.Option(min=1, metavar="N", help="Which of the solutions at the frequency; 1, the highest.")
-    ] = 1,
+        int | None, typer.Option(min=1, metavar="N", help="Which of the solutions at the frequency; 1, the highest.")
+    ] = None,
     *,
     rom: RomOption = None,
     out: OutOption = None,
@@ -243,9 +251,11 @@ def check(
     """Check by time integration whether a motion persists.
 
     A ring of blades starts from a solution of a curve, slightly disturbed: it stays, or ends in another motion.
+    Without --frequency: from the worst motion of each curve; what is marked >= is sought again with a larger budget.
     """
     from pipeline.check.check_point import CheckedPoint
-    from pipeline.check.check_run import run_check
+    from pipeline.check.check_run import run_check, run_worst_checks
+    from pipeline.errors import input_error
     from pipeline.process.progress import Reporter
     from pipeline.results.outputs import as_json as json_text
     from pipeline.scene.reading import read_scene
@@ -253,11 +263,17 @@ def check(
 
     file = read_scene(scene, given_model=rom is not None)
     request = Request(file, out or Path("out") / file.first.name, Stage.RESPOND.value, force, rom=rom)
-    point = CheckedPoint(curve, frequency, branch, solution)
+    for name, value in (("--branch", branch), ("--solution", solution)):
+        if frequency is None and value is not None:
+            raise input_error("shroud check", name, str(value), "beside --frequency only")
     if not quiet:
         print_notes(file.notes)
     with stoppable() as interrupts:
-        found = run_check(request, point, Reporter(quiet, interrupts=interrupts))
+        reporter = Reporter(quiet, interrupts=interrupts)
+        if frequency is None:
+            found = run_worst_checks(request, curve, reporter)
+        else:
+            found = run_check(request, CheckedPoint(curve or 0, frequency, branch, solution or 1), reporter)
     if as_json:
         print(json_text(found.values))
     elif not quiet:

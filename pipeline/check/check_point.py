@@ -1,25 +1,39 @@
-"""Check of one motion: the solutions of a curve at a frequency, the ring integrated in time from one of them, and the
-answer as lines of text and as values for JSON.
+"""Check of one motion, and the answer as lines of text and as values for JSON.
+
+At a frequency the ring is integrated in time from one of the solutions of a curve. Of the worst motions that a run
+prints, solutions of a branch are integrated as well; a search that left something open (`>=`) is taken up again with
+ten times the budget. What was found with the ring of blades itself, and left nothing open, has been seen.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipeline.codec import plain
 from pipeline.errors import input_error, reason_of
-from pipeline.results.worst import with_unit
+from pipeline.results.worst import motion_said, with_unit
 from pipeline.stages.curve.curve_file import read_curve
 from pipeline.stages.curve.respond import CurveResult
 from pipeline.stages.request import Request
-from pipeline.stages.scene_to_solver import contact_on_model, damped_modes, excitation, solver_options
+from pipeline.stages.scene_to_solver import nonlinear_problem
 
 if TYPE_CHECKING:
-    from nonlinear import FoundSolution, ResponseCurve, Ring, RingMotion, SolverOptions
+    from nonlinear import (
+        ContactParameters,
+        Excitation,
+        FoundSolution,
+        ResponseCurve,
+        Ring,
+        RingMotion,
+        SolverOptions,
+        WorstMotion,
+    )
+    from pipeline.scene.schema import Scene
+    from rom import RingModes
 
 
 MOST_PERIODS = 3000
@@ -53,23 +67,28 @@ class Check:
 
 def refuse(request: Request, point: CheckedPoint) -> None:
     """Refuse a point that no result of the scene can have, before anything is computed."""
-    members = request.scene.members
-    if point.curve >= len(members):
-        last = len(members) - 1
-        raise input_error("shroud check", "--curve", str(point.curve), f"0 to {last}" if last else "0")
-    response = members[point.curve].scene.response
+    refuse_curve(request, point.curve)
+    response = request.scene.members[point.curve].scene.response
     low, high = response.frequency
     if not low <= point.frequency_hz <= high:
         allowed = f"{low:g} to {high:g} Hz, the range of curve {point.curve}"
         raise input_error("shroud check", "--frequency", f"{point.frequency_hz:g}", allowed)
-    if response.method == "static-first":
+
+
+def refuse_curve(request: Request, curve: int) -> None:
+    """Refuse a curve that the scene does not have, or that has no motion in time."""
+    members = request.scene.members
+    if curve >= len(members):
+        last = len(members) - 1
+        raise input_error("shroud check", "--curve", str(curve), f"0 to {last}" if last else "0")
+    if members[curve].scene.response.method == "static-first":
         allowed = '"coupled": with a frozen static part a ring has no motion in time'
         raise input_error(request.scene.path, "response.method", '"static-first"', allowed)
 
 
 def check_point(point: CheckedPoint, curve: CurveResult, label: str) -> Check:
     """Find the solutions of a solved curve at the frequency and integrate the ring from one of them."""
-    from nonlinear import RingIntegration, RingPatterns, SolutionSearch
+    from nonlinear import SolutionSearch
     from rom import one_blas_thread
 
     if curve.file is None or curve.rom is None:
@@ -77,20 +96,29 @@ def check_point(point: CheckedPoint, curve: CurveResult, label: str) -> Check:
     solved = read_curve(curve.file)
     branches = [solved, *solved.detached]
     _refuse_branch(point, branches)
-    ring, options = _problem(curve, curve.rom)
+    ring, options = _ring(_problem(curve.member.scene, curve.rom))
     with one_blas_thread():
-        search = SolutionSearch(ring, options, point.frequency_hz)
-        found = [each for each in search.solutions(branches) if point.branch in (None, each.branch)]
+        every = SolutionSearch(ring, options, point.frequency_hz).solutions(branches)
+        found = [each for each in every if point.branch in (None, each.branch)]
         _refuse_solution(point, found)
-        start = found[point.solution - 1].solution
         try:
-            motion = RingIntegration(ring, options).motion(start, MOST_PERIODS)
+            return _integrated(point, label, found, ring, options)
         except ArithmeticError as error:
             raise input_error(
                 "shroud check", "", reason_of(error), "contacts that can be integrated in time"
             ) from None
-        patterns = RingPatterns(ring, options, start.omega, start.displacement)
-        return Check(point, label, found, motion, patterns.growth_rate(motion.nodal_diameter))
+
+
+def _integrated(
+    point: CheckedPoint, label: str, found: list[FoundSolution], ring: Ring, options: SolverOptions
+) -> Check:
+    """The ring integrated in time from one of the solutions found."""
+    from nonlinear import RingIntegration, RingPatterns
+
+    start = found[point.solution - 1].solution
+    motion = RingIntegration(ring, options).motion(start, MOST_PERIODS)
+    patterns = RingPatterns(ring, options, start.omega, start.displacement)
+    return Check(point, label, found, motion, patterns.growth_rate(motion.nodal_diameter))
 
 
 def _refuse_branch(point: CheckedPoint, branches: list[ResponseCurve]) -> None:
@@ -113,15 +141,19 @@ def _refuse_solution(point: CheckedPoint, found: list[FoundSolution]) -> None:
         raise input_error("shroud check", "--solution", str(point.solution), allowed)
 
 
-def _problem(curve: CurveResult, rom: Path) -> tuple[Ring, SolverOptions]:
-    """The ring and the options that a curve was solved with."""
-    from nonlinear import Ring
+def _problem(scene: Scene, rom: Path) -> tuple[RingModes, ContactParameters, Excitation, SolverOptions]:
+    """What a curve was solved with."""
     from rom import read_reduced_model
 
-    scene, model = curve.member.scene, read_reduced_model(rom, with_basis=False)
-    options = solver_options(scene)
-    modal = damped_modes(model, scene.response, scene.load)
-    return Ring(modal, contact_on_model(scene, model), excitation(scene), options.output), options
+    return nonlinear_problem(scene, read_reduced_model(rom, with_basis=False))
+
+
+def _ring(problem: tuple[RingModes, ContactParameters, Excitation, SolverOptions]) -> tuple[Ring, SolverOptions]:
+    """The ring of a curve, and its options."""
+    from nonlinear import Ring
+
+    modal, contact, excited, options = problem
+    return Ring(modal, contact, excited, options.output), options
 
 
 SAME_AMPLITUDE = 0.05  # relative difference of a motion in time and a solution that count as one
@@ -213,3 +245,96 @@ def _described(found: FoundSolution) -> str:
     rate, k = found.solution.growth_rate, found.solution.nodal_diameter
     stable = "stable" if rate <= 0.0 else "unstable"
     return f"{branch}, {with_unit(found.amplitude_m)}, {stable}: growth rate {rate:.4g} 1/s, nodal diameter {k}"
+
+
+@dataclass(frozen=True)
+class WorstCheck:
+    """The worst motion of a curve, and what a check or a longer search says of it."""
+
+    number: int  # of the curve
+    label: str  # its swept parameters
+    worst: WorstMotion | None  # what the run prints; None where there is no curve
+    check: Check | None = None  # of a solution of a branch
+    longer: WorstMotion | None = None  # what a search with a larger budget finds
+    reason: str = ""  # why there is neither
+
+
+def check_worst(number: int, curve: CurveResult, label: str) -> WorstCheck:
+    """Check the worst motion of a solved curve."""
+    from nonlinear import find_worst_motion
+    from rom import one_blas_thread
+
+    solved = None if curve.file is None else read_curve(curve.file)
+    if solved is None or curve.rom is None or solved.worst is None:
+        return WorstCheck(number, label, None, reason=curve.reason or "no point was solved")
+    worst, problem = solved.worst, _problem(curve.member.scene, curve.rom)
+    found = WorstCheck(number, label, worst)
+    with one_blas_thread():
+        if is_open(worst):
+            thorough = replace(problem[3], search="thorough")
+            return replace(found, longer=find_worst_motion((*problem[:3], thorough), solved, worst))
+        if worst.branch < 0 or worst.motion != "periodic":
+            return replace(found, reason="found with the ring of blades itself, nothing was left open")
+        try:
+            check = _worst_in_time(found, [solved, *solved.detached], *_ring(problem))
+        except ArithmeticError as error:
+            return replace(found, reason=f"not integrated in time: {reason_of(error)}")
+    return replace(found, check=check, reason="" if check else "Newton's method finds no solution there")
+
+
+def _worst_in_time(
+    found: WorstCheck, branches: list[ResponseCurve], ring: Ring, options: SolverOptions
+) -> Check | None:
+    """The ring in time from a worst motion that is a solution of a branch; None where that is not found again."""
+    from nonlinear import SolutionSearch
+
+    worst = found.worst
+    assert worst is not None
+    every = SolutionSearch(ring, options, worst.frequency_hz).solutions(branches)
+    own = [each for each in every if each.branch == worst.branch]
+    if not own:
+        return None
+    away = [abs(each.amplitude_m - worst.amplitude_m) for each in own]
+    point = CheckedPoint(found.number, worst.frequency_hz, worst.branch, 1 + away.index(min(away)))
+    return _integrated(point, found.label, own, ring, options)
+
+
+def is_open(worst: WorstMotion) -> bool:
+    """Whether more than an end of the frequency range was left open; not of a solution that the ring leaves."""
+    left = worst.unresolved.partition("; ")[2] if worst.at_end else worst.unresolved
+    return bool(left) and not worst.unstable
+
+
+def worst_lines(found: WorstCheck) -> Iterator[str]:
+    """The worst motion and what the check says, a line each."""
+    name = f"curve {found.number}{f' ({found.label})' if found.label else ''}"
+    if found.worst is None:
+        yield f"{name}: no worst motion ({found.reason})"
+        return
+    yield f"{name}: {_said(found.worst)}"
+    if found.longer is not None:
+        left = f"; still open: {found.longer.unresolved}" if found.longer.unresolved else ", nothing is left open"
+        yield f"  a thorough search: {_said(found.longer)}{left}"
+    elif found.check is not None:
+        yield f"  {found.check.motion.periods} periods in time: {verdict(found.check)}"
+    else:
+        yield f"  {found.reason}"
+
+
+def _said(worst: WorstMotion) -> str:
+    at_least = ">= " if worst.unresolved and not worst.unstable else ""
+    where = (
+        "on no branch" if worst.branch < 0 else f"detached branch {worst.branch}" if worst.branch else "main branch"
+    )
+    return f"worst motion {at_least}{motion_said(worst.amplitude_m, worst.frequency_hz, 6)}, {worst.motion}, {where}"
+
+
+def worst_values(found: WorstCheck) -> dict[str, Any]:
+    """The same as values for JSON."""
+    return {
+        "curve": found.number,
+        "worst": plain(found.worst),
+        "check": None if found.check is None else printed(found.check),
+        "longer": plain(found.longer),
+        "reason": found.reason,
+    }

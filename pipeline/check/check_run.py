@@ -10,7 +10,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pipeline.check.check_point import Check, CheckedPoint, answer_lines, check_point, printed, refuse, verdict
+from pipeline.check.check_point import (
+    Check,
+    CheckedPoint,
+    answer_lines,
+    check_point,
+    check_worst,
+    printed,
+    refuse,
+    refuse_curve,
+    verdict,
+    worst_lines,
+    worst_values,
+)
 from pipeline.figures.figure_stage import look_of
 from pipeline.figures.style import ordered_colours, save, scale, styled, subplots, write_heading
 from pipeline.process.progress import Reporter
@@ -76,17 +88,34 @@ def run_check(request: Request, point: CheckedPoint, reporter: Reporter) -> Chec
     return CheckOutcome([*answer_lines(check), f"{files[0]}"], values, outcome.problems)
 
 
+def run_worst_checks(request: Request, only: int | None, reporter: Reporter) -> CheckOutcome:
+    """Check the worst motions of all curves of a scene, or of one."""
+    numbers = range(len(request.scene.members)) if only is None else [only]
+    for number in numbers:
+        refuse_curve(request, number)
+    lines, checked, files = list[str](), [], list[str]()
+    with solved_curves(request, reporter) as (run, outcome):
+        for number in numbers:
+            curve = outcome.curves[number]
+            label = member_label(curve.member) if curve.member.parameters else ""
+            with reporter.working(f"checking the worst motion of curve {number}"):
+                found = check_worst(number, curve, label)
+            lines += worst_lines(found)
+            checked.append(worst_values(found))
+            if found.check is not None:
+                files += [path.relative_to(request.out).as_posix() for path in _written(run, found.check)]
+    return CheckOutcome(lines, {"curves": checked, "files": files}, outcome.problems)
+
+
 def _written(run: Run, check: Check) -> list[Path]:
     """Write the picture and the values, replaced together."""
     point, first, out = check.point, run.request.scene.first, run.request.out
     name = f"curve_{point.curve}_{point.frequency_hz:.10g}_Hz_solution_{point.solution}"
-    if point.branch is not None:
-        name += f"_branch_{point.branch}"
-    heading = f"{first.title or first.name}: curve {point.curve}{f', {check.label}' if check.label else ''}"
-    targets = [out / FOLDER / f"{name}.{suffix}" for suffix in ("png", "svg", "csv", "json")]
     options = f" --curve {point.curve} --frequency {point.frequency_hz:.10g} --solution {point.solution}"
     if point.branch is not None:
-        options += f" --branch {point.branch}"
+        name, options = f"{name}_branch_{point.branch}", f"{options} --branch {point.branch}"
+    heading = f"{first.title or first.name}: curve {point.curve}{f', {check.label}' if check.label else ''}"
+    targets = [out / FOLDER / f"{name}.{suffix}" for suffix in ("png", "svg", "csv", "json")]
     redraw = look_of(run, "check", options).redraw
     with run.store.replacing(*targets) as paths:
         with styled():

@@ -56,6 +56,15 @@ def test_a_ring_leaves_an_unstable_motion(checked: dict[str, Any]) -> None:
     assert found["growth_rate"] > 0.0
 
 
+def test_without_a_frequency_the_worst_motions_are_checked(pair: list[Any]) -> None:
+    """A stable solution in time; one that was left open with a longer search, which finds no less."""
+    status, said, error = shroud(*pair, "--quiet", "--json")
+    (found,) = json.loads(said)["curves"]
+    assert (status, error, found["longer"], found["check"]["stays"]) == (0, "", None, True)
+    solution = found["check"]["solutions"][found["check"]["solution"] - 1]
+    assert solution["amplitude_m"] == pytest.approx(found["worst"]["amplitude_m"], rel=1e-6)
+
+
 def test_a_ring_stays_on_a_stable_motion(pair: list[Any]) -> None:
     """On the highest of three; the one between the folds leads elsewhere."""
     status, said, error = shroud(*pair, "--frequency", MANY, "--quiet", "--json")
@@ -106,7 +115,7 @@ def test_the_answer_in_words_and_its_picture(pair: list[Any], checked: dict[str,
         (["--frequency", 0.2, "--branch", 2], ["--branch", "2", "no detached"]),
         (["--frequency", 0.2, "--solution", 9], ["--solution", "9", "1 to "]),
         (["--frequency", 0.2, "--solution", 0], ["--solution"]),
-        ([], ["--frequency"]),
+        (["--branch", 0], ["--branch", "--frequency"]),
     ],
 )
 @pytest.mark.usefixtures("checked")
