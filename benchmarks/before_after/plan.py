@@ -58,6 +58,7 @@ CASES: dict[str, Case] = {
     "fresh": lambda state, settings: fresh_clone(state, "dummy", settings.limit),
     "default": lambda state, settings: from_nothing(state, "dummy", settings.limit),
     "figure5": lambda state, settings: from_nothing(state, "figure5", settings.limit),
+    "machine": lambda state, settings: from_nothing(state, "machine", settings.limit),
     "workers": lambda state, settings: one_and_two_workers(state, settings.limit),
     "peers": measured("peers", cases=PEERS),
     "growth": measured("growth", nodes=GRIDS, harmonics=HARMONICS),

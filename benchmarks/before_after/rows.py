@@ -145,6 +145,7 @@ ROWS = (
     Row("compiling all kernels on a fresh clone (`make setup`)", "s", None, command("fresh", "setup")),
     Row("kernels that the run on the fresh clone compiled", "", 0.0, lambda c: Figure(c["fresh"]["compiled"])),
     Row("figure 5 scene from nothing", "s", 4.0, command("figure5", "whole")),
+    Row("last-stage blade, `scenes/machine.toml`, from nothing", "s", 60.0, command("machine", "whole")),
     *(Row(f"all extras over curves alone, {scene}", "times", 2.0, extras(scene)) for scene in ("dummy", "figure5")),
     *(Row(f"all extras over curves alone, {scene}", "times", 2.0, extras(scene)) for scene in ("figure6", "figure7")),
     Row(

@@ -36,6 +36,7 @@ UNSTABLE_STRIDE = 64  # the same in long stretches where the wave itself is unst
 LOOKS = 8  # at a shorter stretch
 AMPLIFIED = 0.98  # share of the least decay without contact; what decays slower is fed by contact forces
 SIMILAR_DECAY = 0.2  # relative difference of two rates of decay between which one is interpolated
+STEADY_DECAY = 0.02  # the same of rates slower than any without contact
 UNSTABLE_WAVE = 1e-3  # growth of the wave, in units of omega, beside which other nodal diameters change no flag
 MAX_LOCATIONS = 4  # nodal diameters that may take over from each other where the motion becomes unstable
 
@@ -306,7 +307,8 @@ def _fill(
         growing = one.grows(points[first].omega)
         if followed is not None and followed.grows(points[middle].omega) == growing:
             # a rate of growth is interpolated whatever it is: its sign is what matters
-            alike = growing or _same_rate(followed.exponent.real, guess.exponent.real, SIMILAR_DECAY)
+            similar = _similar_decay(points[first], one, other)
+            alike = growing or _same_rate(followed.exponent.real, guess.exponent.real, similar)
             found[middle] = followed if alike else None
             if alike and last - first <= 2 * STRIDE:
                 for ends in ((first, middle), (middle, last)):
@@ -356,15 +358,19 @@ def _alike(before: SolutionPoint, after: SolutionPoint, one: PatternExponent, ot
     """Whether the leading exponents of two points both grow, or decay at nearly the same rate.
 
     What decays slower than every mode without contact is fed by the contact forces, and may grow at another nodal
-    diameter in the next point.
+    diameter in the next point, unless its rate is steady: sliders that creep.
     """
     growing = one.grows(before.omega), other.grows(after.omega)
     if any(growing):
         return all(growing)
-    free_decay = float(before.balance.receptance.waves.damping.min()) / 2.0
-    if max(one.exponent.real, other.exponent.real) > -AMPLIFIED * free_decay:
-        return False
-    return _same_rate(one.exponent.real, other.exponent.real, SIMILAR_DECAY)
+    return _same_rate(one.exponent.real, other.exponent.real, _similar_decay(before, one, other))
+
+
+def _similar_decay(point: SolutionPoint, one: PatternExponent, other: PatternExponent) -> float:
+    """Relative difference of two rates of decay, beside a point, between which one is interpolated."""
+    free_decay = float(point.balance.receptance.waves.damping.min()) / 2.0
+    slowest = max(one.exponent.real, other.exponent.real)
+    return STEADY_DECAY if slowest > -AMPLIFIED * free_decay else SIMILAR_DECAY
 
 
 def _same_rate(one: float, other: float, tolerance: float) -> bool:

@@ -7,7 +7,7 @@ What leads there is refined with the matrices of its own kappa.
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,6 +48,10 @@ class PatternExponent(NamedTuple):
     def grows_clearly(self, omega: float) -> bool:
         """Whether the ring leaves the motion for certain, Re lambda > 0.01 omega: 6 % a period."""
         return bool(self.exponent.real > CLEAR_GROWTH * omega)
+
+
+# what eigenvalues of a scan and their nodal diameters were found to lead to
+Known: TypeAlias = dict[tuple[complex, int], PatternExponent | None]
 
 
 class LinearisedContact(NamedTuple):
@@ -95,7 +99,7 @@ class RingStability:
         """
         point = self.wave.point(*contact)
         if self._has_disk:
-            best = self._least_stable(point, self._sector_scan.eigenvalues(point), any_growing)
+            best = self._least_stable(point, self._sector_scan.eigenvalues(point), any_growing, {})
         else:
             leading = (self._leading_of(point, slices, any_growing) for slices in self._scanned(point))
             best = next((found for found in leading if found is not None), None)
@@ -105,16 +109,17 @@ class RingStability:
         """The least stable exponent; one that grows from some of the nodal diameters, else from all."""
         every = np.arange(1, self.n_blades // 2 + 1)
         coarse = every % COARSE == 1
+        known: Known = {}
         scanned = slices.eigenvalues(every[coarse])
         if scanned and scanned[0][0].real > CLEARLY_GROWING:
-            best = self._least_stable(point, scanned, any_growing)
+            best = self._least_stable(point, scanned, any_growing, known)
             if best is not None and best.grows(point.omega):
                 return best
         scanned += slices.eigenvalues(every[~coarse])
-        return self._least_stable(point, sorted(scanned, key=lambda item: -item[0].real), any_growing)
+        return self._least_stable(point, sorted(scanned, key=lambda item: -item[0].real), any_growing, known)
 
     def _least_stable(
-        self, point: PointContact, scanned: list[tuple[complex, int]], any_growing: bool
+        self, point: PointContact, scanned: list[tuple[complex, int]], any_growing: bool, known: Known
     ) -> PatternExponent | None:
         """The least stable exponent that eigenvalues of a scan lead to, or the first that grows."""
         best, errors = None, ScanErrors()
@@ -136,7 +141,9 @@ class RingStability:
                 break
             sigma, k = complex(values[index]), int(diameters[index])
             values, diameters = np.delete(values, index), np.delete(diameters, index)
-            found = self._refined(point, sigma, k)
+            if (sigma, k) not in known:
+                known[sigma, k] = self._refined(point, sigma, k)
+            found = known[sigma, k]
             if found is not None:
                 if any_growing and found.grows(point.omega):
                     return found

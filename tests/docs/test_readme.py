@@ -41,10 +41,13 @@ def test_presets() -> None:
 
 
 def test_run_times() -> None:
-    first, again = (
-        float(cells("developers/performance.md", name)[2].split()[0])
-        for name in ("default scene from nothing", "`shroud run`, nothing changed")
+    names = (
+        "default scene from nothing",
+        "`shroud run`, nothing changed",
+        "last-stage blade, `scenes/machine.toml`, from nothing",
     )
+    first, again, machine = (float(cells("developers/performance.md", name)[2].split()[0]) for name in names)
+    assert numbers(row("last-stage blade").split("|")[2]) == pytest.approx([machine], rel=0.03)
     assert numbers(row("the default scene").split("|")[2]) == pytest.approx([first, again], rel=0.03)
     dofs = float(cells("developers/performance.md", "142 000 dofs to reduced model")[2].split()[0])
     assert numbers(row("142 000 dofs").split("|")[2])[0] == pytest.approx(dofs, rel=0.03)
