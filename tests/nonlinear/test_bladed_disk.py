@@ -105,7 +105,7 @@ def test_linear_response_of_a_wave_is_that_of_the_ring():
     assert np.abs(backward / whole - 1.0).max() > 0.1  # a slanted blade
 
 
-@pytest.mark.parametrize(("harmonics", "law"), [(1, "two_sliders"), (2, "cone")])
+@pytest.mark.parametrize(("harmonics", "law"), [(1, "two_sliders"), pytest.param(2, "cone", marks=pytest.mark.long)])
 def test_solutions_and_their_stability_are_those_of_the_ring(harmonics, law):
     """Every solution with friction and lift-off solves the whole ring; it is stable where that of the ring is."""
     model = sector()

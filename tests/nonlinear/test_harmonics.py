@@ -32,6 +32,7 @@ def solve(interference, engine_order, harmonics, tolerance=1e-3):
     return forced_response(modal, contact, Excitation(engine_order, 1.0), options)
 
 
+@pytest.mark.long
 def test_the_estimate_bounds_the_true_error_within_a_factor():
     """Against 17 harmonics, over gaps, open and pressed contacts, H = 1, 3 and 5."""
     bounded = []

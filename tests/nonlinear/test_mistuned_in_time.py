@@ -73,7 +73,7 @@ def tuned():
     return forced_response(*PROBLEM, OPTIONS)
 
 
-@pytest.mark.parametrize("small", [True, False])
+@pytest.mark.parametrize("small", [True, pytest.param(False, marks=pytest.mark.long)])
 def test_without_deviations_the_worst_motion_is_that_of_the_tuned_ring(tuned, small, monkeypatch):
     """Where travelling waves are unstable: they grow as fast, and by either way the ring gets as high."""
     ring = whole_curve(Mistuning.of(4), monkeypatch, small=small)

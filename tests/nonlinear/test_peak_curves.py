@@ -118,6 +118,7 @@ def test_envelope_against_single_responses() -> None:
     assert found.amplitude_m <= min(single) * (1.0 + 1e-9)
 
 
+@pytest.mark.long
 def test_stability_of_followed_peaks_is_that_of_responses() -> None:
     """Four blades that touch across a gap: the highest peak loses its stability against another nodal diameter."""
     modal = modal_model(lumped_blade(4, 1), damping_ratio=0.01)

@@ -240,6 +240,7 @@ def test_sectors_leave_a_wave_at_the_rate_of_the_pattern():
     assert abs(motion.amplitude_m / motion.started_m - 1.0) > 0.1
 
 
+@pytest.mark.long
 def test_the_worst_motion_is_that_of_the_assembled_ring():
     """No solution of the curve is stable near its top; the ring as one structure, from rest, goes as high."""
     sector = sector_with_disk(6)

@@ -126,8 +126,8 @@ def test_a_range_that_ends_before_the_peak():
     ("engine_order", "damping", "stiffness", "interference", "harmonics"),
     [
         (4, 0.02, 20.0, -1.0, 1),
-        (4, 0.02, 20.0, -1.0, 3),
-        (4, 0.01, 10.0, -0.3, 1),
+        pytest.param(4, 0.02, 20.0, -1.0, 3, marks=pytest.mark.long),
+        pytest.param(4, 0.01, 10.0, -0.3, 1, marks=pytest.mark.long),
         (6, 0.02, 20.0, -1.0, 1),  # with more harmonics there is no such peak
         (6, 0.02, 20.0, -1.0, 2),
     ],

@@ -186,7 +186,7 @@ def test_refinement_reduces_the_error(studies: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize(
     "name",
-    ["whole", "modes", *(pytest.param(n, marks=pytest.mark.long) for n in ("mesh", "harmonics", "integration"))],
+    ["whole", *(pytest.param(n, marks=pytest.mark.long) for n in ("modes", "mesh", "harmonics", "integration"))],
 )
 def test_no_label_of_a_measured_figure_lies_on_another(benchmark: Any, name: str) -> None:
     study = benchmark("work_precision.study").read_csv(BENCHMARKS / "measured" / f"{name}.csv")

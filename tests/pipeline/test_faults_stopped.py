@@ -78,7 +78,8 @@ def test_killed_and_resumed(copied: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("number", "jobs", "word"), [(signal.SIGINT, 2, "interrupted"), (signal.SIGTERM, 1, "terminated")]
+    ("number", "jobs", "word"),
+    [(signal.SIGINT, 2, "interrupted"), pytest.param(signal.SIGTERM, 1, "terminated", marks=pytest.mark.long)],
 )
 def test_stopped_from_outside(copied: Path, number: signal.Signals, jobs: int, word: str) -> None:
     scene = write_scene(copied.parent / "s.toml", small_scene(sweep={"contact.friction": FRICTIONS}))

@@ -238,7 +238,7 @@ def test_summary_leads_to_the_models(finished: Path) -> None:
 def test_lists_and_several_keys_in_the_csv(tmp_path: Path) -> None:
     rom = write_ground_model(tmp_path / "g.h5")
     v0 = [[0.0, 0.1, 0.2], [0.3, 0.3, 0.3]]
-    quick = {"stability": "wave", "detached": False, "truncation": False, "search": "off"}
+    quick = {"stability": "folds", "detached": False, "truncation": False, "search": "off"}
     scene = ground_scene(preload=0.0) | {"sweep": {"contact.interference": v0, "response.harmonics": [1, 3]}}
     scene["response"] |= quick
     path = write_scene(tmp_path / "s.toml", scene)

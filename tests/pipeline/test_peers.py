@@ -22,6 +22,7 @@ def peers(monkeypatch: pytest.MonkeyPatch) -> Any:
     return peers
 
 
+@pytest.mark.long  # the ordinary case: tests/nonlinear/test_peers_problem.py
 def test_this_program_alone_meets_the_published_values(
     peers: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

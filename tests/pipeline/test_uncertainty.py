@@ -151,12 +151,12 @@ def oscillator_scene(**uncertainty: Any) -> dict[str, Any]:
     }
 
 
-def run_study(folder: Path, scene: dict[str, Any], name: str, jobs: int = 1, until: str = "study") -> dict[str, Any]:
+def run_study(folder: Path, scene: dict[str, Any], name: str, until: str = "study") -> dict[str, Any]:
     """Run a scene on the oscillator; the published result."""
     one = np.ones(1)
     model = ReducedModel(np.eye(1), np.eye(1), np.eye(3, 1), np.zeros((1, 3)), one, {"tip": one})
     write_reduced_model(folder / "rom.h5", model)
-    results = run_scene(scene, folder / name, rom=folder / "rom.h5", jobs=jobs, until=until, quiet=True)
+    results = run_scene(scene, folder / name, rom=folder / "rom.h5", jobs=1, until=until, quiet=True)
     assert results.complete
     found: dict[str, Any] = json.loads((folder / name / "uncertainty.json").read_text())
     return found
@@ -170,15 +170,11 @@ def closed_form(force: np.ndarray, stiffness: np.ndarray, ratio: np.ndarray) -> 
 
 
 def test_a_stuck_oscillator_in_closed_form(tmp_path: Path) -> None:
-    """And two workers find the same bits."""
-    in_workers = run_study(tmp_path, oscillator_scene(), "two", jobs=2)
     scene = oscillator_scene()
     scene["response"]["residual_tractions"] = "bounds"  # solved for once, not for every sample
     found = run_study(tmp_path, scene, "out")
     curves = [json.loads(file.read_text()) for file in (tmp_path / "out" / "store" / "curve").glob("*/curve.json")]
     assert [np.isfinite(each["residual_lowest_m"]) for each in curves].count(True) == 1
-    for name in ("amplitude_m", "frequency_hz"):
-        assert in_workers[name] == found[name]
     force, stiffness, ratio = (
         np.array(found["values"][p["key"]]) for p in oscillator_scene()["uncertainty"]["parameter"]
     )
