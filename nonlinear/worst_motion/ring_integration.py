@@ -27,8 +27,9 @@ from nonlinear.stability.ring_stability import (
     RingStability,
     largest_nodal_diameter,
 )
+from nonlinear.time_integration.period_map import monodromy_rate
 from nonlinear.time_integration.ring import RETENTION, Ring
-from nonlinear.time_integration.ring_integrator import RingIntegrator
+from nonlinear.time_integration.ring_integrator import RingIntegrator, with_more_harmonics
 from nonlinear.time_integration.ring_motion import (
     RingLimits,
     RingMotion,
@@ -108,6 +109,33 @@ class RingPatterns:
         """
         found = self._analysis(self.ring.shift(nodal_diameter)).exponents(*self._contact)
         return float(found[0].real) if found.size else -np.inf
+
+    def rate_error(self, nodal_diameter: int) -> float:
+        """Estimated error of a growth rate by neglected harmonics, 1/s: its difference from that with two more.
+
+        NaN where Newton's method finds no motion with these.
+
+        Parameters
+        ----------
+        nodal_diameter : int
+            k of the perturbations.
+        """
+        more = with_more_harmonics(self.ring, self.omega, self.displacement, len(self.displacement) // 2 + 2)
+        if len(more) == len(self.displacement):
+            return float("nan")
+        return abs(replace(self, displacement=more).growth_rate(nodal_diameter) - self.growth_rate(nodal_diameter))
+
+    def monodromy_rate(self, nodal_diameter: int) -> float:
+        """Largest growth rate of all perturbations of a ring of up to 6 blades, by its monodromy matrix, 1/s.
+
+        NaN for more blades, with a disk, where it would take minutes, and where no periodic motion is found.
+
+        Parameters
+        ----------
+        nodal_diameter : int
+            The ring is the smallest one that carries the wave and this nodal diameter.
+        """
+        return monodromy_rate(self.ring, self.omega, self.displacement, nodal_diameter)
 
     def worst(self) -> PatternExponent:
         """The least stable exponent of all nodal diameters, that of the wave included."""

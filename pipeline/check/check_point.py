@@ -58,6 +58,8 @@ class Check:
     solutions: list[FoundSolution]  # all solutions at the frequency, the highest first
     motion: RingMotion  # what the ring did
     predicted_rate: float  # growth rate of the disturbance from the Floquet exponents, 1/s
+    rate_error: float  # its estimated error by neglected harmonics, 1/s; NaN: not known
+    monodromy_rate: float  # largest growth rate in a ring of up to 6 blades by its monodromy matrix; NaN: none
 
     @property
     def checked(self) -> FoundSolution:
@@ -118,7 +120,9 @@ def _integrated(
     start = found[point.solution - 1].solution
     motion = RingIntegration(ring, options).motion(start, MOST_PERIODS)
     patterns = RingPatterns(ring, options, start.omega, start.displacement)
-    return Check(point, label, found, motion, patterns.growth_rate(motion.nodal_diameter))
+    k = motion.nodal_diameter
+    rates = patterns.growth_rate(k), patterns.rate_error(k), patterns.monodromy_rate(k)
+    return Check(point, label, found, motion, *rates)
 
 
 def _refuse_branch(point: CheckedPoint, branches: list[ResponseCurve]) -> None:
@@ -160,7 +164,7 @@ SAME_AMPLITUDE = 0.05  # relative difference of a motion in time and a solution 
 
 
 def answer_lines(check: Check) -> Iterator[str]:
-    """What was found, a line for each solution and four for the ring."""
+    """What was found, a line for each solution and some for the ring."""
     point, motion = check.point, check.motion
     named = f" ({check.label})" if check.label else ""
     count = len(check.solutions)
@@ -171,7 +175,10 @@ def answer_lines(check: Check) -> Iterator[str]:
     pattern = f"disturbed in nodal diameter {motion.nodal_diameter}"
     yield f"solution {point.solution}, {ring}, {pattern}, {motion.periods} periods:"
     measured = f"{motion.growth_rate:.4g} 1/s" if math.isfinite(motion.growth_rate) else "not measurable"
-    yield f"growth rate of the disturbance: {measured} in time, {check.predicted_rate:.4g} 1/s predicted"
+    error = f" (harmonics: +- {check.rate_error:.2g})" if math.isfinite(check.rate_error) else ""
+    yield f"growth rate of the disturbance: {measured} in time, {check.predicted_rate:.4g} 1/s predicted{error}"
+    if math.isfinite(check.monodromy_rate):
+        yield f"largest growth rate in this ring by its monodromy matrix: {check.monodromy_rate:.4g} 1/s"
     yield verdict(check)
 
 
@@ -232,6 +239,8 @@ def printed(check: Check) -> dict[str, Any]:
             "reaches_solution": matching_solution(check),
             "growth_rate": motion.growth_rate,
             "predicted_growth_rate": check.predicted_rate,
+            "growth_rate_error": check.rate_error,
+            "monodromy_growth_rate": check.monodromy_rate,
             "nodal_diameter": motion.nodal_diameter,
             "ring_blades": motion.n_blades,
             "periods": motion.periods,

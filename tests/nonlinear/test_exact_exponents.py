@@ -20,6 +20,7 @@ from nonlinear import (
 from nonlinear.contact.fourier import to_complex, to_real
 from nonlinear.harmonic_balance.initial_solution import solve_at
 from nonlinear.mistuned_ring.ring_receptance import ring_in_time
+from nonlinear.time_integration.period_map import PeriodMap
 from nonlinear.time_integration.ring import RingState, whole_ring
 from nonlinear.time_integration.ring_motion import integrate_ring
 from nonlinear.worst_motion.ring_branch import ring_branch
@@ -66,6 +67,9 @@ def test_exponents_of_the_whole_ring(blades):
         ring = ImpactingRing(1.0 + deviations.frequency, 0.01, 0.6, 0.1, force, omega)
         _, found = ring.periodic(np.concatenate([state.coordinates.ravel(), state.rates.ravel()]))
         assert growth == pytest.approx(found.real.max(), abs=4e-5)
+        by_map = PeriodMap(integrator, state)
+        marched = by_map.exponents(by_map.fixed_point(by_map.start)[1])
+        assert marched[0].real == pytest.approx(found.real.max(), rel=0.012)
         if not deviations.frequency.any():
             assert tuned.harmonic_m[0, 0] == pytest.approx(amplitude, rel=1e-4)
             for exponent in exponents:

@@ -6,7 +6,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 from lumped import lumped_blade
-from ring_map import RingMap
+from ring_map import ring_map
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance, forced_response
 from nonlinear.contact.fourier import to_real
@@ -92,13 +92,12 @@ def test_exponents_are_those_of_the_ring(n_blades, interference, friction, omega
     balance, found = solutions(n_blades, interference, friction, omega, 25)
     unknown = found[branch]
     hill = exponents(balance, contact, unknown, omega, n_blades)
-    ring = RingMap(balance, contact, omega, n_blades, steps=800 if n_blades == 2 else 600)
-    start = ring.start(unknown)
-    state, jacobian = ring.fixed_point(start)
-    assert np.abs(state - start)[: ring.positions].max() < 0.02 * np.abs(start).max()
+    ring = ring_map(balance, contact, omega, n_blades, unknown, steps=800 if n_blades == 2 else 600)
+    state, jacobian = ring.fixed_point(ring.start)
+    assert np.abs(state - ring.start)[: ring.positions].max() < 0.02
 
     pool = np.concatenate([value for row in hill.values() for value in (row, row.conj())])
-    marched = ring.exponents(jacobian)
+    marched = ring.exponents(jacobian) / omega
     for value in marched[marched.real > -0.03]:
         assert np.abs(pool - value).min() < 0.006 + 0.05 * abs(value.real)
     leading = max(row[0].real for row in hill.values())
@@ -120,8 +119,8 @@ def test_a_small_disturbance_grows_or_decays_as_foretold(case, periods):
     balance, found = solutions(n_blades, interference, friction, omega, 25)
     hill = exponents(balance, contact, found[branch], omega, n_blades)
     leading = max((row[0] for row in hill.values()), key=lambda value: value.real)
-    ring = RingMap(balance, contact, omega, n_blades, steps=500)
-    periodic, _ = ring.fixed_point(ring.start(found[branch]))
+    ring = ring_map(balance, contact, omega, n_blades, found[branch], steps=500)
+    periodic, _ = ring.fixed_point(ring.start)
     disturbance = 1e-8 * np.random.default_rng(2).normal(size=periodic.size)
     disturbance[2 * ring.positions :] = 0.0
     disturbed, apart = periodic + disturbance, []
@@ -150,8 +149,8 @@ def test_exponents_of_sliders_under_the_cone(n_blades, interference, omega, bran
     _, contact, _ = response(n_blades, interference, 0.4, "cone")
     balance, found = solutions(n_blades, interference, 0.4, omega, 15, "cone")
     hill = exponents(balance, contact, found[branch], omega, n_blades)
-    ring = RingMap(balance, contact, omega, n_blades, steps=600)
-    marched = ring.exponents(ring.fixed_point(ring.start(found[branch]))[1])
+    ring = ring_map(balance, contact, omega, n_blades, found[branch], steps=600)
+    marched = ring.exponents(ring.fixed_point(ring.start)[1]) / omega
     kept = marched[marched.real > -0.01]
     assert kept[0].real > 0.05
     jacobian = balance.forces(found[branch]).jacobian
@@ -188,8 +187,8 @@ def test_more_harmonics_come_nearer_to_the_ring():
     for harmonics in (15, 7, 3):
         balance, found = solutions(n_blades, interference, friction, omega, harmonics)
         if marched is None:
-            ring = RingMap(balance, contact, omega, n_blades, steps=2000)
-            marched = ring.exponents(ring.fixed_point(ring.start(found[0]))[1])[0]
+            ring = ring_map(balance, contact, omega, n_blades, found[0], steps=2000)
+            marched = ring.exponents(ring.fixed_point(ring.start)[1])[0] / omega
         leading = exponents(balance, contact, found[0], omega, n_blades)[0.0][0]
         errors.append(abs(leading.real - marched.real) / marched.real)
     assert errors[0] < 0.005
