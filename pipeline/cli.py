@@ -251,7 +251,8 @@ def check(
     """Check by time integration whether a motion persists.
 
     A ring of blades starts from a solution of a curve, slightly disturbed: it stays, or ends in another motion.
-    Without --frequency: from the worst motion of each curve; what is marked >= is sought again with a larger budget.
+    Without --frequency: from the worst motion of each curve; what is marked >= is sought again with a larger budget,
+    which may take up to ten times as long as the curve.
     """
     from pipeline.check.check_point import CheckedPoint
     from pipeline.check.check_run import run_check, run_worst_checks

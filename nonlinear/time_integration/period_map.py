@@ -97,15 +97,20 @@ class PeriodMap:
         """Which values are unknowns."""
         frequency = self.integrator.structure.angular_frequency
         modes = np.broadcast_to(self.integrator.modes.are_retained(frequency), self.near.coordinates.shape)
-        sliders = np.array([state.slider for state in self.integrator.history(self.near)[0]])
+        sliders = np.array([state.slider for state in self._period])
         moving = np.ptp(sliders, axis=0) > DIFFERENCE * self._units[2]
         return modes, modes, moving, np.ones(self.near.force.shape, dtype=bool)
 
     @cached_property
     def _units(self) -> tuple[float, ...]:
-        """The largest value of each kind."""
-        coordinates, _, slider, force = (max(float(np.abs(part).max()), 1e-300) for part in self._parts(self.near))
+        """The largest value of each kind in a period: at one instant contacts may be open, or the blades at rest."""
+        parts = zip(*map(self._parts, [self.near, *self._period]), strict=True)
+        coordinates, _, slider, force = (max(float(np.abs(part).max()), 1e-300) for part in map(np.array, parts))
         return coordinates, self.integrator.omega * coordinates, slider, force
+
+    @cached_property
+    def _period(self) -> list[RingState]:
+        return self.integrator.history(self.near)[0]
 
 
 def monodromy_rate(ring: Ring, omega: float, displacement: Array, nodal_diameter: int) -> float:
@@ -117,9 +122,9 @@ def monodromy_rate(ring: Ring, omega: float, displacement: Array, nodal_diameter
         return float("nan")
     integrator = RingIntegrator.of(ring, omega, nodal_diameter=nodal_diameter, finer=FINER)
     found = PeriodMap(integrator, integrator.on_wave(with_more_harmonics(ring, omega, displacement)))
-    if found.start.size * integrator.steps * integrator.n_blades > MOST_WORK:
-        return float("nan")
     try:
+        if found.start.size * integrator.steps * integrator.n_blades > MOST_WORK:
+            return float("nan")
         _, matrix = found.fixed_point(found.start)
     except ArithmeticError:
         return float("nan")

@@ -1,8 +1,8 @@
 """Check of one motion, and the answer as lines of text and as values for JSON.
 
 At a frequency the ring is integrated in time from one of the solutions of a curve. Of the worst motions that a run
-prints, solutions of a branch are integrated as well; a search that left something open (`>=`) is taken up again with
-ten times the budget. What was found with the ring of blades itself, and left nothing open, has been seen.
+prints, solutions of a branch are integrated as well; what left something open (`>=`) has a longer search beside it.
+What was found with the ring of blades itself, and left nothing open, has been seen.
 """
 
 from __future__ import annotations
@@ -160,6 +160,8 @@ def _ring(problem: tuple[RingModes, ContactParameters, Excitation, SolverOptions
     return Ring(modal, contact, excited, options.output), options
 
 
+MONODROMY_BLADES = 6  # of the largest ring that has one
+NO_MONODROMY = "none (no periodic motion in time near the solution, a disk, or too much work)"
 SAME_AMPLITUDE = 0.05  # relative difference of a motion in time and a solution that count as one
 
 
@@ -177,8 +179,9 @@ def answer_lines(check: Check) -> Iterator[str]:
     measured = f"{motion.growth_rate:.4g} 1/s" if math.isfinite(motion.growth_rate) else "not measurable"
     error = f" (harmonics: +- {check.rate_error:.2g})" if math.isfinite(check.rate_error) else ""
     yield f"growth rate of the disturbance: {measured} in time, {check.predicted_rate:.4g} 1/s predicted{error}"
-    if math.isfinite(check.monodromy_rate):
-        yield f"largest growth rate in this ring by its monodromy matrix: {check.monodromy_rate:.4g} 1/s"
+    if motion.n_blades <= MONODROMY_BLADES:
+        largest = f"{check.monodromy_rate:.4g} 1/s" if math.isfinite(check.monodromy_rate) else NO_MONODROMY
+        yield f"largest growth rate in this ring by its monodromy matrix: {largest}"
     yield verdict(check)
 
 
@@ -264,28 +267,25 @@ class WorstCheck:
     label: str  # its swept parameters
     worst: WorstMotion | None  # what the run prints; None where there is no curve
     check: Check | None = None  # of a solution of a branch
-    longer: WorstMotion | None = None  # what a search with a larger budget finds
+    longer: WorstMotion | None = None  # what a thorough search finds
     reason: str = ""  # why there is neither
 
 
 def check_worst(number: int, curve: CurveResult, label: str) -> WorstCheck:
-    """Check the worst motion of a solved curve."""
-    from nonlinear import find_worst_motion
+    """Check the worst motion of a solved curve whose search left nothing open."""
     from rom import one_blas_thread
 
     solved = None if curve.file is None else read_curve(curve.file)
     if solved is None or curve.rom is None or solved.worst is None:
         return WorstCheck(number, label, None, reason=curve.reason or "no point was solved")
-    worst, problem = solved.worst, _problem(curve.member.scene, curve.rom)
+    worst = solved.worst
     found = WorstCheck(number, label, worst)
+    if worst.branch < 0 or worst.motion != "periodic":
+        return replace(found, reason="found with the ring of blades itself, nothing was left open")
     with one_blas_thread():
-        if is_open(worst):
-            thorough = replace(problem[3], search="thorough")
-            return replace(found, longer=find_worst_motion((*problem[:3], thorough), solved, worst))
-        if worst.branch < 0 or worst.motion != "periodic":
-            return replace(found, reason="found with the ring of blades itself, nothing was left open")
         try:
-            check = _worst_in_time(found, [solved, *solved.detached], *_ring(problem))
+            ring = _ring(_problem(curve.member.scene, curve.rom))
+            check = _worst_in_time(found, [solved, *solved.detached], *ring)
         except ArithmeticError as error:
             return replace(found, reason=f"not integrated in time: {reason_of(error)}")
     return replace(found, check=check, reason="" if check else "Newton's method finds no solution there")
@@ -332,9 +332,9 @@ def worst_lines(found: WorstCheck) -> Iterator[str]:
 
 def _said(worst: WorstMotion) -> str:
     at_least = ">= " if worst.unresolved and not worst.unstable else ""
-    where = (
-        "on no branch" if worst.branch < 0 else f"detached branch {worst.branch}" if worst.branch else "main branch"
-    )
+    where = "on no branch"
+    if worst.branch >= 0 and worst.motion == "periodic":
+        where = f"detached branch {worst.branch}" if worst.branch else "main branch"
     return f"worst motion {at_least}{motion_said(worst.amplitude_m, worst.frequency_hz, 6)}, {worst.motion}, {where}"
 
 

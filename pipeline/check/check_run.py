@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from collections.abc import Sequence
+from concurrent.futures import Future
+from dataclasses import dataclass, replace
 from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
@@ -13,9 +15,11 @@ import numpy as np
 from pipeline.check.check_point import (
     Check,
     CheckedPoint,
+    WorstCheck,
     answer_lines,
     check_point,
     check_worst,
+    is_open,
     printed,
     refuse,
     refuse_curve,
@@ -23,13 +27,20 @@ from pipeline.check.check_point import (
     worst_lines,
     worst_values,
 )
+from pipeline.errors import reason_of
+from pipeline.executor.task import TaskFailed, TaskResult
 from pipeline.figures.figure_stage import look_of
 from pipeline.figures.style import ordered_colours, save, scale, styled, subplots, write_heading
 from pipeline.process.progress import Reporter
+from pipeline.process.workers import WorkerDied
 from pipeline.results.outputs import as_json
 from pipeline.run import solved_curves
 from pipeline.scene.labels import member_label
+from pipeline.stages.curve.curve_file import CURVE
+from pipeline.stages.curve.respond import CurveJob, CurveResult, curve_task, result_from_file
+from pipeline.stages.curve.sweep_curves import with_search
 from pipeline.stages.request import Request, Run
+from pipeline.stages.worker_start import prepare_workers
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -65,6 +76,7 @@ def envelope_figure(check: Check, title: str) -> Figure:
 
 
 FOLDER = "check"
+THOROUGH, SEARCHED = "thorough", "thorough-search"  # the search, and the kind of its results in the store
 
 
 @dataclass(frozen=True)
@@ -82,7 +94,7 @@ def run_check(request: Request, point: CheckedPoint, reporter: Reporter) -> Chec
     with solved_curves(request, reporter) as (run, outcome):
         curve = outcome.curves[point.curve]
         with reporter.working("integrating the ring in time"):
-            check = check_point(point, curve, member_label(curve.member) if curve.member.parameters else "")
+            check = check_point(point, curve, _label(curve))
         files = _written(run, check)
     values = printed(check) | {"files": [path.relative_to(request.out).as_posix() for path in files]}
     return CheckOutcome([*answer_lines(check), f"{files[0]}"], values, outcome.problems)
@@ -95,16 +107,70 @@ def run_worst_checks(request: Request, only: int | None, reporter: Reporter) -> 
         refuse_curve(request, number)
     lines, checked, files = list[str](), [], list[str]()
     with solved_curves(request, reporter) as (run, outcome):
-        for number in numbers:
-            curve = outcome.curves[number]
-            label = member_label(curve.member) if curve.member.parameters else ""
-            with reporter.working(f"checking the worst motion of curve {number}"):
-                found = check_worst(number, curve, label)
+        curves = [outcome.curves[number] for number in numbers]
+        left_open = _left_open(run, curves)
+        for number, curve in zip(numbers, curves, strict=True):
+            found = left_open.get(number)
+            if found is None:
+                with reporter.working(f"checking the worst motion of curve {number}"):
+                    found = check_worst(number, curve, _label(curve))
             lines += worst_lines(found)
             checked.append(worst_values(found))
             if found.check is not None:
                 files += [path.relative_to(request.out).as_posix() for path in _written(run, found.check)]
     return CheckOutcome(lines, {"curves": checked, "files": files}, outcome.problems)
+
+
+def _label(curve: CurveResult) -> str:
+    return member_label(curve.member) if curve.member.parameters else ""
+
+
+def _left_open(run: Run, curves: Sequence[CurveResult]) -> dict[int, WorstCheck]:
+    """Worst motions that were left open, with those of thorough searches, by the numbers of their curves."""
+    found, jobs = dict[int, WorstCheck](), list[CurveJob]()
+    for curve in curves:
+        worst = None if curve.facts is None else curve.facts.worst
+        scene, number = curve.member.scene, curve.member.index
+        if worst is None or curve.file is None or curve.rom is None or not is_open(worst):
+            continue
+        found[number] = WorstCheck(number, _label(curve), worst)
+        if scene.response.search == THOROUGH:
+            reason = f"the search was thorough, and left open: {worst.unresolved}"
+            found[number] = replace(found[number], reason=reason)
+        else:
+            member = replace(curve.member, scene=with_search(scene, THOROUGH))
+            jobs.append(CurveJob(member, curve.file.parent.name, curve.rom, base=curve.file))
+    for number, result in _searched(run, jobs).items():
+        longer = None if result.facts is None else result.facts.worst
+        found[number] = replace(found[number], longer=longer, reason="" if longer else result.reason)
+    return found
+
+
+def _searched(run: Run, jobs: Sequence[CurveJob]) -> dict[int, CurveResult]:
+    """The curves with longer searches, found in the store or computed, by their numbers."""
+    found, tasks = dict[int, CurveResult](), dict[Future[TaskResult], CurveJob]()
+    for item in jobs:
+        if entry := run.store.find(SEARCHED, item.key):
+            found[item.member.index] = result_from_file(item, entry.file(CURVE))
+    missing = [item for item in jobs if item.member.index not in found]
+    if not missing:
+        return found
+    prepare_workers(run, [item.member.scene for item in missing])
+    with run.reporter.counting("thorough searches", len(missing), run.executor.count) as counter:
+        for item in missing:
+            tasks[run.executor.submit(curve_task(run.store, item))] = item
+        for future in run.executor.completed(counter.within):
+            item = tasks.pop(future)
+            try:
+                result = future.result()
+                entry = run.store.keep(SEARCHED, item.key, result.folder, result.seconds)
+                found[item.member.index] = result_from_file(item, entry.file(CURVE), ran=True)
+                said = f"{result.seconds:.0f} s"
+            except (TaskFailed, WorkerDied) as error:
+                said = reason_of(error)
+                found[item.member.index] = CurveResult(item.member, item.rom, None, None, said, ran=True)
+            counter.done(f"{member_label(item.member)}: {said}")
+    return found
 
 
 def _written(run: Run, check: Check) -> list[Path]:

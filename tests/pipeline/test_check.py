@@ -58,13 +58,24 @@ def test_a_ring_leaves_an_unstable_motion(checked: dict[str, Any]) -> None:
     assert 0.0 < checked["monodromy_growth_rate"] < 2.0 * found["growth_rate"]
 
 
-def test_without_a_frequency_the_worst_motions_are_checked(pair: list[Any]) -> None:
-    """A stable solution in time; one that was left open with a longer search, which finds no less."""
+def test_without_a_frequency_the_worst_motions_are_checked(pair: list[Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    """A stable solution in time; one that was left open by a longer search, which finds no less and is kept."""
     status, said, error = shroud(*pair, "--quiet", "--json")
     (found,) = json.loads(said)["curves"]
     assert (status, error, found["longer"], found["check"]["stays"]) == (0, "", None, True)
     solution = found["check"]["solutions"][found["check"]["solution"] - 1]
     assert solution["amplitude_m"] == pytest.approx(found["worst"]["amplitude_m"], rel=1e-6)
+    monkeypatch.setattr("pipeline.check.check_run.is_open", lambda worst: True)
+    status, said, error = shroud(*pair)
+    assert (status, "a thorough search: worst motion" in said, "thorough searches, 1 of 1" in error) == (
+        0,
+        True,
+        True,
+    )
+    status, again, error = shroud(*pair, "--json")
+    (found,) = json.loads(again)["curves"]
+    assert (found["check"], found["reason"], "thorough searches" in error) == (None, "", False)
+    assert found["longer"]["amplitude_m"] >= found["worst"]["amplitude_m"]
 
 
 def test_a_ring_stays_on_a_stable_motion(pair: list[Any]) -> None:

@@ -92,6 +92,7 @@ class CurveJob:
     key: str  # its key in the store
     rom: Path  # file of its reduced model
     shorter: tuple[str, ...] = ()  # keys of the same curve with shorter searches for the worst motion, longest first
+    base: Path | None = None  # file of the curve with a shorter search, in place of one of these
 
 
 def stored_curve(store: Store, item: CurveJob) -> CurveResult | None:
@@ -110,7 +111,8 @@ def curve_task(store: Store, item: CurveJob) -> Task:
     """The task that solves a curve, or searches on where the store has it with a shorter search."""
     member, files = item.member, {"rom": item.rom}
     entry = next(filter(None, (store.find(KIND, key) for key in item.shorter)), None)
-    files |= {} if entry is None else {"base": entry.file(CURVE)}
+    base = item.base if entry is None else entry.file(CURVE)
+    files |= {} if base is None else {"base": base}
     arguments = member.scene, dict(member.parameters)
     return Task(member_label(member), _solve, files, arguments, (0.0, *longest_first(member.scene)))
 

@@ -186,8 +186,12 @@ def with_shorter_searches(scene: Scene) -> Iterator[Scene]:
     """The scene with each search that is shorter than its own, the longest first."""
     searches = get_args(Response.model_fields["search"].annotation)
     for search in reversed(searches[: searches.index(scene.response.search)]):
-        response = scene.response.model_copy(update={"search": search})
-        yield scene.model_copy(update={"response": response})
+        yield with_search(scene, search)
+
+
+def with_search(scene: Scene, search: str) -> Scene:
+    """The scene with another search for the worst motion."""
+    return scene.model_copy(update={"response": scene.response.model_copy(update={"search": search})})
 
 
 def member_models(run: Run, outcome: RunOutcome, given: ReducedModel | None) -> Models:
