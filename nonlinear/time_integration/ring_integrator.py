@@ -45,7 +45,10 @@ def with_more_harmonics(ring: Ring, omega: float, displacement: Array, harmonics
 
 
 MOST_DENSE = 128  # contact displacements of a pair of faces, up to which its forces are solved at once
-MOST_HALVED = 3  # times that the step of a period is halved
+MOST_HALVED = 3  # times that the step is halved
+# the excitation adds as much to a motion in each period as in the first; so many times more no step is to be trusted
+RUNAWAY = 10.0
+NOT_FOUND = "the contact forces of a step were not found"
 CYCLE_SAMPLES = 4096  # instants of the contact cycle from which the sliders start
 
 
@@ -270,7 +273,9 @@ class RingIntegrator:
         return replace(state, coordinates=state.coordinates + add, rates=state.rates + self.omega * speed)
 
     def march(self, state: RingState, periods: int) -> RingRecord:
-        """Integrate whole periods; one in which the contact forces are not found again with half the step.
+        """Integrate whole periods; again with half the step one in which the contact forces are not found.
+
+        And all of them where the motion runs away.
 
         Parameters
         ----------
@@ -282,7 +287,7 @@ class RingIntegrator:
         Raises
         ------
         ContactIterationError
-            The contact forces of a step were not found.
+            The contact forces of a step were not found, or the motion grows without bound.
         """
         work = self._loaded(state)
         output = np.empty((periods, self.steps, self.n_blades))
@@ -295,14 +300,22 @@ class RingIntegrator:
             before = RingWork._make(part.copy() for part in work)
             scale = self._march(work, 0, self.steps, scale, output[period])
             if scale < 0.0:
-                if self.halved == MOST_HALVED:
-                    raise ContactIterationError("time integration: the contact forces of a step were not found")
-                finer = replace(self, steps=2 * self.steps, halved=self.halved + 1).march(self._stored(before), 1)
-                work, output[period] = self._loaded(finer.final), finer.output_m[0, 1::2]
+                finer = self._finer(self._stored(before), 1, NOT_FOUND)
+                work, output[period] = self._loaded(finer.final), finer.output_m[0]
                 scale = float(np.abs(work.force).max())
             both = work.coordinates, work.rates / self.omega
             ends.append(np.concatenate([self.structure.unpacked(part)[:, :last] for part in both], axis=1))
+        first, largest = (np.abs(part).max(initial=0.0) for part in (output[:1], output))
+        if not largest <= RUNAWAY * (periods + 1) * first:
+            return self._finer(state, periods, "the motion grows without bound")
         return RingRecord(self._stored(work), output, np.array(ends))
+
+    def _finer(self, state: RingState, periods: int, reason: str) -> RingRecord:
+        """The same with half the step, the output at the ends of the steps of this one."""
+        if self.halved == MOST_HALVED:
+            raise ContactIterationError(f"time integration: {reason}")
+        found = replace(self, steps=2 * self.steps, halved=self.halved + 1).march(state, periods)
+        return replace(found, output_m=found.output_m[:, 1::2])
 
     def history(self, state: RingState) -> tuple[list[RingState], Array]:
         """States at the ends of all steps of one period, and the output (n, q).
@@ -317,7 +330,7 @@ class RingIntegrator:
         for step in range(self.steps):
             scale = self._march(work, step, step + 1, scale, output)
             if scale < 0.0:
-                raise ContactIterationError("time integration: the contact forces of a step were not found")
+                raise ContactIterationError(f"time integration: {NOT_FOUND}")
             states.append(self._stored(work, 2.0 * np.pi * (step + 1) / self.steps))
         return states, output
 

@@ -26,11 +26,13 @@ from nonlinear.worst_motion.stepped_sweep import Sweep
 
 ONE_START = 0.3  # share of the periods times blades of a curve for one start: large rings are left out
 # shares up to which unstable solutions, mixed starts, then random states: the rest follows motions
-TO_DEPART, TO_MIX, TO_START = 0.4, 0.6, 0.7
+TO_DEPART, TO_MIX, TO_START = 0.4, 0.55, 0.75
 SPARED = 0.5  # share that unstable solutions do not get where a motion persists that is as high as all of them
 MOST_FURTHER = 4  # starts after those from the highest points of the unstable stretches
 MOST_EXPLORED = 8  # the same with those that would take too long
 FASTER = 1.5  # ratio of two growths in a period from which the faster one is a start of its own
+# periods for a motion that is clearly higher than all that persist, also where none are left, and how many have them
+LEAST_SWEEP, MOST_LATE = 1500, 2
 TOLD = 3.0  # growth (of the logarithm) of a disturbance that has to be missing where a ring stays all the same
 # shares of the way through a range with two solutions, from the end where the high one is lower, of mixed starts: the
 # first one, the next where blades have left the high solution there, and where not
@@ -202,7 +204,7 @@ class DepartureSearch:
         follow = self.follow
         if follow is None:
             return list(departures)
-        found, known, highest = list(departures), list[Sweep](), self.height_m
+        found, known, highest, late = list(departures), list[Sweep](), self.height_m, 0
         order = sorted(range(len(found)), key=lambda index: (-found[index].new_height, -found[index].reached_m))
         for number in order:
             each = found[number]
@@ -211,7 +213,9 @@ class DepartureSearch:
             if any(_lies_on(sweep, each) for sweep in known):
                 found[number] = replace(each, known=True)
                 continue
-            left = self.blade_periods - self._spent
+            left, least = self.blade_periods - self._spent, LEAST_SWEEP * each.motion.n_blades
+            if left < least and late < MOST_LATE and each.reached_m > (1.0 + CLEARLY_HIGHER) * highest:
+                left, late = least, late + 1
             if each.reached_m < FLOOR * highest or left <= 0:
                 found[number] = replace(each, open=True)
                 continue

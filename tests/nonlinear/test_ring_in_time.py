@@ -10,6 +10,7 @@ from scipy.linalg import expm
 
 from nonlinear import (
     ContactError,
+    ContactIterationError,
     ContactParameters,
     Excitation,
     Ring,
@@ -134,6 +135,17 @@ def test_energy_is_balanced_to_second_order(law):
         errors.append(energy_balance(integrator, integrator.march(integrator.at_rest(), 3).final).error)
     assert errors[0] < 2e-3
     assert errors[1] < errors[0] / 6.0
+
+
+def test_a_motion_that_runs_away_is_refused(monkeypatch):
+    """After three tries with half the step; as long as nothing does, a step is what was asked for."""
+    integrator = RingIntegrator.of(
+        Ring(modal_model(oscillator(), damping_ratio=0.01), ground_contact(), Excitation(1, 3.0)), 1.0
+    )
+    assert integrator.march(integrator.at_rest(), 20).output_m.shape[:2] == (20, integrator.steps)
+    monkeypatch.setattr("nonlinear.time_integration.ring_integrator.RUNAWAY", 1e-3)
+    with pytest.raises(ContactIterationError, match="grows without bound"):
+        integrator.march(integrator.at_rest(), 20)
 
 
 def test_stiff_contacts_need_no_short_steps():
