@@ -33,7 +33,7 @@ def restored(kind: Any, value: Any) -> Any:
     """The value that `plain` was given, of a type."""
     origin, inner = get_origin(kind), get_args(kind)
     if is_dataclass(kind) and isinstance(kind, type):
-        hints = get_type_hints(kind)
+        hints = _hints(kind)
         return kind(**{name: restored(hints[name], item) for name, item in value.items()})
     if isinstance(kind, type) and issubclass(kind, Enum):
         return kind(value)
@@ -90,7 +90,13 @@ def of_prefix(kind: type[T], prefix: str, record: Any) -> T:
 
 
 @cache
+def _hints(kind: Any) -> dict[str, Any]:
+    """Types of the fields of a dataclass, which take long to resolve."""
+    return get_type_hints(kind)
+
+
+@cache
 def _readers(kind: Any) -> list[tuple[str, Any, bool]]:
     """Name and type of each field, and whether it has a default."""
-    hints = get_type_hints(kind)
+    hints = _hints(kind)
     return [(f.name, get_origin(hints[f.name]) or hints[f.name], f.default is not MISSING) for f in fields(kind)]

@@ -160,7 +160,7 @@ def contact_state(file: Path, facts: CurveSummary) -> str:
     worst = math.isfinite(facts.worst_amplitude_m)
     number, index = (facts.worst_branch, facts.worst_index) if worst else (0, facts.peak_index)
     with h5py.File(file, "r") as source:
-        branches = sorted(source.get(BRANCHES, ()), key=int)
+        branches = sorted(source.get(BRANCHES, ()), key=int) if number else []
         if not 0 <= number <= len(branches) or index < 0:
             return UNKNOWN
         return _state(source[BRANCHES][branches[number - 1]] if number else source, index)
@@ -168,10 +168,9 @@ def contact_state(file: Path, facts: CurveSummary) -> str:
 
 def _state(group: Any, index: int) -> str:
     """Contact state of one point of a branch, from its nodes and its contact force."""
-    sticking, slipping, separating = (int(group[name][index]) for name in ("sticking", "slipping", "separating"))
-    if separating:
+    if group["separating"][index]:
         force = group["contact_force"][index]  # without contact exactly 0, but for the mean of a preload
         return SEPARATING if force[1:].any() or force[0, :, :2].any() else FREE
-    if slipping:
+    if group["slipping"][index]:
         return SLIPPING
-    return STUCK if sticking else UNKNOWN
+    return STUCK if group["sticking"][index] else UNKNOWN

@@ -116,13 +116,23 @@ class Manifest:
 
 def _names(folder: Path) -> set[str]:
     """Names of the files of an entry, without its list."""
-    names = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
-    return names - {MANIFEST}
+    return set(_files(str(folder), "")) - {MANIFEST}
+
+
+def _files(folder: str, inside: str) -> Iterator[str]:
+    """Files in a folder and in those within it, by their names from there, each with `inside` before it."""
+    with os.scandir(folder) as found:
+        for item in found:
+            if item.is_dir(follow_symlinks=False):
+                yield from _files(item.path, f"{inside}{item.name}/")
+            elif item.is_file():
+                yield f"{inside}{item.name}"
 
 
 def _matches(path: Path, expected: dict[str, Any], thorough: bool) -> bool:
     """Whether a file is the one listed; a link to a file elsewhere is not."""
-    same = path.lstat().st_size == expected["size"] and not path.is_symlink()
+    status = path.lstat()
+    same = status.st_size == expected["size"] and not stat.S_ISLNK(status.st_mode)
     return same and (not thorough or file_sha256(path) == expected["sha256"])
 
 

@@ -236,9 +236,11 @@ def _read(group: h5py.Group, left_out: Sequence[str] = ()) -> ResponseCurve:
     from nonlinear import Bifurcation, Peak, ResponseCurve, TerminationReason
 
     facts = read_summary(group)
-    stored = [f.name for f in fields(ResponseCurve) if f.name in group]
+    there = dict.fromkeys(group)  # looking names up one by one, or opening what is not read, takes most of the time
+    stored = [f.name for f in fields(ResponseCurve) if f.name in there]
     values: dict[str, Any] = {name: group[name][()] for name in stored if name not in left_out}
-    values |= {name: np.empty((0, *group[name].shape[1:]), group[name].dtype) for name in left_out}
+    for name, data in ((name, group[name]) for name in left_out):
+        values[name] = np.empty((0, *data.shape[1:]), data.dtype)
     columns = [group[f"harmonic_{h + 1}_m"][()] for h in range(facts.harmonics)]
     values[HARMONIC_COLUMNS] = np.column_stack(columns) if columns else np.empty((facts.points, 0))
     values |= {name: getattr(facts, name) for name in shared_fields()}
@@ -249,12 +251,11 @@ def _read(group: h5py.Group, left_out: Sequence[str] = ()) -> ResponseCurve:
         termination=TerminationReason(ended, facts.termination_hz, facts.reason),
         peaks=restored(tuple[Peak, ...], facts.peaks),
         bifurcations=restored(tuple[Bifurcation, ...], facts.bifurcations),
-        residual_bounds=_residual_bounds(group[RESIDUAL], facts) if RESIDUAL in group else None,
+        residual_bounds=_residual_bounds(group[RESIDUAL], facts) if RESIDUAL in there else None,
         branches_left_out=int(group.attrs["branches_left_out"]),
         outputs={
             name.removeprefix(OUTPUT): data[()].reshape(*data.shape[:2], -1)
-            for name, data in group.items()
-            if name.startswith(OUTPUT)
+            for name, data in ((name, group[name]) for name in there if name.startswith(OUTPUT))
         },
     )
 

@@ -270,7 +270,9 @@ def _detached(branch: ResponseCurve) -> dict[str, Any]:
 
 def read_summary(group: h5py.Group) -> CurveSummary:
     """The summary of a curve from the attributes of its group, which an earlier version may have written."""
-    attributes = {name: group.attrs[name] for name in _NAMES if name in group.attrs}
+    stored = group.attrs  # asked for once: each time it is made anew, which takes longer than reading it
+    there = set(stored)
+    attributes = {name: stored[name] for name in _NAMES if name in there}
     if "peak_located" in attributes:
         attributes.setdefault("peak_at_end", not attributes["peak_located"])
     if not NO_RESIDUAL.keys() <= attributes.keys():  # those of a vibration about another mean are not known

@@ -124,8 +124,8 @@ def table_of(curves: Sequence[CurveResult], swept: Sequence[str], out: Path) -> 
     rows = [_row(curve) for curve in curves]
     columns = {name: _column(kind, [row[name] for row in rows]) for name, kind in _TYPES.items()}
     columns["solved"] = np.array([curve.facts is not None for curve in curves], dtype=bool)
-    roms = ["" if curve.rom is None else relative_path(curve.rom, out) for curve in curves]
-    columns["rom"] = _column("str", roms)
+    names = {rom: "" if rom is None else relative_path(rom, out) for rom in {curve.rom for curve in curves}}
+    columns["rom"] = _column("str", [names[curve.rom] for curve in curves])
     columns["carried_from"] = _column("str", [json.dumps(list(curve.carried_from)) for curve in curves])
     return CurveTable(columns, {key: _swept([curve.member.parameters[key] for curve in curves]) for key in swept})
 

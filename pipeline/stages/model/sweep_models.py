@@ -24,7 +24,7 @@ from pipeline.scene.labels import member_label
 from pipeline.scene.reading import Member, parameter_error
 from pipeline.scene.schema import Scene
 from pipeline.scene.size_limits import check_balance, estimated_elements
-from pipeline.stages.cache_keys import ModelKeys, model_keys
+from pipeline.stages.cache_keys import ModelKeys, linear_operation_inputs, model_keys
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.engine_orders import excited_orders
 from pipeline.stages.model.build_from_matrices import (
@@ -294,9 +294,10 @@ def model_summaries(run: Run, models: Models, outcome: RunOutcome) -> list[dict[
     """Entries of `models` in summary.json: one for every reduced model and contact stiffness in the sweep."""
     entries: dict[tuple[str, float, float], dict[str, Any]] = {}
     known: set[tuple[Any, ...]] = set()
+    seen: set[str] = set()  # what the values below depend on: members that differ in friction or gap have one
     for member in run.request.scene.members:
         model = models[member.index]
-        if model is None:
+        if model is None or (inputs := _linear_inputs(model, member.scene)) in seen:
             continue
         try:
             values = stored_frequencies(run.store, model, member.scene)
@@ -317,11 +318,19 @@ def model_summaries(run: Run, models: Models, outcome: RunOutcome) -> list[dict[
         entry["stuck_hz"][order] = values["stuck_hz"]
         entry["crossings"] += crossings
         known.add(excited)
+        seen.add(inputs)
         if values["each_wave"]:
             entry.setdefault("free_at_order_hz", {})[order] = values["free_hz"]
         if "free_names" in values:
             entry.setdefault("free_names", {})[order] = values["free_names"]
     return list(entries.values())
+
+
+def _linear_inputs(model: BuiltModel, scene: Scene) -> str:
+    """Hash of what the natural frequencies of a model, their errors and crossings depend on."""
+    material = None if scene.material is None else scene.material.model_dump()
+    more = {"speed": scene.load.speed_rpm, "orders": excited_orders(scene), "material": material}
+    return fingerprint({"model": model.key, **linear_operation_inputs(scene), **more})
 
 
 def campbell_summary(run: Run, models: Models, outcome: RunOutcome) -> list[dict[str, Any]]:

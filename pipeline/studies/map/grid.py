@@ -83,7 +83,7 @@ def map_point(curve: CurveResult, place: tuple[float, float], values: tuple[floa
         branch=facts.worst_branch if worst else 0,
         motion=facts.worst_motion if worst else "",
         may_be_higher=_left_open(facts, worst),
-        peaks=_peaks(curve.file),
+        peaks=_peaks(curve.file, facts),
         at_end=facts.at_end,
         truncation_error=number_error(facts),
     )
@@ -95,13 +95,15 @@ def _left_open(facts: CurveSummary, worst: bool) -> str:
     return facts.worst_unresolved if worst else "the worst motion is not known"
 
 
-def _peaks(file: Path) -> tuple[tuple[float, float], ...]:
-    """The peaks of all branches of a curve, Hz and m."""
+def _peaks(file: Path, facts: CurveSummary) -> tuple[tuple[float, float], ...]:
+    """The peaks of all branches of a curve, Hz and m; only those of detached branches are in the file alone."""
     import h5py
 
-    with h5py.File(file, "r") as source:
-        groups = [source, *(source[BRANCHES][name] for name in sorted(source.get(BRANCHES, ()), key=int))]
-        listed = [json.loads(group.attrs.get("peaks", "[]")) for group in groups]
+    listed = [facts.peaks]
+    if facts.detached:
+        with h5py.File(file, "r") as source:
+            groups = [source[BRANCHES][name] for name in sorted(source.get(BRANCHES, ()), key=int)]
+            listed += [json.loads(group.attrs.get("peaks", "[]")) for group in groups]
     return tuple((float(peak["frequency_hz"]), float(peak["amplitude_m"])) for found in listed for peak in found)
 
 
