@@ -174,7 +174,8 @@ def coarse(name: str) -> dict[str, Any]:
     quick = {"detached": False, "truncation": False, "search": "off"}
     scene["response"] |= {"harmonics": 1, "frequency": [low, 1.02 * low], "stability": "folds", **quick}
     scene["response"].pop("tolerance", None)
-    scene["sweep"] = {key: values[-1:] for key, values in scene.get("sweep", {}).items()}
+    sweep = {key: values[-1] for key, values in scene.get("sweep", {}).items()}
+    scene["sweep"] = {key: [each[:4] if isinstance(each, list) else each] for key, each in sweep.items()}
     for study in ("map", "optimum", "uncertainty"):
         scene.pop(study, None)
     return scene | {"mesh": {"size": 0.012, "element": "hex8", "contact_grid": [2, 2]}, "rom": {"modes": 4}}
