@@ -109,10 +109,10 @@ class RingBalances:
 def ring_branch(integration: RingIntegration, frequency_hz: float, motion: RingMotion) -> RingBranch | None:
     """The branch of a motion of several blades; None where it is none, or stability or truncation speak against it.
 
-    Not with a disk or mistuned blades. Of the motion its final state counts.
+    Not with a disk, mistuned blades, or contact against ground. Of the motion its final state counts.
     """
     ring, omega = integration.ring, 2.0 * np.pi * frequency_hz
-    if ring.blades_apart is not None or ring.modal.has_disk:
+    if ring.blades_apart is not None or ring.modal.has_disk or ring.modal.at(0).left is None:
         return None
     displacement, heights, moved = _in_time(integration, omega, motion)
     if moved > STEADY:
