@@ -232,7 +232,7 @@ class DepartureSearch:
             return replace(departure, falls=True, sweep=sweep)
         top = replace(sweep.top, started_m=departure.motion.started_m)
         found = self._judged(departure.place, sweep.top_hz, top, departure.failure)
-        known = found.known and sweep.truncation_error == 0.0  # one of several blades is none of the wave
+        known = found.known and not sweep.solved  # one of several blades is none of the wave
         return replace(found, known=known, falls=False, sweep=sweep, start=departure.start)
 
     def _refined(

@@ -38,6 +38,11 @@ class Sweep:
     complete: bool  # whether the motion was followed both ways to where it is lost or clearly lower
     truncation_error: float = 0.0  # estimated, of the highest motion; 0 where that is one of time integration
 
+    @property
+    def solved(self) -> bool:
+        """Whether the highest motion is one of harmonic balance of several blades."""
+        return self.truncation_error > 0.0
+
 
 @dataclass
 class SteppedSweep:

@@ -107,7 +107,7 @@ def _integrated(starts: Sequence[Departure], sweeps: Sequence[Sweep]) -> str:
     stayed = sum(motion.stays for motion in motions)
     text += f", {stayed} of which the ring did not leave" if stayed else ""
     text += f", {len(sweeps)} motion{'s' if len(sweeps) > 1 else ''} followed in frequency" if sweeps else ""
-    solved = sum(each.truncation_error > 0.0 for each in sweeps)
+    solved = sum(each.solved for each in sweeps)
     return f"{text} ({solved} by harmonic balance of several blades)" if solved else text
 
 

@@ -151,12 +151,12 @@ def oscillator_scene(**uncertainty: Any) -> dict[str, Any]:
     }
 
 
-def run_study(folder: Path, scene: dict[str, Any], name: str, until: str = "study") -> dict[str, Any]:
+def run_study(folder: Path, scene: dict[str, Any], name: str, jobs: int = 1, until: str = "study") -> dict[str, Any]:
     """Run a scene on the oscillator; the published result."""
     one = np.ones(1)
     model = ReducedModel(np.eye(1), np.eye(1), np.eye(3, 1), np.zeros((1, 3)), one, {"tip": one})
     write_reduced_model(folder / "rom.h5", model)
-    results = run_scene(scene, folder / name, rom=folder / "rom.h5", jobs=1, until=until, quiet=True)
+    results = run_scene(scene, folder / name, rom=folder / "rom.h5", jobs=jobs, until=until, quiet=True)
     assert results.complete
     found: dict[str, Any] = json.loads((folder / name / "uncertainty.json").read_text())
     return found
@@ -192,6 +192,13 @@ def test_a_stuck_oscillator_in_closed_form(tmp_path: Path) -> None:
         assert rates[key]["frequency_rate"] == pytest.approx(exact[1], rel=1e-3, abs=1e-6)
     assert found["exceedance"]["value"] == np.mean(amplitude > 4.0)
     assert "16 samples" in found["message"]
+
+
+@pytest.mark.long
+def test_two_workers_find_the_same_bits(tmp_path: Path) -> None:
+    alone, in_workers = (run_study(tmp_path, oscillator_scene(), f"{jobs}", jobs=jobs) for jobs in (1, 2))
+    for name in ("amplitude_m", "frequency_hz"):
+        assert in_workers[name] == alone[name]
 
 
 @pytest.mark.long
