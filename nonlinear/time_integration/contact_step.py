@@ -199,7 +199,7 @@ def padded(values: NDArray[Any], axes: int) -> NDArray[Any]:
     """Values with zeros to a multiple of `LANES` columns, with `axes` = 2 and to a multiple of a half of it rows."""
     multiples = (LANES // 2, LANES)[-axes:]
     missing = [(0, -length % each) for length, each in zip(values.shape[-axes:], multiples, strict=True)]
-    return np.pad(values, [(0, 0)] * (values.ndim - axes) + missing)
+    return np.pad(np.ascontiguousarray(values), [(0, 0)] * (values.ndim - axes) + missing)
 
 
 @inlined
