@@ -289,6 +289,7 @@ def _write_response(run: Run, models: Models, outcome: RunOutcome, said: str = "
     out, scene = run.request.out, run.request.scene
     outcome.table = table_of(outcome.curves, scene.swept, out)
     outcome.known = _known(run, models, outcome)
+    outcome.entries = _entries(outcome, out)
     unfinished = replace(outcome, problems=[*outcome.problems, f"{said}{UNFINISHED}"])
     summary, origin = _summary(run, unfinished), provenance(scene)
     outcome.response = write_results(run.store, out, outcome.curves, outcome.table, summary, origin, keep=not said)
@@ -427,15 +428,18 @@ def _report(run: Run, models: Models, outcome: RunOutcome) -> None:
         outcome.problems.append(f"report: {reason_of(error)}")
 
 
-def _entry(outcome: RunOutcome, number: int, out: Path) -> dict[str, Any]:
-    """One entry of `curves` in summary.json."""
-    row = outcome.known.get("rows", {}).get(number, {})
-    more = {name: row.get(name) for name in ROW}
-    return {**curve_summary(outcome.curves[number], out), **more}
+def _entries(outcome: RunOutcome, out: Path) -> list[dict[str, Any]]:
+    """Entries of `curves` in summary.json; none where they are too many."""
+    rows = outcome.known.get("rows", {})
+    curves = outcome.curves if len(outcome.curves) <= LISTED else []
+    return [
+        {**curve_summary(curve, out), **{name: rows.get(number, {}).get(name) for name in ROW}}
+        for number, curve in enumerate(curves)
+    ]
 
 
 def _summary(run: Run, outcome: RunOutcome) -> dict[str, Any]:
-    out, table, curves = run.request.out, outcome.table, outcome.curves
+    out, table, many = run.request.out, outcome.table, len(outcome.curves) > LISTED
     return {
         "scene": run.request.scene.first.name,
         "accuracy": None if run.request.scene.accuracy is None else run.request.scene.accuracy.plain(),
@@ -445,7 +449,7 @@ def _summary(run: Run, outcome: RunOutcome) -> dict[str, Any]:
         "stages": run.log.summary(),
         "subject": outcome.known.get("subject"),
         "linear": outcome.known.get("linear", []),
-        "curves": [_entry(outcome, number, out) for number in range(len(curves))] if len(curves) <= LISTED else None,
+        "curves": None if many else outcome.entries or _entries(outcome, out),
         "statistics": None if table is None else statistics(table),
         "response": outcome.response,
         TABLE_HASH: None if table is None else table.fingerprint(),

@@ -128,14 +128,9 @@ class RingWork(NamedTuple):
 
 def node_law(contact: ContactParameters, n_nodes: int) -> NodeLaw:
     """Contact parameters of the nodes of one pair of faces that all are alike, or of all q pairs, pair after pair."""
-    return NodeLaw(
-        contact.normal_stiffness.reshape(-1, n_nodes),
-        contact.tangential_stiffness.reshape(-1, n_nodes),
-        contact.friction.reshape(-1, n_nodes),
-        contact.initial_load.reshape(-1, n_nodes),
-        contact.preload.reshape(-1, n_nodes),
-        contact.law == "cone",
-    )
+    stiffnesses = (contact.normal_stiffness, contact.tangential_stiffness)
+    fields = (*stiffnesses, contact.friction, contact.initial_load, contact.preload)
+    return NodeLaw(*(np.array(each, order="C").reshape(-1, n_nodes) for each in fields), contact.law == "cone")
 
 
 def cosine_rows(coefficients: np.ndarray) -> Array:

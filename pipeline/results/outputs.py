@@ -57,12 +57,10 @@ def write_results(
         write_rows(rows, table)
         response = {path.name: file_sha256(path) for path in (binary, points, rows)}
         _write_summary(text, summary | {"response": response})
-
-    def note(folder: Path) -> None:
-        (folder / _HASHES).write_text(json.dumps(response), encoding="utf-8")
-
     if keep:
-        store.get(_KIND, key, note)
+        with store.temporary() as folder:  # in place of an earlier entry: these files have another date
+            (folder / _HASHES).write_text(json.dumps(response), encoding="utf-8")
+            store.keep(_KIND, key, folder, 0.0)
     return response
 
 

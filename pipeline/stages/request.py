@@ -113,6 +113,7 @@ class RunOutcome:
     campbell: list[dict[str, Any]] = field(default_factory=list)  # entries of `campbell` in summary.json
     modes: list[Any] = field(default_factory=list)  # natural frequencies, where no response is asked for
     known: dict[str, Any] = field(default_factory=dict)  # `subject`, `linear` and more of each row in summary.json
+    entries: list[dict[str, Any]] = field(default_factory=list)  # of `curves` in summary.json, once published
     pictures: list[str] = field(default_factory=list)  # figures and renders by their names in the output folder
     stress: list[dict[str, Any]] = field(default_factory=list)  # entries of `stress` in summary.json
     studies: dict[str, StudyOutcome] = field(default_factory=dict)  # results of the studies by their names

@@ -85,7 +85,7 @@ def prepare(cases: Sequence[tuple[str, str]], figures: bool) -> None:
 def _is_stored(run: Run, scene: Scene, given: str | None) -> bool:
     """Whether the curve of a scene is in the store."""
     key = curve_key(scene, given or model_keys(scene).reduce)
-    return run.store.find(KIND, key, thorough=False) is not None
+    return run.store.lists(KIND, key)
 
 
 def _cases(scenes: Sequence[Scene]) -> tuple[tuple[str, str], ...]:

@@ -165,6 +165,10 @@ class Store:
         """Whether there is no result in it."""
         return not any(path.is_dir() and path.name != "tmp" for path in self.root.glob("*"))
 
+    def lists(self, kind: str, key: str) -> bool:
+        """Whether there is an entry, whole or not: the cheapest look, for what a wrong answer only makes slower."""
+        return (self.root / kind / key / MANIFEST).is_file()
+
     def find(self, kind: str, key: str, thorough: bool = True) -> Entry | None:
         """The entry where it is whole, otherwise None. Sizes are always compared, hashes only when `thorough`."""
         folder = self.root / kind / key

@@ -120,8 +120,12 @@ def test_another_damping_or_title_keeps_what_it_can(copied: Path) -> None:
 
 
 def test_what_was_computed_before_is_found_again(copied: Path) -> None:
+    """The response is written again once, not each time."""
     assert rerun(copied, "--until", "respond", contact__friction=0.3)["respond"] == "ran"
     assert rerun(copied) == expected()
+    written = (copied / "response.h5").stat().st_mtime_ns
+    assert rerun(copied) == expected()
+    assert (copied / "response.h5").stat().st_mtime_ns == written
 
 
 def test_a_longer_search_goes_on_from_a_shorter_one(copied: Path, monkeypatch: pytest.MonkeyPatch) -> None:
