@@ -36,9 +36,9 @@ setup: $(VENV)/.installed
 
 $(VENV)/.installed: pyproject.toml requirements.lock
 	@$(PYTHON) pipeline/bootstrap.py
-	@echo "installing into $(VENV), once (about 3 minutes): packages, then kernels are compiled"
+	@echo "installing into $(VENV), once (about 2 minutes): packages, then kernels are compiled"
 	@$(PYTHON) -m venv $(VENV)
-	@$(BIN)/pip install -qq --disable-pip-version-check --no-input -c requirements.lock -e '.[$(EXTRAS)]'
+	@$(BIN)/pip install -qq --disable-pip-version-check --no-input --no-compile -c requirements.lock -e '.[$(EXTRAS)]'
 	-@$(BIN)/shroud warm-up --quiet
 	@touch $@
 
