@@ -128,9 +128,18 @@ class RingWork(NamedTuple):
 
 def node_law(contact: ContactParameters, n_nodes: int) -> NodeLaw:
     """Contact parameters of the nodes of one pair of faces that all are alike, or of all q pairs, pair after pair."""
-    stiffnesses = (contact.normal_stiffness, contact.tangential_stiffness)
-    fields = (*stiffnesses, contact.friction, contact.initial_load, contact.preload)
-    return NodeLaw(*(np.array(each, order="C").reshape(-1, n_nodes) for each in fields), contact.law == "cone")
+
+    def by_pair(values: Array) -> Array:
+        return np.array(values, order="C").reshape(-1, n_nodes)
+
+    return NodeLaw(
+        by_pair(contact.normal_stiffness),
+        by_pair(contact.tangential_stiffness),
+        by_pair(contact.friction),
+        by_pair(contact.initial_load),
+        by_pair(contact.preload),
+        contact.law == "cone",
+    )
 
 
 def cosine_rows(coefficients: np.ndarray) -> Array:
