@@ -18,6 +18,7 @@ from typing import NamedTuple, Protocol, TypeVar
 import numpy as np
 
 from nonlinear.contact.fourier import ComplexArray
+from nonlinear.stability.hessenberg_qr import qr_eigenvalues
 from nonlinear.stability.modal_condensation import Matrix
 
 # all distances in units of omega
@@ -65,7 +66,10 @@ class Pencil(NamedTuple):
 
     def eigenvalues(self) -> ComplexArray:
         """All of them, (..., n_z)."""
-        return np.asarray(np.linalg.eigvals(np.linalg.solve(self.descriptor, self.matrix)), dtype=complex)
+        matrix = np.linalg.solve(self.descriptor, self.matrix)
+        if np.iscomplexobj(matrix):
+            return qr_eigenvalues(matrix)
+        return np.asarray(np.linalg.eigvals(matrix), dtype=complex)  # in conjugate pairs
 
 
 class Near(NamedTuple):

@@ -24,6 +24,7 @@ from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
 from nonlinear.stability.contact_feedback import ContactFeedback
 from nonlinear.stability.eigenproblem import WIDTH, Pencil
+from nonlinear.stability.hessenberg_qr import qr_eigenvalues
 from nonlinear.stability.modal_condensation import CondensedModes, HarmonicBlocks, Matrix, real_form
 from nonlinear.stability.reduced_problem import ABOVE, MARGIN, NEAREST, condensed_flexibility, near_poles
 
@@ -169,7 +170,7 @@ def _of_subspaces(inverse: ComplexArray) -> ComplexArray:
             projected[:, step + 1, step] = length
             basis[:, step + 1] = vector[:, :, 0] / length[:, None]
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.asarray(1.0 / np.linalg.eigvals(projected))
+        return np.asarray(1.0 / qr_eigenvalues(projected))
 
 
 FARTHEST = 4.0  # of a pole that contacts may move near, in units of omega: stiff contacts move it far
