@@ -6,10 +6,11 @@ All formulas stand on one page, docs/developers/stability_algebra.md, in the not
     ring_stability        the least stable exponent over all nodal diameters of the ring
 
     eigenproblem          T(sigma) z = 0 in any basis: the strip, inverse iteration, successive linear problems
+    hessenberg_qr         eigenvalues of many small matrices
 
     point_contact         the contact of a point: its Jacobian and the slider memory
     slider_memory         hereditary terms of the linearised hysteresis, of both contact laws
-    slider_kernels        their compiled loops
+    contact_kernels       compiled loops of both
 
     hill                  all modes: the eigenvalue problem of the perturbations, in the contact dofs
     modal_condensation    the contact-free modal model: poles kept as states, the others as a residual flexibility

@@ -135,8 +135,10 @@ class Factors:
         return cls(tuple(factorise(one.T, overwrite_a=True)[:2] for one in (matrix if many else [matrix])), many)
 
     def solved(self, right: Matrix) -> Matrix:
-        """The inverse times columns (n,) or (n, m); of one matrix."""
-        return _solved(*self.parts[0], right, 1)
+        """The inverse times columns (n,) or (n, m); (k, n, m) of many matrices."""
+        if not self.many:
+            return _solved(*self.parts[0], right, 1)
+        return np.stack([_solved(*part, one, 1) for part, one in zip(self.parts, right, strict=True)])
 
     def rows_solved(self, rows: Matrix) -> Matrix:
         """Rows (n,) or (m, n) times the inverse; (k, m, n) of many matrices."""

@@ -101,12 +101,12 @@ class Placed:
     __array_ufunc__: ClassVar[None] = None
 
     def __matmul__(self, matrix: "Matrix | NodeBlocks") -> Matrix:
-        result: Matrix = self.values[:, None] * np.asarray(matrix)[self.place]
+        result: Matrix = self.values[:, None] * np.asarray(matrix)[..., self.place, :]
         return result
 
     def __add__(self, matrix: Matrix) -> Matrix:
         result: Matrix = matrix.copy()
-        result[np.arange(self.place.size), self.place] += self.values
+        result[..., np.arange(self.place.size), self.place] += self.values
         return result
 
 
@@ -118,7 +118,7 @@ class Chosen:
     __array_ufunc__: ClassVar[None] = None
 
     def __rmatmul__(self, matrix: Matrix) -> Matrix:
-        result: Matrix = matrix[:, self.place]
+        result: Matrix = matrix[..., self.place]
         return result
 
 

@@ -13,8 +13,9 @@ import numpy as np
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
+from nonlinear.stability.contact_kernels import relative_motion_parts
 from nonlinear.stability.modal_condensation import Matrix
-from nonlinear.stability.point_contact import PointContact, columns_in_harmonics, in_harmonics
+from nonlinear.stability.point_contact import PointContact, columns_in_harmonics
 from nonlinear.stability.reduced_problem import ReducedProblem
 from nonlinear.stability.slider_memory import ConeSliderMemory, SliderMemory
 
@@ -25,12 +26,15 @@ MemoryFactors = tuple[ComplexArray, ComplexArray]
 class FaceJacobian:
     """A contact Jacobian in modal coordinates of the relative motion, B^H K B, for all kappas."""
 
-    # (3, D, D), what does not depend on kappa, what goes with e^(i kappa), and what with e^(-i kappa)
-    parts: ComplexArray
+    parts: (
+        ComplexArray  # (3, D, D), what does not depend on kappa, what goes with cos(kappa), and what with sin(kappa)
+    )
 
     @classmethod
     def of(cls, reduced: ReducedProblem, values: Matrix) -> "FaceJacobian":
         """From the Jacobian (n_c, 3, 3, 2H+1, 2H+1) of real coefficients."""
+        if np.iscomplexobj(values):
+            return cls(cls.of(reduced, values.real).parts + 1j * cls.of(reduced, values.imag).parts)
         modal = reduced.modal
         assert modal.left is not None
         faces, q = np.stack([modal.right, modal.left], axis=1), modal.damping.size
@@ -40,28 +44,19 @@ class FaceJacobian:
         left = shapes.transpose(0, 2, 1) @ values.reshape(nodes, 3, 3 * rows**2)
         left = left.reshape(nodes, 2 * q, 3, rows**2).transpose(1, 0, 2, 3).reshape(2 * q, 3 * nodes, rows**2)
         product = (shapes.reshape(3 * nodes, 2 * q).T @ left).reshape(2, q, 2, q, rows, rows)
-        # right right, right left, left right, left left
-        every = np.empty((2, 2, rows, q, rows, q), dtype=complex)
-        in_harmonics(product.transpose(0, 2, 1, 3, 4, 5), out=every.transpose(0, 1, 3, 5, 2, 4))
         first = 0 if reduced.problem.static else 1
+        order = (np.arange(rows) + 1) // 2 * np.where(np.arange(rows) % 2, 1, -1)  # 0, 1, -1, 2, -2, ...
         size = rows - first
-        result = every[:, :, first:, :, first:].reshape(4, size, q, size, q)
-        ahead = np.exp(1j * reduced.harmonics * reduced.problem.phase)[:, None]
-        back = ahead.conj()[:, :, None, None]
-        result[3] *= ahead
-        result[3] *= back
-        result[0] += result[3]
-        result[1] *= -ahead
-        result[2] *= -back
-        return cls(result[:3].reshape(3, size * q, size * q))
+        parts = np.empty((3, size, q, size, q), dtype=complex)
+        relative_motion_parts(product, np.exp(1j * order * reduced.problem.phase), first, parts)
+        return cls(parts.reshape(3, size * q, size * q))
 
-    def at(self, kappa: float) -> ComplexArray:
-        """B^H K B at one kappa, (D, D)."""
-        ahead = complex(np.exp(1j * kappa))
-        result = self.parts[1] * ahead
-        result += self.parts[0]
-        result += self.parts[2] * ahead.conjugate()
-        return np.asarray(result)
+    def at(self, kappas: Array) -> ComplexArray:
+        """B^H K B at some kappas (k,), (k, D, D)."""
+        weights = np.stack([np.ones_like(kappas), np.cos(kappas), np.sin(kappas)], axis=1)
+        size = self.parts.shape[1]
+        values = weights @ self.parts.reshape(3, size**2).view(float)
+        return np.asarray(values.view(complex).reshape(len(kappas), size, size))
 
 
 @dataclass(frozen=True)
@@ -71,19 +66,18 @@ class FaceMemory:
     reduced: ReducedProblem  # the modes
     memory: SliderMemory  # the memory
 
-    def inputs(self, sigma: complex, kappa: float) -> MemoryFactors:
-        """B^H P(sigma) and its derivative at one kappa, (D, M)."""
-        if sigma not in self._inputs:
-            columns = (part[:, self._first :] for part in self.memory.force_in_harmonics(sigma))
-            self._inputs[sigma] = [self._pair(self._motion(0.0), part, conjugate=True) for part in columns]
-        back = complex(np.exp(-1j * kappa))
-        value, derivative = (right - back * left for right, left in self._inputs[sigma])
-        return value.T, derivative.T
-
-    def outputs(self, kappa: float) -> ComplexArray:
-        """Q^T B at one kappa, (M, D)."""
-        right, left = self._outputs
-        return np.asarray(right - complex(np.exp(1j * kappa)) * left)
+    def linearised(self, sigma: complex, kappas: Array) -> tuple[FaceJacobian, MemoryFactors]:
+        """B^H P(sigma) Q^T B, and two factors of its derivative at some kappas, (k, D, M) and (k, M, D)."""
+        columns = (part[:, self._first :] for part in self.memory.force_in_harmonics(sigma))
+        (right, left), (right_change, left_change) = (
+            self._pair(self._motion(0.0), part, conjugate=True) for part in columns
+        )
+        right_out, left_out = self._outputs
+        one, other = -right.T @ left_out, -left.T @ right_out
+        parts = np.stack([right.T @ right_out + left.T @ left_out, one + other, 1j * (one - other)])
+        ahead = np.exp(1j * kappas)[:, None, None]
+        inputs = (right_change - ahead.conj() * left_change).transpose(0, 2, 1)
+        return FaceJacobian(parts), (inputs, right_out - ahead * left_out)
 
     def _motion(self, dw_dn: Array | float) -> tuple[Array, Array]:
         """Motion of the sliders and `dw_dn` times that along the normal, of both faces, (M, q)."""
@@ -113,12 +107,9 @@ class FaceMemory:
 
     @cached_property
     def _outputs(self) -> tuple[ComplexArray, ComplexArray]:
+        """Q^T of both faces, (M, D)."""
         basis = columns_in_harmonics(self.memory.basis)[:, self._first :]
         return self._pair(self._motion(self.memory.dw_dn), basis, conjugate=False)
-
-    @cached_property
-    def _inputs(self) -> dict[complex, list[tuple[ComplexArray, ComplexArray]]]:
-        return {}
 
 
 @dataclass(frozen=True)
@@ -130,21 +121,20 @@ class FaceContact:
 
     def periodic(self, kappa: float) -> ComplexArray:
         """B^H K(0) B, (D, D)."""
-        return self._periodic.at(kappa)
+        return np.asarray(self._periodic.at(np.array([kappa]))[0])
 
-    def linearised(self, sigma: complex, kappa: float) -> tuple[ComplexArray, MemoryFactors | ComplexArray | None]:
+    def linearised(self, sigma: complex, kappas: Array) -> tuple[ComplexArray, MemoryFactors | ComplexArray | None]:
         """B^H K(sigma) B and its derivative: two factors for two sliders, the whole for the cone, None for none."""
-        memory = self.contact.memory
-        if isinstance(memory, ConeSliderMemory):
-            value, change = self._of_cone(sigma)
-            return value.at(kappa), change.at(kappa)
-        matrix, sliders = self.periodic(kappa), self.sliders
+        if isinstance(self.contact.memory, ConeSliderMemory):
+            of_cone, derivative = self._of_cone(sigma)
+            return of_cone.at(kappas), derivative.at(kappas)
+        value, sliders = self._periodic, self.sliders
         if sliders is None:
-            return matrix, None
-        (inputs, derivative), outputs = sliders.inputs(sigma, kappa), sliders.outputs(kappa)
+            return value.at(kappas), None
+        of_memory, change = sliders.linearised(sigma, kappas)
         if sigma:
-            matrix += inputs @ outputs
-        return matrix, (derivative, outputs)
+            value = FaceJacobian(value.parts + of_memory.parts)
+        return value.at(kappas), change
 
     @cached_property
     def sliders(self) -> FaceMemory | None:
@@ -157,16 +147,9 @@ class FaceContact:
         return FaceJacobian.of(self.reduced, self.contact.jacobian)
 
     def _of_cone(self, sigma: complex) -> tuple[FaceJacobian, FaceJacobian]:
-        if sigma not in self._cones:
-            value, derivative = self.contact.at(sigma)
-            assert derivative is not None
-            one, other = (FaceJacobian.of(self.reduced, part) for part in (value, derivative))
-            self._cones[sigma] = one, other
-        return self._cones[sigma]
-
-    @cached_property
-    def _cones(self) -> dict[complex, tuple[FaceJacobian, FaceJacobian]]:
-        return {}
+        value, derivative = self.contact.at(sigma)
+        assert derivative is not None
+        return FaceJacobian.of(self.reduced, value), FaceJacobian.of(self.reduced, derivative)
 
 
 def face_contact(reduced: ReducedProblem, contact: PointContact) -> FaceContact:

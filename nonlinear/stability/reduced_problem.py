@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactParameters
+from nonlinear.stability.contact_feedback import ContactFeedback, Factors, add_identity
+from nonlinear.stability.eigenproblem import Pencil
 from nonlinear.stability.hill import HillProblem
 from nonlinear.stability.modal_condensation import (
     Chosen,
@@ -95,6 +97,35 @@ class CondensedPoles:
         row, _, mode = np.nonzero(retained)
         state = row * poles.shape[2] + mode
         return cls(state, poles[retained], residues[retained], g_0.ravel(), g_1.ravel())
+
+    def pencils(self, contact: ComplexArray, change: tuple[Matrix, Matrix] | Matrix | None) -> Pencil:
+        """The problems of some contacts K + sigma dK closed around the poles, (k, n_z, n_z).
+
+        The unknowns c without a state are eliminated first: the others, u, see the contact
+
+            S = K_uu + K_uc (1 - g_c K_cc)^-1 g_c K_cu,
+
+        g = g_0 + sigma g_1, and its derivative in sigma.
+        Shapes: `contact` (k, D, D), `change` (k, D, D), dK; or (k, D, M) and (k, M, D), its factors.
+        """
+        u, place = np.unique(self.state, return_inverse=True)
+        c = np.setdiff1d(np.arange(self.flexibility.size), u)
+        if not (u.size and c.size):
+            return ContactFeedback.closed(self.model, contact).pencil(change)
+        g_0, g_1 = self.flexibility[c], self.derivative[c]
+        k_u, k_c = contact[:, u], contact[:, c]
+        factors = Factors.of(add_identity(-g_0[:, None] * k_c[..., c]))
+        motion = factors.solved(g_0[:, None] * k_c[..., u])  # d_c = motion d_u
+        force = factors.rows_solved(k_u[..., c]) * g_0  # as much of f_c as acts on u
+        derivative = (force * (g_1 / g_0**2)) @ motion
+        if change is not None:
+            inputs, outputs = change if isinstance(change, tuple) else (change, None)
+            inputs = inputs[:, u] + force @ inputs[:, c]
+            last = inputs if outputs is None else outputs
+            seen = last[..., u] + last[..., c] @ motion
+            derivative += seen if outputs is None else inputs @ seen
+        left = CondensedPoles(place, self.pole, self.residue, self.flexibility[u], self.derivative[u])
+        return ContactFeedback.closed(left.model, k_u[..., u] + k_u[..., c] @ motion).pencil(derivative)
 
     @property
     def model(self) -> CondensedModes:

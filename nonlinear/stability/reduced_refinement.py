@@ -222,8 +222,9 @@ class ReducedWave:
         centre = complex(shift).imag
         retained = reduced.near(self.parameters, omega, centre)
         poles = reduced.condensed_around(centre, retained, omega)
-        loop = ContactFeedback.closed(poles.model, self._modal.matrix(shift))
-        return loop.pencil(self._modal.derivative(shift)).eigenvalues() + 1j * centre
+        inputs, outputs = self._modal.derivative(shift)
+        pencils = poles.pencils(self._modal.matrix(shift)[None], (inputs[None], outputs[None]))
+        return pencils.eigenvalues()[0] + 1j * centre
 
     @cached_property
     def _modal(self) -> ModalContact:

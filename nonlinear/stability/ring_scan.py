@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactParameters
-from nonlinear.stability.contact_feedback import ContactFeedback
 from nonlinear.stability.eigenproblem import OVERLAP, WIDTH, Pencil
 from nonlinear.stability.modal_condensation import Matrix
 from nonlinear.stability.modal_contact import face_contact
@@ -184,12 +183,8 @@ def _slice(
     omega = contact.omega
     retained = reduced.near(parameters, omega, centre)
     condensed = reduced.condensed_around(centre, retained, omega)
-    faces = face_contact(reduced, contact)
-    pencils, model = [], condensed.model
-    for kappa in kappas.tolist():
-        matrix, memory = faces.linearised(1j * centre if centre else 0.0, kappa)
-        pencils.append(ContactFeedback.closed(model, matrix).pencil(memory))
-    return SliceMatrices(retained, Pencil(*(np.stack(part) for part in zip(*pencils, strict=True))))
+    linearised = face_contact(reduced, contact).linearised(1j * centre if centre else 0.0, kappas)
+    return SliceMatrices(retained, condensed.pencils(*linearised))
 
 
 STIFF_NODES = 8  # kappas between 0 and pi at which the matrices are formed

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from nonlinear.contact.fourier import ComplexArray, basis_table
 from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK, Array, ContactParameters
 from nonlinear.contact.return_map import Integers
+from nonlinear.stability.contact_kernels import cone_periodic_response, stick_integrals, stick_intervals
 from nonlinear.stability.modal_condensation import Matrix
-from nonlinear.stability.slider_kernels import cone_periodic_response, stick_integrals, stick_intervals
 
 REPEAT_TOLERANCE = 1e-12  # of the largest motion: a cycle that comes back this near is the steady one
 

@@ -10,6 +10,7 @@ from lumped import lumped_blade
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance
 from nonlinear.stability import reduced_refinement
+from nonlinear.stability.contact_feedback import ContactFeedback
 from nonlinear.stability.eigenproblem import SLICE_WIDTH, WIDTH, eigenvalues_by_slices
 from nonlinear.stability.floquet import (
     FloquetAnalysis,
@@ -18,7 +19,7 @@ from nonlinear.stability.floquet import (
 )
 from nonlinear.stability.modal_contact import FaceJacobian, face_contact
 from nonlinear.stability.point_contact import PointContact, in_harmonics
-from nonlinear.stability.reduced_problem import LEAST, reduced_modes
+from nonlinear.stability.reduced_problem import LEAST, CondensedPoles, reduced_modes
 from nonlinear.stability.reduced_refinement import ReducedRefinement, ReducedWave
 from nonlinear.stability.ring_scan import FaceScan, PatternScan, _slice
 from nonlinear.stability.ring_structure import RingStructure
@@ -78,9 +79,10 @@ def test_contact_of_both_faces_gives_that_of_every_kappa(law):
     reduced = analysis.few_modes.at(OMEGA)
     values, _ = point.at(0.2j)
     faces = FaceJacobian.of(reduced, values)
-    for kappa in (0.4, -2.0):
+    kappas = np.array([0.4, -2.0])
+    for kappa, found in zip(kappas.tolist(), faces.at(kappas), strict=True):
         direct = reduced.projected(reduced.in_harmonics(values), reduced.relative(reduced.modal, kappa))
-        assert faces.at(kappa) == pytest.approx(direct, abs=1e-12 * np.abs(direct).max())
+        assert found == pytest.approx(direct, abs=1e-12 * np.abs(direct).max())
 
 
 @pytest.mark.parametrize("law", ["two_sliders", "cone"])
@@ -89,7 +91,7 @@ def test_what_is_kept_with_a_point_is_freed_with_it(law):
     for _ in range(2):  # what compiles kernels, at the first time, keeps what it was called with
         analysis, point, _ = case(law)
         faces = face_contact(analysis.few_modes.at(OMEGA), point)
-        faces.linearised(0.02 + 0.3j, 1.1)
+        faces.linearised(0.02 + 0.3j, np.array([1.1]))
     gone, enabled = [weakref.ref(point), weakref.ref(faces)], gc.isenabled()
     gc.disable()
     try:
@@ -108,11 +110,30 @@ def test_contact_in_modes_with_its_memory(law, sigma):
     reduced, kappa = analysis.few_modes.at(OMEGA), 1.1
     relative = reduced.relative(reduced.modal, kappa)
     value, derivative = (reduced.projected(reduced.in_harmonics(part), relative) for part in point.at(complex(sigma)))
-    matrix, memory = face_contact(reduced, point).linearised(complex(sigma), kappa)
+    matrices, memory = face_contact(reduced, point).linearised(complex(sigma), np.array([0.3, kappa]))
+    matrix = matrices[1]
     assert matrix == pytest.approx(value, abs=1e-12 * np.abs(value).max())
-    product = memory[0] @ memory[1] if isinstance(memory, tuple) else memory
+    product = (memory[0] @ memory[1] if isinstance(memory, tuple) else memory)[1]
     assert np.abs(derivative).max() > 1e-3 * np.abs(value).max()
     assert product == pytest.approx(derivative, abs=1e-12 * np.abs(derivative).max())
+
+
+@pytest.mark.parametrize("states", [[0, 3, 3, 4], [], list(range(7))])
+@pytest.mark.parametrize("factors", [True, False])
+def test_unknowns_without_a_state_are_eliminated_exactly(states, factors):
+    """Of several contacts at once, against each closed in all unknowns; in two states one unknown may move."""
+    rng, size, state = np.random.default_rng(4), 7, np.array(states, dtype=np.int64)
+
+    def random(*shape):
+        return rng.normal(size=shape) + 1j * rng.normal(size=shape)
+
+    poles = CondensedPoles(state, random(state.size), random(state.size), 0.1 * random(size), 0.1 * random(size))
+    contact, change = random(2, size, size), (random(2, size, 3), random(2, 3, size))
+    found = poles.pencils(contact, change if factors else change[0] @ change[1])
+    for k in range(2):
+        exact = ContactFeedback.closed(poles.model, contact[k]).pencil(change[0][k] @ change[1][k])
+        assert found.matrix[k] == pytest.approx(exact.matrix, abs=1e-11)
+        assert found.descriptor[k] == pytest.approx(exact.descriptor, abs=1e-11)
 
 
 def test_open_contacts_leave_the_poles_of_the_blade():

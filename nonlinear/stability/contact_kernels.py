@@ -1,11 +1,11 @@
-"""Compiled kernels of the slider memory: integrals over stick intervals, the linearised cone, stick intervals."""
+"""Compiled kernels of the contact: stick intervals, the linearised friction cone, Jacobians in modal coordinates."""
 
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nonlinear.contact.numba_cache import compiled
+from nonlinear.contact.numba_cache import compiled, inner
 from nonlinear.contact.parameters import STICK, Array
 from nonlinear.contact.return_map import Integers, jenkins_return_map
 
@@ -125,3 +125,44 @@ def stick_intervals(
             for k in range(samples):
                 if state[node, a, k] == STICK and source[k] >= 0:
                     count[node, a, source[k]] += 1
+
+
+@compiled
+def relative_motion_parts(faces: Array, ahead: Matrix, first: int, parts: Matrix) -> None:
+    """Write B^H K B = parts 0 + cos(kappa) parts 1 + sin(kappa) parts 2, (3, S, q, S, q), in harmonics from `first`.
+
+    B = R - e^(i (h psi + kappa)) L of the modes of the faces, R and L. `faces` (2, q, 2, q, 2H+1, 2H+1): the Jacobian
+    of real coefficients in these modes, R^T K R, R^T K L, L^T K R, L^T K L. `ahead`: e^(i h psi), (2H+1,).
+    """
+    q, size = faces.shape[1], faces.shape[4]
+    values = np.empty((2, 2, size, size), np.complex128)
+    for i in range(q):
+        for j in range(q):
+            for a in range(2):
+                for b in range(2):
+                    _in_harmonics(faces[a, i, b, j], values[a, b])
+            for h in range(first, size):
+                for g in range(first, size):
+                    one = -values[0, 1, h, g] * ahead[g]
+                    other = -values[1, 0, h, g] * ahead[h].conjugate()
+                    both = values[1, 1, h, g] * ahead[g] * ahead[h].conjugate()
+                    parts[0, h - first, i, g - first, j] = values[0, 0, h, g] + both
+                    parts[1, h - first, i, g - first, j] = one + other
+                    parts[2, h - first, i, g - first, j] = 1j * (one - other)
+
+
+@inner
+def _in_harmonics(values: Array, result: Matrix) -> None:
+    """A matrix of real coefficients as that of the amplitudes of the harmonics 0, 1, -1, 2, -2, ..., (2H+1, 2H+1)."""
+    size = values.shape[0]
+    result[0, 0] = values[0, 0]
+    for h in range(1, size, 2):
+        row = complex(values[0, h], -values[0, h + 1])
+        column = complex(0.5 * values[h, 0], 0.5 * values[h + 1, 0])
+        result[0, h], result[0, h + 1] = row, row.conjugate()
+        result[h, 0], result[h + 1, 0] = column, column.conjugate()
+        for g in range(1, size, 2):
+            cc, cs, sc, ss = values[h, g], values[h, g + 1], values[h + 1, g], values[h + 1, g + 1]
+            same, opposite = complex(0.5 * (cc + ss), 0.5 * (sc - cs)), complex(0.5 * (cc - ss), 0.5 * (sc + cs))
+            result[h, g], result[h + 1, g + 1] = same, same.conjugate()
+            result[h, g + 1], result[h + 1, g] = opposite, opposite.conjugate()
