@@ -328,9 +328,10 @@ class SliderMemoryFeedback:
         """The terms of the memory at `sigma` as products with M rows."""
         values, derivatives = self._times_forces(sigma)
         n_z, size = len(self.input_matrix), len(self.feedthrough)
-        b_p, b_p_g1, v_p, v_p_g1 = np.split(values, [n_z, 2 * n_z, 2 * n_z + size])
-        b_dp, v_dp = derivatives[:n_z], derivatives[2 * n_z : 2 * n_z + size]
-        x_m = np.linalg.inv(np.eye(size) - v_p)
+        last = 2 * n_z + size
+        b_p, b_p_g1, v_p, v_p_g1 = values[:n_z], values[n_z : 2 * n_z], values[2 * n_z : last], values[last:]
+        b_dp, v_dp = derivatives[:n_z], derivatives[2 * n_z : last]
+        x_m = np.linalg.inv(add_identity(-v_p))
         b_p_x = b_p @ x_m
         return MemoryFactors(
             dw=x_m @ self.output_matrix,

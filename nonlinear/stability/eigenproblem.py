@@ -48,7 +48,10 @@ class Linearisation(Protocol):
 
     @property
     def columns(self) -> int:
-        """Number of vectors of an inverse iteration: several where as many eigenvalues may be nearly as near."""
+        """Number of vectors of an inverse iteration: several where as many eigenvalues may be nearly as near.
+
+        0: the nearest of all eigenvalues takes less time.
+        """
 
     def change(self, vectors: ComplexArray) -> ComplexArray:
         """-dN times vectors (n,) or (n, columns)."""
@@ -130,7 +133,7 @@ def converged(problem: Eigenproblem[Around], value: complex) -> Refined | None:
 def nearest(linear: Linearisation, vector: ComplexArray | None = None) -> Near:
     """The eigenvalue of a linearisation next to zero, by inverse iteration from `vector`."""
     size, columns = linear.size, min(linear.columns, linear.size)
-    if not size:
+    if not columns:
         return Near(complex("nan"), None)
     vectors = np.exp(1j * np.outer(np.arange(size), np.arange(columns)))
     if vector is not None:
@@ -138,14 +141,14 @@ def nearest(linear: Linearisation, vector: ComplexArray | None = None) -> Near:
     vectors = vectors[:, 0] if columns == 1 else vectors
     mu = complex("nan")
     for _ in range(MAX_INVERSE_ITERATIONS):
-        vectors = vectors / np.linalg.norm(vectors) if columns == 1 else np.linalg.qr(vectors)[0]
+        vectors = vectors / length_of(vectors) if columns == 1 else np.linalg.qr(vectors)[0]
         after = linear.solved(linear.change(vectors))
         inverse, z = _leading(vectors, after)
         if inverse == 0.0:  # nothing depends on sigma
             break
         before, mu = mu, 1.0 / inverse
         if abs(mu - before) <= ACCURATE * abs(mu) + ROUND_OFF:
-            length = float(np.linalg.norm(z))
+            length = length_of(z)
             return Near(mu, z / length, bool(abs(inverse) >= (1.0 - SHARP) * length))
         vectors = after
     return Near(mu, None)
@@ -162,7 +165,12 @@ def _leading(vectors: ComplexArray, after: ComplexArray) -> tuple[complex, Compl
 
 def same_direction(one: ComplexArray, other: ComplexArray) -> bool:
     """Whether two iterates, the first of unit length, are one vector but for its length and phase."""
-    return bool(abs(np.vdot(one, other)) >= (1.0 - SHARP) * np.linalg.norm(other))
+    return bool(abs(np.vdot(one, other)) >= (1.0 - SHARP) * length_of(other))
+
+
+def length_of(vector: ComplexArray) -> float:
+    """Euclidean norm; NumPy's takes twice the time for few numbers."""
+    return math.sqrt(np.vdot(vector, vector).real)
 
 
 def on_axis(value: complex, conjugate_pairs: bool) -> complex:

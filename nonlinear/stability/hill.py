@@ -11,7 +11,6 @@ Comptes Rendus Mecanique 338(9), 2010.
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +34,7 @@ from rom import RingModes
 Memory = SliderMemory | ConeSliderMemory
 RETENTION_RADIUS = 2.0
 RETENTION_HARMONIC = 5
+FEW_STATES = 24  # up to which all eigenvalues take less time than the inverse iteration for one
 
 
 @dataclass(frozen=True)
@@ -243,12 +243,16 @@ class LinearHillProblem:
 
     shift: complex
     pencil: Pencil  # A_c and E_c
-    columns: ClassVar[int] = 1
 
     @property
     def size(self) -> int:
         """Number of states."""
         return len(self.pencil.matrix)
+
+    @property
+    def columns(self) -> int:
+        """One, but none for few states."""
+        return int(self.size > FEW_STATES)
 
     def change(self, vectors: ComplexArray) -> ComplexArray:
         """E_c times a vector (n_z,)."""

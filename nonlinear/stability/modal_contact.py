@@ -196,7 +196,10 @@ class LowRankMemoryContact(_ContactInModes):
     def product(self, sigma: complex, x: ComplexArray) -> ComplexArray:
         """The same times `x` (D,)."""
         force = self._periodic @ x
-        return force if self._memory is None else force + self._inputs(sigma)[0] @ (self._outputs @ x)
+        if self._memory is None:
+            return force
+        columns = self._memory.force_in_harmonics(sigma)[0][:, self._first :] * (self._outputs @ x)[:, None]
+        return force + (self._adjoint @ columns.T[:, :, None]).ravel()
 
     def derivative(self, sigma: complex) -> tuple[ComplexArray, ComplexArray]:
         """(D, M) and (M, D), the derivative in sigma is their product."""
@@ -237,6 +240,11 @@ class LowRankMemoryContact(_ContactInModes):
         return self.relative[:, 3 * self._memory.node + self._memory.direction]
 
     @cached_property
+    def _adjoint(self) -> ComplexArray:
+        """B_h^H of the sliders, (S, q, M)."""
+        return self._slider_motion.conj().transpose(0, 2, 1)
+
+    @cached_property
     def _outputs(self) -> ComplexArray:
         """Q^T B, (M, D)."""
         memory = self._memory
@@ -247,10 +255,10 @@ class LowRankMemoryContact(_ContactInModes):
     def _inputs(self, sigma: complex) -> tuple[ComplexArray, ComplexArray]:
         """B^H P(sigma) and its derivative, (D, M)."""
         if sigma not in self._known:
-            memory, adjoint = self._memory, self._slider_motion.conj().transpose(0, 2, 1)
+            memory = self._memory
             assert memory is not None
             value, derivative = (
-                (adjoint * part[:, self._first :].T[:, None, :]).reshape(-1, memory.node.size)
+                (self._adjoint * part[:, self._first :].T[:, None, :]).reshape(-1, memory.node.size)
                 for part in memory.force_in_harmonics(sigma)
             )
             self._known.clear()

@@ -189,16 +189,28 @@ class ReducedProblem:
         key = modal is self.modal, omega
         if key in self._condensed:
             return self._condensed[key]
-        rho, h_r = self.problem.retention_radius, self.problem.retention_harmonic
-        no_motion = np.zeros((self.harmonics.size, 0, modal.damping.size), dtype=complex)
-        waves = WaveModes(modal.angular_frequency, modal.damping, no_motion)
-        model = ContactFreeModel(waves, self.harmonics, rho, h_r, False)
+        model = self._model if key[0] else self._model_of_all
         retained, (poles, residues) = model.retained(omega), model.poles
         distance = poles / omega - 1j * self.harmonics[:, None, None]
         if len(self._condensed) > 1:
             self._condensed.clear()  # only those of one point are asked for again
-        self._condensed[key] = CondensedPoles.of(distance, residues / omega, retained, rho)
+        self._condensed[key] = CondensedPoles.of(distance, residues / omega, retained, model.retention_radius)
         return self._condensed[key]
+
+    @cached_property
+    def _model(self) -> ContactFreeModel:
+        return self._of_modes(self.modal)
+
+    @cached_property
+    def _model_of_all(self) -> ContactFreeModel:
+        return self._of_modes(self.problem.modal.at(0))
+
+    def _of_modes(self, modal: ModalModel) -> ContactFreeModel:
+        """Some modes without their motions."""
+        rho, h_r = self.problem.retention_radius, self.problem.retention_harmonic
+        no_motion = np.zeros((self.harmonics.size, 0, modal.damping.size), dtype=complex)
+        waves = WaveModes(modal.angular_frequency, modal.damping, no_motion)
+        return ContactFreeModel(waves, self.harmonics, rho, h_r, False)
 
     def near(self, contact: ContactParameters, omega: float, centre: float) -> NDArray[np.bool_]:
         """The poles that may come near sigma = i `centre`, (S, 2, q).

@@ -16,7 +16,7 @@ import numpy as np
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import ContactParameters
 from nonlinear.stability.contact_feedback import ContactFeedback, Factors
-from nonlinear.stability.eigenproblem import CONVERGED, ROUND_OFF, Near, Refined, converged, same_direction
+from nonlinear.stability.eigenproblem import CONVERGED, ROUND_OFF, Near, Refined, converged, length_of, same_direction
 from nonlinear.stability.hill import HillProblem
 from nonlinear.stability.modal_contact import ModalContact, modal_contact
 from nonlinear.stability.point_contact import PointContact
@@ -79,7 +79,7 @@ class ModalPencil:
         for _ in range(LEFT_ITERATIONS):
             before = left
             left = self._factors.rows_solved(self.stiffness[1] * left - (left @ inputs) @ outputs)
-            left = left / np.linalg.norm(left)
+            left = left / length_of(left)
             sharp = same_direction(before, left)
             if sharp:
                 break
