@@ -66,18 +66,21 @@ class FaceMemory:
     reduced: ReducedProblem  # the modes
     memory: SliderMemory  # the memory
 
-    def linearised(self, sigma: complex, kappas: Array) -> tuple[FaceJacobian, MemoryFactors]:
-        """B^H P(sigma) Q^T B, and two factors of its derivative at some kappas, (k, D, M) and (k, M, D)."""
+    def linearised(self, sigma: complex, kappas: Array) -> tuple[FaceJacobian | None, MemoryFactors]:
+        """B^H P(sigma) Q^T B, None for 0, and factors of its derivative at some kappas, (k, D, M) and (k, M, D)."""
         columns = (part[:, self._first :] for part in self.memory.force_in_harmonics(sigma))
         (right, left), (right_change, left_change) = (
             self._pair(self._motion(0.0), part, conjugate=True) for part in columns
         )
         right_out, left_out = self._outputs
-        one, other = -right.T @ left_out, -left.T @ right_out
-        parts = np.stack([right.T @ right_out + left.T @ left_out, one + other, 1j * (one - other)])
         ahead = np.exp(1j * kappas)[:, None, None]
         inputs = (right_change - ahead.conj() * left_change).transpose(0, 2, 1)
-        return FaceJacobian(parts), (inputs, right_out - ahead * left_out)
+        factors = inputs, right_out - ahead * left_out
+        if not sigma:
+            return None, factors
+        one, other = -right.T @ left_out, -left.T @ right_out
+        parts = np.stack([right.T @ right_out + left.T @ left_out, one + other, 1j * (one - other)])
+        return FaceJacobian(parts), factors
 
     def _motion(self, dw_dn: Array | float) -> tuple[Array, Array]:
         """Motion of the sliders and `dw_dn` times that along the normal, of both faces, (M, q)."""
@@ -132,7 +135,7 @@ class FaceContact:
         if sliders is None:
             return value.at(kappas), None
         of_memory, change = sliders.linearised(sigma, kappas)
-        if sigma:
+        if of_memory is not None:
             value = FaceJacobian(value.parts + of_memory.parts)
         return value.at(kappas), change
 

@@ -108,8 +108,9 @@ class CondensedPoles:
         g = g_0 + sigma g_1, and its derivative in sigma.
         Shapes: `contact` (k, D, D), `change` (k, D, D), dK; or (k, D, M) and (k, M, D), its factors.
         """
-        u, place = np.unique(self.state, return_inverse=True)
-        c = np.setdiff1d(np.arange(self.flexibility.size), u)
+        moves = np.zeros(self.flexibility.size, dtype=bool)
+        moves[self.state] = True
+        u, c, place = np.flatnonzero(moves), np.flatnonzero(~moves), np.cumsum(moves)[self.state] - 1
         if not (u.size and c.size):
             return ContactFeedback.closed(self.model, contact).pencil(change)
         g_0, g_1 = self.flexibility[c], self.derivative[c]
