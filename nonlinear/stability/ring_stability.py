@@ -31,6 +31,7 @@ COARSE = 3  # nodal diameters from one looked at to the next, where perturbation
 CLEAR_GROWTH = 0.01  # of an exponent, in units of omega, that leaves no doubt
 CLEARLY_GROWING = 0.02  # growth in the scan, in units of omega, that is likely to be one
 HALF_STRIP = 0.5 + OVERLAP + SCAN_ERROR  # beyond it are the eigenvalues of other nodal diameters
+SAME_PAIR = 1e-9  # difference of two rates, in units of omega, that may be round-off: the one with Im > 0 goes first
 MAX_REFINED = 12  # eigenvalues of one point, or more: all those that grow in the scan, until one grows
 
 
@@ -129,7 +130,8 @@ class RingStability:
             rates = errors.corrected(values, diameters)
             if self._has_disk:  # errors of neighbouring nodal diameters, with other modes, differ
                 rates = np.maximum(rates, values.real)
-            index = int(np.argmax(np.where(rates > LIKELY, 0.0, rates) if any_growing else rates))
+            likely = np.where(rates > LIKELY, 0.0, rates) if any_growing else rates
+            index = int(np.argmax(likely + SAME_PAIR * (values.imag > 0.0)))
             may_grow = values[index].real > NEUTRAL
             if best is not None:
                 highest = best.exponent.real / point.omega
