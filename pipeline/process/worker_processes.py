@@ -202,9 +202,8 @@ def _prepare_and_fork(
             sys.stderr.flush()
             pid = os.fork()
             if pid == 0:
-                _work(pipe, [reports, *pipes[:number], *pipes[number + 1 :]])
+                _work(number, pipe, reports, [*pipes[:number], *pipes[number + 1 :]])
             numbers[pid] = number
-            reports.send((number, pid, None))
         for pipe in pipes:
             pipe.close()
         end_with_parent()
@@ -214,11 +213,12 @@ def _prepare_and_fork(
                 reports.send((numbers.pop(pid), pid, os.waitstatus_to_exitcode(status)))
 
 
-def _work(pipe: Connection, others: list[Connection]) -> None:
-    """In a worker: serve, and end without what is left to do in the process that it was forked from."""
+def _work(number: int, pipe: Connection, reports: Connection, others: list[Connection]) -> None:
+    """In a worker: tell its process, serve, and end without what is left to do in the one it was forked from."""
     code = 1
     try:
-        for other in others:
+        reports.send((number, os.getpid(), None))  # itself: the other process may be killed before it could
+        for other in (reports, *others):
             other.close()
         pipe.send((None, None))
         pipe.send((True, None))
