@@ -151,6 +151,13 @@ def relative_motion_parts(faces: Array, ahead: Matrix, first: int, parts: Matrix
                     parts[2, h - first, i, g - first, j] = 1j * (one - other)
 
 
+@compiled
+def all_in_harmonics(values: Array, result: Matrix) -> None:
+    """Write matrices (k, 2H+1, 2H+1) of real coefficients as those of the amplitudes of the harmonics."""
+    for k in range(len(values)):
+        _in_harmonics(values[k], result[k])
+
+
 @inner
 def _in_harmonics(values: Array, result: Matrix) -> None:
     """A matrix of real coefficients as that of the amplitudes of the harmonics 0, 1, -1, 2, -2, ..., (2H+1, 2H+1)."""

@@ -8,6 +8,7 @@ import numpy as np
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
+from nonlinear.stability.contact_kernels import all_in_harmonics
 from nonlinear.stability.modal_condensation import Matrix
 from nonlinear.stability.slider_memory import ConeSliderMemory, SliderMemory
 
@@ -108,30 +109,17 @@ class PointContact:
         return result
 
 
-def in_harmonics(values: Matrix, out: ComplexArray | None = None) -> ComplexArray:
+def in_harmonics(values: Matrix) -> ComplexArray:
     """A contact Jacobian of real coefficients as that of the amplitudes of the harmonics 0, 1, -1, 2, -2, ...
 
     With Re_h = p_h + p_-h and Im_h = -i (p_h - p_-h).
-    Shapes: `values` (..., 2H+1, 2H+1), `out` (..., 2H+1, 2H+1).
+    Shapes: `values` (..., 2H+1, 2H+1), also complex.
     """
-    result = np.empty(values.shape, dtype=complex) if out is None else out
     if np.iscomplexobj(values):
-        result[...] = in_harmonics(values.real) + 1j * in_harmonics(values.imag)
-        return result
-    cosines, sines, h, opposite = values[..., 1::2, :], values[..., 2::2, :], slice(1, None, 2), slice(2, None, 2)
-    same_sense, other_sense = result[..., h, h], result[..., h, opposite]
-    for part, sign in ((same_sense, 1.0), (other_sense, -1.0)):
-        np.add(cosines[..., h], sign * sines[..., opposite], out=part.real)
-        np.subtract(sines[..., h], sign * cosines[..., opposite], out=part.imag)
-        part *= 0.5
-    # a real motion has conjugate amplitudes
-    np.conj(same_sense, out=result[..., opposite, opposite])
-    np.conj(other_sense, out=result[..., opposite, h])
-    result[..., 0, 0] = values[..., 0, 0]
-    result[..., 0, h] = values[..., 0, h] - 1j * values[..., 0, opposite]
-    result[..., h, 0] = 0.5 * (values[..., h, 0] + 1j * values[..., opposite, 0])
-    np.conj(result[..., 0, h], out=result[..., 0, opposite])
-    np.conj(result[..., h, 0], out=result[..., opposite, 0])
+        return np.asarray(in_harmonics(values.real) + 1j * in_harmonics(values.imag))
+    result = np.empty(values.shape, dtype=complex)
+    rows = -1, *values.shape[-2:]
+    all_in_harmonics(np.ascontiguousarray(values).reshape(rows), result.reshape(rows))
     return result
 
 
