@@ -203,7 +203,15 @@ def inlined(function: Function) -> Function:
     return _compile(function, _nrt=False, no_cpython_wrapper=True, forceinline=True)
 
 
-def _compile(function: Function, **options: bool) -> Any:
+def woven(function: Function) -> Function:
+    """Put the statements of a function in the place of its call, before anything is compiled.
+
+    A long function with one caller is not optimised and translated for itself then.
+    """
+    return _compile(function, no_cpython_wrapper=True, inline="always")
+
+
+def _compile(function: Function, **options: bool | str) -> Any:
     import numba
     from numba.core import config
 

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nonlinear.contact.parameters import Array, ContactForces
+from nonlinear.continuation.condensation import condensation
+from nonlinear.continuation.corrector_state import Condensation, Iterate, Path, Plane, Structure, Workspace
 from nonlinear.continuation.solution_point import Metric, Tangent
 from nonlinear.harmonic_balance.initial_solution import ConvergenceMonitor
 from nonlinear.harmonic_balance.newton_decisions import MAX_CORRECTIONS, SAME_SYSTEM, chord_steps, needs_factors
@@ -24,7 +26,6 @@ from nonlinear.options import SolverOptions
 
 if TYPE_CHECKING:
     from nonlinear.contact.event_driven import EventDrivenJenkins, NodeLaws, Scratch
-    from nonlinear.continuation.corrector_kernels import Iterate, Path, Plane, Structure, Workspace
 
 
 @dataclass(frozen=True)
@@ -164,16 +165,23 @@ def correct(
     return None
 
 
-MOST_UNKNOWNS = 420  # above, LAPACK takes most of a step and the corrector in Python loses little
+MOST_UNKNOWNS = 420  # of dense factors: above, LAPACK takes most of a step and the corrector in Python loses little
 
 
 def compiled_corrector(balance: HarmonicBalance, options: SolverOptions) -> CompiledCorrector | None:
-    """The compiled corrector of a balance; None for one that is not small, or of other equations or contacts."""
+    """The compiled corrector of a balance.
+
+    None for one that is neither small nor condenses well, or that has other equations or contacts.
+    """
     from nonlinear.contact.event_driven import EventDrivenJenkins
 
-    element = balance.element
-    small = balance.is_modal_sum and balance.size <= MOST_UNKNOWNS
-    return CompiledCorrector(balance, element, options) if small and isinstance(element, EventDrivenJenkins) else None
+    element, omega = balance.element, balance.parameter.omega
+    if not (balance.is_modal_sum and isinstance(element, EventDrivenJenkins)):
+        return None
+    stiffness = max(element.laws.normal_stiffness.max(), element.laws.tangential_stiffness.max())
+    condensed = condensation(balance, stiffness, options.omega_range if omega is None else (omega, omega))
+    small = balance.size <= MOST_UNKNOWNS or condensed.motions.shape[1] > 0
+    return CompiledCorrector(balance, element, options, condensed) if small else None
 
 
 @dataclass(frozen=True)
@@ -183,17 +191,16 @@ class CompiledCorrector:
     balance: HarmonicBalance  # the equations, over the frequency or over the interference
     element: EventDrivenJenkins  # the contact element of the balance
     options: SolverOptions  # tolerances
+    condensed: Condensation  # basis of condensed factors
 
     def correct(self, plane: NormalPlane, offset: Tangent | None, refactorise: bool) -> Corrected | None:
-        """The solution in the plane, see `correct`."""
-        from nonlinear.continuation.corrector_kernels import FAILED, correct_in_plane
+        """The solution in the plane, see `correct`, which takes over where many unknowns need dense factors."""
+        from nonlinear.continuation.corrector_kernels import EXACT, FAILED, SOLUTION, UNSOLVED
 
-        metric, kernel_plane = plane.metric, self._plane(plane)
-        at = self._iterate(plane, offset)
-        work = self._work
-        count, sign = correct_in_plane(
-            self._structure, self._laws, kernel_plane, at, work, self._scratch, refactorise
-        )
+        at, metric = self._iterate(plane, offset), plane.metric
+        count, sign = self._run(plane, at, EXACT if refactorise else SOLUTION)
+        if count == UNSOLVED:
+            return correct(self.balance, self.options, plane, offset, refactorise)
         if count == FAILED:
             return None
         tangent = metric.unit((at.tangent * metric.length, float(at.change[0]) * metric.parameter))
@@ -201,18 +208,29 @@ class CompiledCorrector:
         contact = ContactForces(at.force, at.jacobian, at.state)
         return Corrected(at.unknown, float(at.parameter[0]), contact, (tangent, *signs), count)
 
-    def rate(self, plane: NormalPlane, change: InterferenceChange) -> Tangent:
-        """Change of the solution (x, p) in which the plane touches the curve, per unit of another parameter."""
-        from nonlinear.continuation.corrector_kernels import rate_in_plane
+    def rate(self, plane: NormalPlane, change: InterferenceChange) -> Tangent | None:
+        """Change of the solution (x, p) in which the plane touches the curve, per unit of another parameter.
 
-        at, metric, of_change = self._iterate(plane, None), plane.metric, (change.shift, change.defect_rate)
-        rate_in_plane(self._structure, self._laws, self._plane(plane), at, self._work, self._scratch, of_change)
+        None where many unknowns need dense factors.
+        """
+        from nonlinear.continuation.corrector_kernels import RATE, UNSOLVED
+
+        at, metric = self._iterate(plane, None), plane.metric
+        self._work.other_shift[:], self._work.other_defect_rate[:] = change.shift, change.defect_rate
+        if self._run(plane, at, RATE)[0] == UNSOLVED:
+            return None
         return at.tangent * metric.length, float(at.change[0]) * metric.parameter
+
+    def _run(self, plane: NormalPlane, at: Iterate, wanted: int) -> tuple[int, int]:
+        """Run the kernel: iterations and sign."""
+        from nonlinear.continuation.corrector_kernels import correct_in_plane
+
+        given = self._structure, self._laws, self._plane(plane)
+        found: tuple[int, int] = correct_in_plane(*given, at, self._work, self._scratch, wanted)
+        return found
 
     def _plane(self, plane: NormalPlane) -> Plane:
         """The plane as the kernels take it."""
-        from nonlinear.continuation.corrector_kernels import Plane
-
         (direction, direction_parameter), metric, options = plane.direction, plane.metric, self.options
         return Plane(
             unknown=plane.unknown,
@@ -229,8 +247,6 @@ class CompiledCorrector:
 
     def _iterate(self, plane: NormalPlane, offset: Tangent | None) -> Iterate:
         """The predicted point, or the one at `offset` from it."""
-        from nonlinear.continuation.corrector_kernels import Iterate
-
         rows, n_contacts = 2 * self.balance.n_harmonics + 1, self.balance.n_contacts
         unknown, parameter = plane.unknown.copy(), plane.parameter
         if offset is not None:
@@ -256,8 +272,6 @@ class CompiledCorrector:
     @cached_property
     def _path(self) -> Path:
         """The parameter as the kernels take it."""
-        from nonlinear.continuation.corrector_kernels import Path
-
         parameter, load = self.balance.parameter, self.element.laws.offset[:, 2].copy()
         change = parameter.change or InterferenceChange(np.zeros(load.size), np.zeros(self.balance.size))
         fixed = parameter.omega is not None
@@ -269,8 +283,6 @@ class CompiledCorrector:
 
     @cached_property
     def _structure(self) -> Structure:
-        from nonlinear.continuation.corrector_kernels import Structure
-
         balance, receptance = self.balance, self.balance.receptance
         return Structure(
             relative=np.ascontiguousarray(receptance.relative),
@@ -284,13 +296,17 @@ class CompiledCorrector:
             path=self._path,
         )
 
+    @property
+    def _has_dense_factors(self) -> bool:
+        return self.balance.size <= MOST_UNKNOWNS
+
     @cached_property
     def _work(self) -> Workspace:
-        from nonlinear.continuation.corrector_kernels import Workspace
-
         n_h, size = self.balance.n_harmonics + 1, self.balance.size
         displacements, modes = self._structure.relative.shape[1:]
         of_modes, of_nodes = (n_h, modes), (n_h, displacements)
+        dense = size if self._has_dense_factors else 0
+        largest = 1 + max(dense, self.condensed.reduced.size)
         receptance = np.empty((n_h, displacements, displacements), complex)
         receptance[0] = self.balance.receptance.static_matrix
         if self.balance.parameter.omega is not None:
@@ -302,16 +318,21 @@ class CompiledCorrector:
             weighted_force=np.empty(of_modes, complex),
             contact_force=np.empty(of_nodes, complex),
             response=np.empty(of_nodes, complex),
+            dR_dp=np.empty(size),
+            tangent=np.empty(size),
+            unsolved=np.empty(size),
+            of_dof=np.empty(2 * n_h - 1),
+            other_shift=np.empty(self.balance.n_contacts),
+            other_defect_rate=np.empty(size),
+            condensed=self.condensed,
             receptance=receptance,
             weighted=np.empty((displacements, modes), complex),
             by_row=np.empty((2 * n_h - 1, self.balance.n_contacts, 3, 3 * (2 * n_h - 1))),
-            coupling=np.empty((size, size)),
-            dR_dp=np.empty(size),
-            tangent=np.empty(size),
-            columns=np.empty(size, np.int64),
-            active=np.empty(size, np.int64),
-            passive=np.empty(size, np.int64),
-            matrix=np.empty((size + 1) ** 2),
-            pivots=np.empty(size + 1, np.int32),
-            right=np.empty(size + 1),
+            coupling=np.empty((dense, dense)),
+            columns=np.empty(dense, np.int64),
+            active=np.empty(dense, np.int64),
+            passive=np.empty(dense, np.int64),
+            matrix=np.empty(largest * largest),
+            pivots=np.empty(largest, np.int32),
+            right=np.empty(largest),
         )

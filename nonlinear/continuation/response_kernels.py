@@ -11,7 +11,7 @@ from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.numba_cache import compiled, inner, lapack_lu
 from nonlinear.contact.parameters import Array
 from nonlinear.contact.trigonometric_roots import PERIOD, cosine_sine
-from nonlinear.continuation.corrector_kernels import solve_factorised
+from nonlinear.continuation.bordered_kernels import solve_factorised
 
 _lu = lapack_lu(of_complex=True)
 _COMPLEX = ord("z")

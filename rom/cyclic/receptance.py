@@ -171,6 +171,9 @@ class RelativeReceptance:
     _modes: dict[float, tuple[ComplexArray, Array]] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
+    _common: dict[tuple[float, float], tuple[Array, Array]] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
     _outputs: dict[str, NDArray[Any]] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @cached_property
@@ -327,6 +330,31 @@ class RelativeReceptance:
                 np.array([size for _, size in found]),
             )
         return self._modes[band]
+
+    def common_interface_modes(self, low: float, high: float) -> tuple[Array, Array]:
+        """Real interface modes that serve for all harmonics in a range of frequencies.
+
+        Parameters
+        ----------
+        low, high : float
+            Excitation frequencies, rad/s.
+
+        Returns
+        -------
+        modes : (3 n_c, 3 n_c) array
+            Orthonormal relative motions, those first in which the receptances are largest.
+        values : (3 n_c,) array
+            Bounds of the receptances of all harmonics in these, m/N.
+        """
+        if (low, high) not in self._common:
+            waves, bounds = self.waves, []
+            for row, (h, relative) in enumerate(zip(self.harmonics, self.relative, strict=True)):
+                weights = band_weights(waves.angular_frequency[row], waves.damping[row], h, (low, high))
+                bounds.append(((relative * weights) @ relative.conj().T).real)
+            _, modes = np.linalg.eigh(np.sum(bounds, axis=0))
+            modes = np.ascontiguousarray(modes[:, ::-1])
+            self._common[low, high] = modes, np.max([(modes * (each @ modes)).sum(axis=0) for each in bounds], axis=0)
+        return self._common[low, high]
 
     def response(self, omega: float, contact_force: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
         """Relative displacement d_lin + G f under the external and the contact forces.
