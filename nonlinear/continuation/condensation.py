@@ -33,14 +33,14 @@ def condensation(balance: HarmonicBalance, stiffness: float, omega_range: tuple[
 def motion_count(balance: HarmonicBalance, left: Array) -> int:
     """The number of motions with the least estimated work; 0 where dense factors take less.
 
-    `left` (3 n_c,): bounds of G k in each motion.
+    `left` (3 n_c,): bounds of G k in each motion; empty: unknown, as of faces with many nodes.
     """
     rows, face, modes = 2 * balance.n_harmonics + 1, 3 * balance.n_contacts, balance.receptance.relative.shape[2]
     product = PRODUCTS * (8.0 * (balance.n_harmonics + 1) * face * modes + PAIRS / 3.0 * face * rows * rows)
     n, receptance = balance.size, 4.0 * balance.n_harmonics * modes
     dense = n**3 / 3.0 + 3.0 * n * n + receptance * face**2
     least, best = dense + _solutions(n * n, product, OLD), 0
-    for count in range(1, int(LARGEST_SHARE * face) + 1):
+    for count in range(1, min(int(LARGEST_SHARE * face) + 1, left.size)):
         largest = float(left[count:].max())
         contraction = TYPICAL * largest / (1.0 + largest)
         size = rows * count

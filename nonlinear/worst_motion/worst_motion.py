@@ -32,8 +32,6 @@ from nonlinear.worst_motion.departure_search import SAME_AMPLITUDE, Departure, D
 from nonlinear.worst_motion.ring_integration import (
     EQUAL_COST,
     FLOOR,
-    LARGE_RING,
-    MOST_BLADES,
     Integrated,
     RingIntegration,
     RingPatterns,
@@ -43,7 +41,7 @@ from nonlinear.worst_motion.ring_integration import (
 from nonlinear.worst_motion.ring_starts import RingStarts
 from nonlinear.worst_motion.stepped_sweep import SteppedSweep, Sweep
 
-LEAST_BUDGET = 30_000  # of them for a curve with the standard search, about 2 s: a shorter one finds too little
+LEAST_BUDGET = 90_000  # of them for a curve with the standard search, 3 to 6 s: a shorter one finds too little
 STABILITY = {
     "wave": "stability against perturbations with the symmetry of the wave only",
     "folds": "stability from folds only",
@@ -260,7 +258,7 @@ def worst_of(
     departures: list[Departure] = []
     left_out: Sequence[UnstableStretch] = matter
     if integrate is not None:
-        most = affordable(branches, options, mix.blades if mix else 0) if blade_periods is None else blade_periods
+        most = affordable(branches, options) if blade_periods is None else blade_periods
         search = DepartureSearch(branches, integrate, height, _tolerance(curve), most, follow, mix)
         departures = [*search.departures(matter[:MOST_STRETCHES]), *search.mixed()]
         if departures or options.search == "thorough":
@@ -300,14 +298,10 @@ def _with_end(worst: WorstMotion, options: SolverOptions) -> WorstMotion:
     return replace(worst, at_end=True, unresolved="; ".join(filter(None, (end, worst.unresolved))))
 
 
-def affordable(branches: Sequence[ResponseCurve], options: SolverOptions, blades: int = 0) -> int:
-    """Periods times blades that the time integration of a curve may take; the same on every machine.
-
-    `blades`: of the rings that are integrated.
-    """
+def affordable(branches: Sequence[ResponseCurve], options: SolverOptions) -> int:
+    """Periods times blades that the time integration of a curve may take; the same on every machine."""
     coefficients = sum(int((2 * branch.kept_harmonics + 1).sum()) for branch in branches)
-    least = LEAST_BUDGET * min(max(blades, MOST_BLADES), LARGE_RING) / MOST_BLADES
-    return round(SEARCH_COST[options.search] * max(EQUAL_COST * coefficients, least))
+    return round(SEARCH_COST[options.search] * max(EQUAL_COST * coefficients, LEAST_BUDGET))
 
 
 def _why_not(options: SolverOptions) -> str:

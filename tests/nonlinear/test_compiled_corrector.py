@@ -123,6 +123,15 @@ def test_the_number_of_motions_follows_from_what_they_leave():
     assert 0 < counts[0] < counts[1] < counts[2]
 
 
+def test_a_face_of_many_nodes_is_left_to_dense_factors():
+    """From 50 nodes on the receptance has no motions that serve for all harmonics; so has a ring of few blades."""
+    modal = modal_model(lumped_blade(60, 50), damping_ratio=0.02)
+    contact, options = ContactParameters.shared(50, **CASES["slip"]), SolverOptions((0.1, 0.7))
+    balance = build_harmonic_balance(modal, contact, Excitation(4, 1.0), options)
+    assert balance.receptance.large
+    assert compiled_corrector(balance, options) is None
+
+
 @pytest.mark.parametrize("case", CASES)
 def test_a_defect_is_what_the_equations_leave(case):
     """Solved up to a given residual, the balance without it leaves that residual; both correctors agree."""
