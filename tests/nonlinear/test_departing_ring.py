@@ -133,7 +133,7 @@ def test_arrangements_are_those_that_no_turn_makes_alike():
         mix = RingStarts(RingIntegration(ring, replace(options, search=search)), [curve])
         assert list(dict.fromkeys(len(start.shares) for start in mix.starts)) == blades
         assert len(mix.starts) == count
-        assert [len(start.shares) for start in mix.random_starts] == [8, 6] * (4 if search == "standard" else 24)
+        assert [len(start.shares) for start in mix.random_starts] == [8, 6] * (12 if search == "standard" else 24)
     problem = ring.modal, ring.contact, ring.excitation, replace(options, search="thorough")
     found = replace(curve.worst, amplitude_m=9.0, motion="irregular", unresolved="much")
     kept = find_worst_motion(problem, curve, found)  # of a standard search
