@@ -66,11 +66,6 @@ class RingStarts:
         return [few[size] for size in whole] or [0]
 
     @property
-    def blades(self) -> int:
-        """Number of blades of the largest of them."""
-        return self.integration.ring.blades(self.patterns[0])
-
-    @property
     def starts(self) -> list[Start]:
         """All but one, half, or one of neighbours on the high solution, once or several times around the ring.
 

@@ -167,7 +167,7 @@ class Store:
 
     def lists(self, kind: str, key: str) -> bool:
         """Whether there is an entry, whole or not: the cheapest look, for what a wrong answer only makes slower."""
-        return (self.root / kind / key / MANIFEST).is_file()
+        return not self.force and (self.root / kind / key / MANIFEST).is_file()
 
     def find(self, kind: str, key: str, thorough: bool = True) -> Entry | None:
         """The entry where it is whole, otherwise None. Sizes are always compared, hashes only when `thorough`."""
