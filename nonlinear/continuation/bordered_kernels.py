@@ -177,7 +177,7 @@ def _list_active(jacobian: Array, odd: bool, work: Workspace) -> int:
             depends = _any(jacobian[k, 0, b]) or _any(jacobian[k, 1, b]) or _any(jacobian[k, 2, b])
             for j in range(size):
                 unknown = (j * n_contacts + k) * 3 + b
-                if depends and not (odd and j > 2 and (j % 4 == 3 or j % 4 == 0)):
+                if depends and not (odd and is_even(j)):
                     work.columns[n_active], work.active[n_active] = (3 * k + b) * size + j, unknown
                     n_active += 1
                 else:
