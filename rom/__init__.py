@@ -37,7 +37,13 @@ if TYPE_CHECKING:
         natural_modes,
     )
     from rom.cyclic.receptance import RelativeReceptance
-    from rom.cyclic.reduced_model import ContactInterface, ReducedModel, expand_to_mesh, with_interfaces
+    from rom.cyclic.reduced_model import (
+        ContactInterface,
+        ReducedModel,
+        expand_to_mesh,
+        interfaces_of,
+        with_interfaces,
+    )
     from rom.cyclic.resonance_crossings import (
         ResonanceCrossing,
         excited_nodal_diameter,
@@ -167,6 +173,7 @@ __all__ = [
     "hot_spots",
     "inter_blade_phase",
     "interface_motion",
+    "interfaces_of",
     "linear_errors",
     "linear_response",
     "linear_responses",
@@ -278,6 +285,7 @@ _PLACES = {
     "OperatingStress": "rom.stress.operating_stress",
     "ContactInterface": "rom.cyclic.reduced_model",
     "ReducedModel": "rom.cyclic.reduced_model",
+    "interfaces_of": "rom.cyclic.reduced_model",
     "with_interfaces": "rom.cyclic.reduced_model",
     "ReducedModelError": "rom.errors",
     "Reduction": "rom.reduction.craig_bampton",

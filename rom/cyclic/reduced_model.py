@@ -17,6 +17,7 @@ ComplexArray = NDArray[np.complex128]
 SYMMETRY_TOLERANCE = 1e-8
 MOST_BLADES = 10_000
 HIGHEST_HARMONIC = 31  # of the excitation
+MAIN_INTERFACE = "shroud"  # name of the interface of a model that names none
 LARGEST_NUMBER = 1e100  # squares and products of larger numbers overflow
 
 
@@ -78,6 +79,9 @@ class ReducedModel:
         The part of `stiffness` that is the elastic stiffness of the blade; needed where blades on a disk differ.
     wave_blocks : mapping of int to WaveBlock
         Coordinates that each nodal diameter has for itself, in a model made of one superelement for each.
+    interfaces : mapping of str to int
+        Contact interfaces by name in the order of their nodes, with their numbers of nodes, see `with_interfaces`;
+        by default all nodes belong to the one named "shroud".
     basis : (N, n) array or None
         Displacements of the mesh nodes for unit coordinates.
     n_blades : int or None
@@ -126,6 +130,7 @@ class ReducedModel:
     cyclic_left: Array | None = None
     blade_stiffness: Array | None = None
     wave_blocks: Mapping[int, WaveBlock] = field(default_factory=dict)
+    interfaces: Mapping[str, int] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Check shapes, finiteness and symmetry."""
@@ -133,6 +138,13 @@ class ReducedModel:
         if n < 1:
             raise ReducedModelError(f"mass: shape {self.mass.shape}, allowed: one coordinate or more")
         n_contacts = self.contact_position.shape[0]
+        if len(self.interfaces) < 2:  # it has all nodes
+            name = next(iter(self.interfaces), MAIN_INTERFACE)
+            object.__setattr__(self, "interfaces", {name: n_contacts})
+        elif sum(self.interfaces.values()) != n_contacts or min(self.interfaces.values()) < 1:
+            raise ReducedModelError(
+                f"contact/interfaces: {dict(self.interfaces)}, allowed: one node or more each, {n_contacts} together"
+            )
         joined = 0 if self.cyclic_right is None else len(self.cyclic_right)
         if (self.cyclic_right is None) != (self.cyclic_left is None):
             raise ReducedModelError("cyclic/right: allowed only together with cyclic/left")
@@ -305,6 +317,8 @@ class ContactInterface:
         Whether the left nodes belong to the same sector as the right ones.
     area : (n,) array or None
         Tributary areas of the nodes, m^2.
+    name : str
+        Name by which scenes give its parameters and results speak of it.
 
     Examples
     --------
@@ -322,6 +336,7 @@ class ContactInterface:
     left: Array | None = None
     inside: bool = False
     area: Array | None = None
+    name: str = ""
 
     @property
     def rows(self) -> tuple[Array, Array]:
@@ -342,7 +357,8 @@ def with_interfaces(model: ReducedModel, *interfaces: ContactInterface) -> Reduc
     model : ReducedModel
         The model.
     *interfaces : ContactInterface
-        One or more; their nodes are numbered one interface after the other (see `ContactParameters.joined`).
+        One or more; their nodes are numbered one interface after the other (see `ContactParameters.joined`). One
+        without a name is called after its place, "interface 1" and so on, or "shroud" where it is alone.
 
     Returns
     -------
@@ -352,7 +368,7 @@ def with_interfaces(model: ReducedModel, *interfaces: ContactInterface) -> Reduc
     Raises
     ------
     ReducedModelError
-        An interface has motions of another number of nodes or coordinates.
+        An interface has motions of another number of nodes or coordinates, or two have one name.
 
     Examples
     --------
@@ -373,6 +389,10 @@ def with_interfaces(model: ReducedModel, *interfaces: ContactInterface) -> Reduc
         for name, rows in (("right", right), ("left", left)):
             if rows.shape != shape:
                 raise ReducedModelError(f"contact interface: {name}: shape {rows.shape}, allowed: {shape}")
+    alone = len(interfaces) == 1
+    names = [each.name or (MAIN_INTERFACE if alone else f"interface {k + 1}") for k, each in enumerate(interfaces)]
+    if len(set(names)) < len(names):
+        raise ReducedModelError(f"contact/interfaces: {names}, allowed: a name of its own for each")
     left = np.concatenate([part for _, part in parts])
     areas = [interface.area for interface in interfaces if interface.area is not None]
     return replace(
@@ -381,7 +401,49 @@ def with_interfaces(model: ReducedModel, *interfaces: ContactInterface) -> Reduc
         contact_left=left if left.any() else None,
         contact_position=np.concatenate([interface.position for interface in interfaces]),
         contact_area=np.concatenate(areas) if len(areas) == len(interfaces) else None,
+        interfaces={name: len(each.position) for name, each in zip(names, interfaces, strict=True)},
     )
+
+
+def interfaces_of(model: ReducedModel) -> tuple[ContactInterface, ...]:
+    """The contact interfaces of a model, one by one: `with_interfaces` puts them together again.
+
+    Parameters
+    ----------
+    model : ReducedModel
+        The model.
+
+    Returns
+    -------
+    tuple of ContactInterface
+        Those whose left nodes do not move with the wave are against the ground: of an interface inside a sector the
+        displacement of one side relative to the other is known alone.
+
+    Examples
+    --------
+    >>> from rom import ReducedModel, interfaces_of
+    >>> tip, one = np.outer([0.0, 0.0, 1.0], np.ones(1)), np.ones(1)
+    >>> model = ReducedModel(np.eye(1), np.eye(1), tip, np.zeros((1, 3)), one, {"tip": one}, tip, n_blades=4)
+    >>> [(each.name, len(each.position)) for each in interfaces_of(model)]
+    [('shroud', 1)]
+    """
+    found, first = [], 0
+    for name, count in model.interfaces.items():
+        nodes, rows = slice(first, first + count), slice(3 * first, 3 * (first + count))
+        left = None if model.contact_left is None else model.contact_left[rows]
+        area = None if model.contact_area is None else model.contact_area[nodes]
+        touches = left is not None and left.any()
+        found.append(
+            ContactInterface(
+                model.contact_right[rows],
+                model.contact_position[nodes],
+                left if touches else None,
+                area=area,
+                name=name,
+            )
+        )
+        first += count
+    return tuple(found)
 
 
 def _array(name: str, values: Any) -> NDArray[Any]:

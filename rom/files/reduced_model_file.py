@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rom.cyclic.reduced_model import ReducedModel
+from rom.cyclic.reduced_model import MAIN_INTERFACE, ReducedModel
 from rom.cyclic.wave_superelement import WaveSuperelement, model_of_waves, superelements_of
 from rom.errors import ReducedModelError
 from rom.files.hdf5 import UNREADABLE, new_hdf5, opened, stored_array, why_unreadable
@@ -84,6 +84,9 @@ def write_reduced_model(path: str | os.PathLike[str], model: ReducedModel) -> No
             file.attrs["n_blades"] = model.n_blades
         if model.speed_rpm is not None:
             file.attrs["speed_rpm"] = model.speed_rpm
+        if tuple(model.interfaces) != (MAIN_INTERFACE,):
+            file["contact"].attrs["interfaces"] = list(model.interfaces)
+            file["contact"].attrs["nodes"] = list(model.interfaces.values())
 
 
 def _write_arrays(group: "h5py.Group", model: ReducedModel | WaveSuperelement, attributes: Iterable[str]) -> None:
@@ -170,7 +173,8 @@ def _read_waves(file: "h5py.File", with_basis: bool) -> ReducedModel:
     n_blades = _whole_number("n_blades", file.attrs["n_blades"])
     made = model_of_waves(waves, n_blades, _read_array(file, "contact/position"), area)
     speed = _number("speed_rpm", file.attrs["speed_rpm"]) if "speed_rpm" in file.attrs else None
-    return replace(made, speed_rpm=speed, producer=_text(file.attrs.get("producer", "unknown")))
+    producer = _text(file.attrs.get("producer", "unknown"))
+    return replace(made, speed_rpm=speed, producer=producer, interfaces=_interfaces(file))
 
 
 def _outputs_and_harmonics(file: "h5py.File", where: str, complex_outputs: bool) -> dict[str, Any]:
@@ -206,7 +210,23 @@ def _read_arguments(file: "h5py.File", with_basis: bool) -> dict[str, Any]:
     if "speed_rpm" in file.attrs:
         arguments["speed_rpm"] = _number("speed_rpm", file.attrs["speed_rpm"])
     arguments["producer"] = _text(file.attrs.get("producer", "unknown"))
+    arguments["interfaces"] = _interfaces(file)
     return arguments
+
+
+def _interfaces(file: "h5py.File") -> dict[str, int]:
+    """Interfaces by name with their numbers of nodes, attributes of the group contact; one may have none."""
+    given = file["contact"].attrs
+    if "interfaces" not in given:
+        return {}
+    names = [_text(name) for name in np.atleast_1d(given["interfaces"])]
+    nodes = np.atleast_1d(given.get("nodes", ()))
+    if len(set(names)) != len(nodes) or nodes.dtype.kind not in "iu" or "" in names:
+        raise ReducedModelError(
+            f"contact/interfaces: {names[:9]} with {nodes.tolist()[:9]} nodes, allowed: names, each once, and in "
+            "contact/nodes a whole number for each"
+        )
+    return dict(zip(names, map(int, nodes), strict=True))
 
 
 def _harmonics(file: "h5py.File", names_of_forces: str) -> list[int]:

@@ -20,7 +20,15 @@ from nonlinear.harmonic_balance.initial_solution import periodic_start
 from nonlinear.stability.eigenproblem import converged
 from nonlinear.stability.floquet import FloquetAnalysis
 from nonlinear.stability.ring_stability import LinearisedContact, RingStability
-from rom import ContactInterface, ReducedModelError, modal_model, with_interfaces
+from rom import (
+    ContactInterface,
+    ReducedModelError,
+    interfaces_of,
+    modal_model,
+    read_reduced_model,
+    with_interfaces,
+    write_reduced_model,
+)
 
 N, HARMONICS, OMEGA = 4, 2, 1.6  # the 512 instants at which events of sliders are sampled are those of all 4 blades
 BLADE = lumped_blade(N)
@@ -149,7 +157,22 @@ def test_the_ring_in_time_stays_on_the_wave(wave):
     assert integrated == pytest.approx(balanced, abs=2e-3 * np.abs(balanced).max())
 
 
+def test_interfaces_keep_their_names_and_rows_in_a_file(tmp_path):
+    named = with_interfaces(BLADE, replace(SHROUD, name="shroud"), replace(DAMPER, name="damper"), STOP)
+    write_reduced_model(tmp_path / "rom.h5", named)
+    read = read_reduced_model(tmp_path / "rom.h5")
+    assert read.interfaces == {"shroud": 2, "damper": 1, "interface 3": 1}
+    again = with_interfaces(BLADE, *interfaces_of(read))
+    assert np.array_equal(again.contact_right, named.contact_right)
+    assert np.array_equal(again.contact_left, named.contact_left)
+    assert BLADE.interfaces == {"shroud": 2}  # of a model that names none
+
+
 def test_interfaces_that_do_not_fit_are_refused():
+    with pytest.raises(ReducedModelError, match="a name of its own"):
+        with_interfaces(BLADE, replace(STOP, name="stop"), replace(STOP, name="stop"))
+    with pytest.raises(ReducedModelError, match="contact/interfaces"):
+        replace(MODEL, interfaces={"shroud": 2, "stop": 1})
     with pytest.raises(ReducedModelError, match="right: shape"):
         with_interfaces(BLADE, replace(STOP, right=TIP[:2]))
     with pytest.raises(ContactError, match="one friction law"):
