@@ -10,7 +10,14 @@ if TYPE_CHECKING:
     from geometry.blade.build import build_sector
     from geometry.blade.checks import check_parameters
     from geometry.blade.fitting import side_edge_angle
-    from geometry.blade.parameters import BladeParameters, DiskParameters, MeshParameters, ShroudParameters
+    from geometry.blade.parameters import (
+        BladeParameters,
+        DiskParameters,
+        MeshParameters,
+        PlatformParameters,
+        ShroudParameters,
+        SnubberParameters,
+    )
     from geometry.elements import ELEMENT_KINDS, ElementBlock, ElementKind, ElementSides, sides_on
     from geometry.errors import GeometryError, MeshFileError, OwnMeshError, ParameterError, SectorFileError
     from geometry.exchange import MESHIO_CELLS, cell_library, export_sector, import_sector
@@ -24,7 +31,7 @@ if TYPE_CHECKING:
     from geometry.own_mesh.ring import SectorRing, fitting_ring, ring_of_faces
     from geometry.own_mesh.sector_choice import SectorChoice
     from geometry.quality import hexahedron_scaled_jacobian, scaled_jacobian
-    from geometry.sector import ContactFace, SectorMesh, check_sector
+    from geometry.sector import ContactFace, FacePair, SectorMesh, check_sector
     from geometry.subdivision import subdivided
     from geometry.units import BLADE_RADII, UNIT_SYSTEMS, UnitSystem
 
@@ -40,6 +47,7 @@ __all__ = [
     "ElementBlock",
     "ElementKind",
     "ElementSides",
+    "FacePair",
     "GeometryError",
     "ImportedMesh",
     "MeshFileError",
@@ -47,12 +55,14 @@ __all__ = [
     "OwnMeshError",
     "OwnSector",
     "ParameterError",
+    "PlatformParameters",
     "SectorChoice",
     "SectorFileError",
     "SectorFindings",
     "SectorMesh",
     "SectorRing",
     "ShroudParameters",
+    "SnubberParameters",
     "UnitSystem",
     "axes_through",
     "build_sector",
@@ -91,6 +101,7 @@ _PLACES = {
     "ElementBlock": "geometry.elements",
     "ElementKind": "geometry.elements",
     "ElementSides": "geometry.elements",
+    "FacePair": "geometry.sector",
     "GeometryError": "geometry.errors",
     "ImportedMesh": "geometry.imported_mesh",
     "MeshFileError": "geometry.errors",
@@ -98,12 +109,14 @@ _PLACES = {
     "OwnMeshError": "geometry.errors",
     "OwnSector": "geometry.own_mesh.own_sector",
     "ParameterError": "geometry.errors",
+    "PlatformParameters": "geometry.blade.parameters",
     "SectorChoice": "geometry.own_mesh.sector_choice",
     "SectorFileError": "geometry.errors",
     "SectorFindings": "geometry.own_mesh.own_sector",
     "SectorMesh": "geometry.sector",
     "SectorRing": "geometry.own_mesh.ring",
     "ShroudParameters": "geometry.blade.parameters",
+    "SnubberParameters": "geometry.blade.parameters",
     "UnitSystem": "geometry.units",
     "axes_through": "geometry.frames",
     "build_sector": "geometry.blade.build",

@@ -3,8 +3,10 @@
 Both formats hold points, elements and fields, so everything else is stored as fields. On the points: ``set_NAME``
 for a node set (0 outside the set, else 1 + place in it, which keeps the order of the contact nodes); ``right_t1``,
 ``right_t2``, ``right_n`` (3-vectors) and ``right_area`` for the faces, likewise ``left_...``, zero off the contact
-nodes; and ``n_blades``. On the elements of .vtu: ``material_NAME``, 1 where they have the material; in .msh materials
-are physical groups. Surfaces are left out: those of the contact faces are the sides between the nodes of their sets.
+nodes; and ``n_blades``. For a further pair ``NAME``, the K-th, ``pair_K_NAME_`` stands before these names, and
+``main_NAME`` is 1 where the first pair is no shroud. On the elements of .vtu: ``material_NAME``, 1 where they have
+the material; in .msh materials are physical groups. Surfaces are left out: those of the contact faces are the sides
+between the nodes of their sets.
 """
 
 from pathlib import Path
@@ -14,12 +16,15 @@ import numpy as np
 
 from geometry.elements import ElementBlock
 from geometry.errors import SectorFileError
-from geometry.sector import ContactFace, IntArray, SectorMesh, check_sector
+from geometry.sector import ContactFace, FacePair, IntArray, SectorMesh, check_sector
 
 FORMATS = {".msh": "gmsh22", ".vtu": "vtu"}
 AXES = ("t1", "t2", "n")
 SET = "set_"
 MATERIAL = "material_"
+PAIR = "pair_"
+MAIN = "main_"
+FACE_SETS = ("contact_right", "contact_left", "face_right", "face_left")
 # Name of each kind of element as a cell of meshio.
 MESHIO_CELLS = {
     "tet4": "tetra",
@@ -66,15 +71,20 @@ def export_sector(path: str | Path, sector: SectorMesh) -> None:
     file_format = _format(path)
     count = len(sector.points)
     fields: dict[str, np.ndarray] = {}
-    for name, nodes in sector.node_sets.items():
-        fields[SET + name] = np.zeros(count)
-        fields[SET + name][nodes] = 1 + np.arange(len(nodes))
-    for side, face in (("right", sector.right), ("left", sector.left)):
-        for k, axis in enumerate(AXES):
-            fields[f"{side}_{axis}"] = np.zeros((count, 3))
-            fields[f"{side}_{axis}"][face.nodes] = face.frame[:, k]
-        fields[f"{side}_area"] = np.zeros(count)
-        fields[f"{side}_area"][face.nodes] = face.area
+    prefixes = ["", *(f"{PAIR}{k}_{name}_" for k, name in enumerate(sector.pairs))]
+    for before, view in zip(prefixes, sector.views.values(), strict=True):
+        for name, nodes in view.node_sets.items():
+            if not before or name in FACE_SETS:
+                fields[before + SET + name] = np.zeros(count)
+                fields[before + SET + name][nodes] = 1 + np.arange(len(nodes))
+        for side, face in (("right", view.right), ("left", view.left)):
+            for k, axis in enumerate(AXES):
+                fields[f"{before}{side}_{axis}"] = np.zeros((count, 3))
+                fields[f"{before}{side}_{axis}"][face.nodes] = face.frame[:, k]
+            fields[f"{before}{side}_area"] = np.zeros(count)
+            fields[f"{before}{side}_area"][face.nodes] = face.area
+    if sector.main != "shroud":
+        fields[MAIN + sector.main] = np.ones(count)
     fields["n_blades"] = np.full(count, float(sector.n_blades))
     names = ["", *sorted({block.material for block in sector.blocks} - {""})]
     cell_fields: dict[str, Any] = {}
@@ -156,12 +166,15 @@ def import_sector(path: str | Path) -> SectorMesh:
         fields = mesh.point_data
         sets = {name.removeprefix(SET): _members(field) for name, field in fields.items() if name.startswith(SET)}
         right, left = (_face(fields, mesh.points, side, sets[f"contact_{side}"]) for side in ("right", "left"))
+        pairs = _pairs(fields, mesh.points)
+        main = next((name.removeprefix(MAIN) for name in fields if name.startswith(MAIN)), "shroud")
         blocks = _blocks(mesh)
         of_cells = mesh.cell_data["n_blades"][0] if "n_blades" in mesh.cell_data else fields["n_blades"]  # until 0.2
         n_blades = round(float(np.ravel(of_cells)[0]))
     except KeyError as error:
         raise SectorFileError(f"{path}: not a sector: {error} is missing") from error
-    sector = SectorMesh(np.ascontiguousarray(mesh.points, dtype=np.float64), blocks, sets, right, left, n_blades)
+    points = np.ascontiguousarray(mesh.points, dtype=np.float64)
+    sector = SectorMesh(points, blocks, sets, right, left, n_blades, pairs=pairs, main=main)
     check_sector(path, sector)
     return sector
 
@@ -199,6 +212,19 @@ def _blocks(mesh: Any) -> tuple[ElementBlock, ...]:
     if not blocks:
         raise KeyError("elements")
     return tuple(blocks)
+
+
+def _pairs(fields: dict[str, np.ndarray], points: np.ndarray) -> dict[str, FacePair]:
+    """Further pairs of faces by name, in their order."""
+    end = "_right_area"
+    marks = [name.removesuffix(end) for name in fields if name.startswith(PAIR) and name.endswith(end)]
+    found = {}
+    for mark in sorted(marks, key=lambda mark: int(mark.split("_")[1])):
+        own = {name.removeprefix(f"{mark}_"): field for name, field in fields.items() if name.startswith(f"{mark}_")}
+        sets = {name: _members(own[SET + name]) for name in FACE_SETS}
+        right, left = (_face(own, points, side, sets[f"contact_{side}"]) for side in ("right", "left"))
+        found[mark.split("_", 2)[2]] = FacePair(right, left, sets["face_right"], sets["face_left"])
+    return found
 
 
 def _members(field: np.ndarray) -> IntArray:

@@ -1,7 +1,7 @@
 """The mesh of one sector with its contact faces."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -46,6 +46,34 @@ class ContactFace:
 
 
 @dataclass(frozen=True)
+class FacePair:
+    """Two faces at which a blade touches its neighbours, beside those of `SectorMesh.right` and `SectorMesh.left`.
+
+    Attributes
+    ----------
+    right, left : ContactFace
+        The face on the +y side, and its match on the -y side: node k of one lies opposite node k of the other.
+    face_right, face_left : (k,) array
+        All mesh nodes of the two faces, rows of ``SectorMesh.points``.
+
+    Examples
+    --------
+    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, SnubberParameters, build_sector
+    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
+    >>> snubber = SnubberParameters(radius=0.35, thickness=0.006, width=0.012)
+    >>> mesh = MeshParameters(size=0.005, contact_grid=(3, 2))
+    >>> pair = build_sector(blade, shroud, mesh, snubber=snubber).pairs["snubber"]
+    >>> len(pair.right.nodes), len(pair.face_right) == len(pair.face_left)
+    (6, True)
+    """
+
+    right: ContactFace
+    left: ContactFace
+    face_right: IntArray
+    face_left: IntArray
+
+
+@dataclass(frozen=True)
 class SectorMesh:
     """Mesh of a blade with its shroud: hexahedra where it was made here, elements of any kind from elsewhere.
 
@@ -58,7 +86,8 @@ class SectorMesh:
     node_sets : dict of str to (k,) array
         Rows of `points`: `root` (on the hub), `tip` (the node on the stacking axis on the outer surface of the
         shroud), `tip_surface` (that whole surface), `contact_right` and `contact_left` (the contact nodes, in the
-        order of the faces), `face_right` and `face_left` (all mesh nodes of the faces).
+        order of the faces), `face_right` and `face_left` (all mesh nodes of the faces); `snubber` and
+        `platform` hold the nodes of these off the airfoil.
     right, left : ContactFace
         The face on the +y side, and its match on the -y side.
     n_blades : int
@@ -67,6 +96,10 @@ class SectorMesh:
         Surfaces by name, of which pressures and contact faces are made; without `face_right` and `face_left` the
         sides between the nodes of these sets. A mesh made here has `pressure_side`, `suction_side` (towards +y),
         `leading_edge` (at -x) and `trailing_edge` of the airfoil.
+    pairs : mapping of str to FacePair
+        Further faces that touch those of the neighbours, by name, in the order of their contact nodes.
+    main : str
+        Name of the pair of `right` and `left`.
 
     Examples
     --------
@@ -86,6 +119,8 @@ class SectorMesh:
     left: ContactFace
     n_blades: int
     surfaces: Mapping[str, ElementSides] = field(default_factory=dict)
+    pairs: Mapping[str, FacePair] = field(default_factory=dict)
+    main: str = "shroud"
 
     @property
     def n_elements(self) -> int:
@@ -96,6 +131,35 @@ class SectorMesh:
     def hexahedra(self) -> IntArray:
         """Corners (E, 8) of the elements of a mesh that has hexahedra only."""
         return np.concatenate([block.nodes[:, :8] for block in self.blocks])
+
+    @property
+    def views(self) -> "dict[str, SectorMesh]":
+        """The sector seen from each pair of faces by name, that of `right` and `left` first."""
+        return {name: self.seen_from(name) for name in (self.main, *self.pairs)}
+
+    def seen_from(self, name: str) -> "SectorMesh":
+        """The sector with one pair of faces alone, in the place of `right` and `left` and of their node sets.
+
+        Parameters
+        ----------
+        name : str
+            Name of the pair.
+        """
+        if name == self.main:
+            return replace(self, pairs={}) if self.pairs else self
+        pair = self.pairs[name]
+        sets = {"face_right": pair.face_right, "face_left": pair.face_left}
+        sets |= {"contact_right": pair.right.nodes, "contact_left": pair.left.nodes}
+        surfaces = {key: sides for key, sides in self.surfaces.items() if key not in sets}
+        return replace(
+            self,
+            right=pair.right,
+            left=pair.left,
+            node_sets=self.node_sets | sets,
+            surfaces=surfaces,
+            pairs={},
+            main=name,
+        )
 
 
 def check_sector(path: str | Path, sector: SectorMesh) -> None:
@@ -125,16 +189,19 @@ def check_sector(path: str | Path, sector: SectorMesh) -> None:
     """
     points, count = sector.points, len(sector.points)
     shapes = points.ndim == 2 and points.shape[1] == 3 and len(sector.blocks) > 0
-    tables = [*(block.nodes for block in sector.blocks), *sector.node_sets.values()]
+    pairs = [*sector.pairs.values()]
+    sets = [nodes for pair in pairs for nodes in (pair.face_right, pair.face_left)]
+    tables = [*(block.nodes for block in sector.blocks), *sector.node_sets.values(), *sets]
     for block in sector.blocks:
         if block.kind not in ELEMENT_KINDS:
             raise SectorFileError(f'{path}: not a sector: elements of the unknown kind "{block.kind}"')
         shapes &= block.nodes.ndim == 2 and block.nodes.shape[1] == block.topology.n_nodes
-    for face in (sector.right, sector.left):
+    faces = [(sector.right, sector.left), *((pair.right, pair.left) for pair in pairs)]
+    for face in (face for both in faces for face in both):
         n = len(face.nodes)
         shapes &= face.position.shape == (n, 3) and face.frame.shape == (n, 3, 3) and face.area.shape == (n,)
         tables.append(face.nodes)
-    if not shapes or len(sector.right.nodes) != len(sector.left.nodes):
+    if not shapes or any(len(right.nodes) != len(left.nodes) for right, left in faces):
         raise SectorFileError(f"{path}: not a sector: arrays of the wrong shape")
     if not np.isfinite(points).all():
         raise SectorFileError(f"{path}: not a sector: a point is not finite")

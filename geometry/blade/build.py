@@ -10,11 +10,19 @@ import numpy as np
 from geometry.blade.checks import check_parameters
 from geometry.blade.disk import add_disk
 from geometry.blade.layouts import MeshingError, contact_fractions, grid_fractions
-from geometry.blade.parameters import BladeParameters, DiskParameters, MeshParameters, ShroudParameters
+from geometry.blade.parameters import (
+    BladeParameters,
+    DiskParameters,
+    MeshParameters,
+    PlatformParameters,
+    ShroudParameters,
+    SnubberParameters,
+)
 from geometry.blade.planform import Planform, is_mirrored
 from geometry.blade.planform_mesh import PlanformMesh
 from geometry.blade.remedies import rounded
 from geometry.blade.solid import swept_planform
+from geometry.blade.wings import Flanks, Wing, add_wings, wing_radii
 from geometry.elements import ElementBlock, ElementSides, sides_on
 from geometry.errors import GeometryError
 from geometry.frames import contact_faces
@@ -24,14 +32,11 @@ _ON_EDGE = 1e-6  # of half the length of the section
 OTHER_SIZES = (0.9, 0.8, 0.7, 0.5, 0.35)  # of a size that gives no mesh: tried for one that does
 
 
-def airfoil_surfaces(
-    plan: Planform, flat: PlanformMesh, blocks: tuple[ElementBlock, ...], levels: IntArray, mirrored: bool
-) -> dict[str, ElementSides]:
-    """The four surfaces of the airfoil, from the root to the shroud.
+def airfoil_outline(plan: Planform, flat: PlanformMesh, mirrored: bool) -> dict[str, IntArray]:
+    """The nodes of the four surfaces of the airfoil, as places among those of a section, along the chord to +x.
 
     The suction side is the one on the side of +y, to which a positive camber bulges; the leading edge is the end of
     the section at -x.
-    Shapes: `levels` (l,).
     """
     foot = np.unique(flat.quads[flat.airfoil])
     along, across = plan.unplace(flat.points[foot]).T
@@ -46,12 +51,15 @@ def airfoil_surfaces(
         "leading_edge": at_end & (first * along[outline].mean(axis=1) < 0.0),
         "trailing_edge": at_end & (first * along[outline].mean(axis=1) > 0.0),
     }
-    found = {}
-    for name, edges in chosen.items():
-        local = np.unique(outline[edges])
-        nodes = np.concatenate([foot[local], (levels[:, None] + local).ravel()])
-        found[name] = sides_on(blocks, nodes)
-    return found
+    found = {name: np.unique(outline[edges]) for name, edges in chosen.items()}
+    return {name: local[np.argsort(first * along[local], kind="stable")] for name, local in found.items()}
+
+
+def _airfoil_surfaces(
+    blocks: tuple[ElementBlock, ...], outline: dict[str, IntArray], levels: IntArray
+) -> dict[str, ElementSides]:
+    """The four surfaces of the airfoil, whose sections have the first nodes `levels` (l, n)."""
+    return {name: sides_on(blocks, levels[:, local].ravel()) for name, local in outline.items()}
 
 
 def _outline(quads: IntArray, foot: IntArray) -> IntArray:
@@ -62,7 +70,13 @@ def _outline(quads: IntArray, foot: IntArray) -> IntArray:
 
 
 def build_sector(
-    blade: BladeParameters, shroud: ShroudParameters, mesh: MeshParameters, disk: DiskParameters | None = None
+    blade: BladeParameters,
+    shroud: ShroudParameters,
+    mesh: MeshParameters,
+    disk: DiskParameters | None = None,
+    *,
+    snubber: SnubberParameters | None = None,
+    platform: PlatformParameters | None = None,
 ) -> SectorMesh:
     """Mesh one blade with its shroud: gmsh quadrilaterals of the planform, extruded, bent, tapered and twisted.
 
@@ -81,6 +95,10 @@ def build_sector(
         The mesh density.
     disk : DiskParameters, optional
         The disk under the blade; None: the root of the blade is clamped.
+    snubber : SnubberParameters, optional
+        A part-span snubber.
+    platform : PlatformParameters, optional
+        A platform near the root, whose underside carries a damper.
 
     Returns
     -------
@@ -110,24 +128,40 @@ def build_sector(
     >>> bool(np.allclose(np.hypot(root[:, 1], root[:, 2]), 0.3))
     True
     """
-    check_parameters(blade, shroud, mesh, disk)
-    return _built(blade, shroud, mesh, disk)
+    wings: dict[str, Wing] = {}
+    if snubber is not None:
+        wings["snubber"] = snubber
+    if platform is not None:
+        wings["platform"] = platform
+    check_parameters(blade, shroud, mesh, disk, snubber=snubber, platform=platform)
+    return _built(blade, shroud, mesh, disk, wings)
 
 
 def _built(
-    blade: BladeParameters, shroud: ShroudParameters, mesh: MeshParameters, disk: DiskParameters | None
+    blade: BladeParameters,
+    shroud: ShroudParameters,
+    mesh: MeshParameters,
+    disk: DiskParameters | None,
+    wings: dict[str, Wing],
 ) -> SectorMesh:
     """As `build_sector`, of parameters that are checked."""
     mirrored = is_mirrored(shroud)
     upright = replace(blade, root_stagger=-blade.root_stagger, twist=-blade.twist) if mirrored else blade
     try:
-        plan, flat, points, hexahedra = swept_planform(blade, shroud, mesh)
+        bands = [wing_radii(wing, mesh) for wing in wings.values()]
+        plan, flat, points, hexahedra = swept_planform(blade, shroud, mesh, bands)
     except MeshingError as error:
         told = f"gives no valid mesh; {_size_that_meshes(blade, shroud, mesh)} ({error})"
         raise GeometryError("mesh", "size", mesh.size, told) from error
     sector = _with_faces(points, hexahedra, flat, blade, shroud, mesh)
-    levels = np.arange(int(sector.node_sets["root"][0]), len(points), len(sector.node_sets["root"]))
-    sector = replace(sector, surfaces=airfoil_surfaces(plan, flat, sector.blocks, levels, mirrored))
+    foot, root = np.unique(flat.quads[flat.airfoil]), sector.node_sets["root"]
+    levels = np.vstack([np.arange(int(root[0]), len(points)).reshape(-1, len(root)), foot])
+    outline = airfoil_outline(plan, flat, mirrored)
+    sector = replace(sector, surfaces=_airfoil_surfaces(sector.blocks, outline, levels))
+    if wings:
+        right, left = (levels[:, outline[name]] for name in ("suction_side", "pressure_side"))
+        flanks = Flanks(right, left, np.hypot(*points[levels[:, 0], 1:].T))
+        sector = add_wings(sector, flanks, blade, mesh, wings)
     return (
         sector if disk is None else add_disk(sector, (plan, flat), upright, (shroud, mesh, disk), mirrored=mirrored)
     )

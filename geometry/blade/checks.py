@@ -21,9 +21,11 @@ from geometry.blade.parameters import (
     BladeParameters,
     DiskParameters,
     MeshParameters,
+    PlatformParameters,
     ShroudParameters,
+    SnubberParameters,
 )
-from geometry.blade.planform import mid_radius
+from geometry.blade.planform import inner_radius, mid_radius
 from geometry.blade.remedies import ANY, SENSIBLE, Accepts, Search, rounded
 from geometry.errors import GeometryError
 
@@ -214,7 +216,13 @@ def _nearest_angle(
 
 
 def check_parameters(
-    blade: BladeParameters, shroud: ShroudParameters, mesh: MeshParameters, disk: DiskParameters | None = None
+    blade: BladeParameters,
+    shroud: ShroudParameters,
+    mesh: MeshParameters,
+    disk: DiskParameters | None = None,
+    *,
+    snubber: SnubberParameters | None = None,
+    platform: PlatformParameters | None = None,
 ) -> None:
     """Check that the parameters are in range and fit together.
 
@@ -231,6 +239,10 @@ def check_parameters(
         The mesh density.
     disk : DiskParameters, optional
         The disk under the blade.
+    snubber : SnubberParameters, optional
+        The part-span snubber.
+    platform : PlatformParameters, optional
+        The platform near the root.
 
     Raises
     ------
@@ -256,6 +268,11 @@ def check_parameters(
         from geometry.blade.disk import check_disk
 
         check_disk(disk, blade, mesh)
+    if snubber is not None or platform is not None:
+        from geometry.blade.wings import check_wings
+
+        wings = {name: wing for name, wing in (("snubber", snubber), ("platform", platform)) if wing is not None}
+        check_wings(blade, (blade.fillet_radius, shroud.fillet_radius), inner_radius(blade, shroud), wings)
 
 
 def _accepts(mesh: MeshParameters | None, blade: BladeParameters, shroud: ShroudParameters) -> bool:

@@ -114,6 +114,111 @@ class ShroudParameters:
 
 
 @dataclass(frozen=True)
+class SnubberParameters:
+    """A part-span snubber: wings on both sides of the airfoil out to a contact plane midway between neighbours.
+
+    It stands around mid chord; at the airfoil it takes up the columns of elements nearest to its width. Lengths along
+    the circumference are those at its mid radius.
+
+    Attributes
+    ----------
+    radius : float
+        Mid radius, m.
+    thickness : float
+        Radial thickness, m.
+    width : float
+        Width of the contact face along x, m.
+    angle : float
+        Contact angle, degrees, measured as the shroud angle; within 75 degrees of the engine axis.
+    gap : float
+        Design gap between neighbours along the circumference, m.
+
+    Examples
+    --------
+    >>> from geometry import SnubberParameters
+    >>> round(1e3 * SnubberParameters(radius=0.35, thickness=0.006, width=0.01, angle=150.0).contact_length, 3)
+    11.547
+    """
+
+    radius: float
+    thickness: float
+    width: float
+    angle: float = 180.0
+    gap: float = 0.0
+
+    @property
+    def contact_length(self) -> float:
+        """Length of the contact face along its tangent line, m."""
+        return self.width / abs(float(np.cos(np.radians(self.angle))))
+
+    @property
+    def radii(self) -> tuple[float, float]:
+        """Radii of the inner and of the outer surface, m."""
+        return self.radius - self.thickness / 2, self.radius + self.thickness / 2
+
+
+@dataclass(frozen=True)
+class PlatformParameters:
+    """A platform near the root, with an inclined flank at either end of its underside on which a damper may lie.
+
+    The undersides of neighbours form a roof, symmetric about the plane midway between them, in which the centrifugal
+    force presses a damper outward.
+
+    Attributes
+    ----------
+    radius : float
+        Mid radius, m.
+    thickness : float
+        Radial thickness at the airfoil, m; under the flanks less is left.
+    flank_angle : float
+        Inclination of the flanks, degrees: 0 is tangential to the ring, with the normal towards the hub.
+    flank_length : float or None
+        Extent of a flank along the circumference, m; None: so that half the thickness is left at its end, at most the
+        thickness.
+    width : float or None
+        Width along x at its ends, m; None: that of the airfoil. At the airfoil it is as wide as that.
+    gap : float or None
+        Distance of neighbouring platforms along the circumference, m; None: 2 % of the pitch.
+
+    Examples
+    --------
+    >>> from geometry import PlatformParameters
+    >>> platform = PlatformParameters(radius=0.31, thickness=0.006, flank_angle=45.0)
+    >>> round(platform.length_of_flank, 6), platform.radii
+    (0.003, (0.307, 0.313))
+    """
+
+    radius: float
+    thickness: float
+    flank_angle: float = 30.0
+    flank_length: float | None = None
+    width: float | None = None
+    gap: float | None = None
+
+    @property
+    def length_of_flank(self) -> float:
+        """Extent of a flank along the circumference, m."""
+        if self.flank_length is not None:
+            return self.flank_length
+        return self.thickness / (2 * max(float(np.tan(np.radians(self.flank_angle))), 0.5))
+
+    @property
+    def radii(self) -> tuple[float, float]:
+        """Radii of the inner and of the outer surface at the airfoil, m."""
+        return self.radius - self.thickness / 2, self.radius + self.thickness / 2
+
+    def gap_between(self, n_blades: int) -> float:
+        """Distance of neighbouring platforms along the circumference, m.
+
+        Parameters
+        ----------
+        n_blades : int
+            Number of blades of the ring.
+        """
+        return 0.02 * 2 * np.pi * self.radius / n_blades if self.gap is None else self.gap
+
+
+@dataclass(frozen=True)
 class DiskParameters:
     """The disk that carries the blades, of revolution about the engine axis; its rim is the hub.
 

@@ -1,5 +1,6 @@
 """Hexahedra of the sector from the quadrilaterals of the planform."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from math import ceil, radians
 
@@ -24,20 +25,31 @@ def bend(x: FloatArray, angle: FloatArray, radius: float) -> FloatArray:
 
 
 def airfoil_levels(
-    blade: BladeParameters, shroud: ShroudParameters, mesh: MeshParameters
+    blade: BladeParameters, shroud: ShroudParameters, mesh: MeshParameters, bands: Sequence[FloatArray] = ()
 ) -> tuple[FloatArray, FloatArray]:
-    """Relative heights (n,) of the airfoil's nodes, root to shroud, and the offsets (n,) m of the fillets there."""
+    """Relative heights (n,) of the airfoil's nodes, root to shroud, and the offsets (n,) m of the fillets there.
+
+    `bands` are radii (m,) that must be among those of the nodes, ascending, with no other between them.
+    """
     span = inner_radius(blade, shroud) - blade.hub_radius
     root, tip = (fillet_layers(part.fillet_radius, mesh.size) for part in (blade, shroud))
     low, high = blade.fillet_radius / span, shroud.fillet_radius / span
-    least = max(2, ceil(abs(blade.twist) / TWIST_STEP))
-    middle = graded_fractions(span * (1 - low - high), mesh.size, least, mesh.grading)
+    middle, start = [], low
+    for band in (*sorted(bands, key=lambda band: float(band[0])), None):
+        length = 1 - start - high if band is None else float(band[0] - blade.hub_radius) / span - start
+        least = max(1 if len(bands) else 2, ceil(abs(blade.twist) * (length / (1 - low - high)) / TWIST_STEP))
+        middle.append(start + length * graded_fractions(span * length, mesh.size, least, mesh.grading))
+        if band is not None:
+            middle[-1] = middle[-1][:-1]
+            middle.append((band[:-1] - blade.hub_radius) / span)
+            start = float(band[-1] - blade.hub_radius) / span
+    between = np.concatenate(middle)
     heights = [
         np.linspace(0.0, low, len(root))[:-1],
-        low + (1 - low - high) * middle,
+        between,
         1 - np.linspace(high, 0.0, len(tip))[1:],
     ]
-    offsets = [root[:-1], np.zeros(len(middle)), tip[::-1][1:]]
+    offsets = [root[:-1], np.zeros(len(between)), tip[::-1][1:]]
     return np.concatenate(heights), np.concatenate(offsets)
 
 
@@ -55,9 +67,11 @@ def airfoil_points(section: FloatArray, stagger: float, radius: float) -> FloatA
 
 
 def swept_planform(
-    blade: BladeParameters, shroud: ShroudParameters, mesh: MeshParameters
+    blade: BladeParameters, shroud: ShroudParameters, mesh: MeshParameters, bands: Sequence[FloatArray] = ()
 ) -> tuple[Planform, PlanformMesh, FloatArray, IntArray]:
     """Planform and its mesh before mirroring, points (N, 3) and hexahedra (E, 8) of blade and shroud.
+
+    `bands` as in `airfoil_levels`.
 
     The footprint of the fillet at the shroud is that between straight edges of elements. Raises MeshingError.
     """
@@ -67,7 +81,7 @@ def swept_planform(
     flat = mesh_planform(plan, mesh.size, mesh.contact_grid[0])
     mirrored = is_mirrored(shroud)
     upright = replace(blade, root_stagger=-blade.root_stagger, twist=-blade.twist) if mirrored else blade
-    points, hexahedra = sweep(plan, flat, upright, shroud, mesh)
+    points, hexahedra = sweep(plan, flat, upright, shroud, mesh, bands)
     if mirrored:
         # 0 - x, not -x: the zeros of the axial coordinate stay +0
         points = np.stack([0.0 - points[:, 0], points[:, 1], points[:, 2]], axis=1)
@@ -79,7 +93,12 @@ def swept_planform(
 
 
 def sweep(
-    plan: Planform, flat: PlanformMesh, blade: BladeParameters, shroud: ShroudParameters, mesh: MeshParameters
+    plan: Planform,
+    flat: PlanformMesh,
+    blade: BladeParameters,
+    shroud: ShroudParameters,
+    mesh: MeshParameters,
+    bands: Sequence[FloatArray] = (),
 ) -> tuple[FloatArray, IntArray]:
     """Points (N, 3) and hexahedra (E, 8): the planform swept through the shroud, the airfoil swept to the hub.
 
@@ -95,7 +114,7 @@ def sweep(
 
     foot = np.unique(flat.quads[flat.airfoil])
     strip = plan.unplace(flat.points[foot])
-    heights, offsets = (table[:-1] for table in airfoil_levels(blade, shroud, mesh))
+    heights, offsets = (table[:-1] for table in airfoil_levels(blade, shroud, mesh, bands))
     for h, offset in zip(map(float, heights), map(float, offsets), strict=True):
         section = replace(section_at(blade, h), offset=offset)
         stagger, radius = blade.root_stagger + h * blade.twist, blade.hub_radius + h * (inner - blade.hub_radius)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pipeline.stages.model.model_files import CUTS
 
 if TYPE_CHECKING:
-    from geometry import SectorMesh
+    from geometry import FacePair, SectorMesh
 
 
 Array = NDArray[np.float64]
@@ -70,7 +70,11 @@ def add_contacts(plotter: Any, sector: SectorMesh, points: Array) -> None:
     """Spheres on the contact nodes, sized to stay apart from each other."""
     import pyvista as pv
 
-    for face, colour in ((sector.right, RIGHT_COLOUR), (sector.left, LEFT_COLOUR)):
+    pairs: list[SectorMesh | FacePair] = [sector, *sector.pairs.values()]
+    faces = [
+        (face, colour) for pair in pairs for face, colour in ((pair.right, RIGHT_COLOUR), (pair.left, LEFT_COLOUR))
+    ]
+    for face, colour in faces:
         radius = 0.25 * float(np.sqrt(np.min(face.area)))
         spheres = pv.PolyData(points[face.nodes]).glyph(geom=pv.Sphere(radius=radius), scale=False, orient=False)
         plotter.add_mesh(spheres, color=colour, ambient=0.3)

@@ -18,7 +18,7 @@ from pipeline.scene.labels import prefixed
 from pipeline.stages.model.build_mesh import SECTOR
 
 if TYPE_CHECKING:
-    from geometry import ElementBlock, SectorMesh
+    from geometry import ElementBlock, FacePair, SectorMesh
     from pipeline.scene.schema import Scene
     from pipeline.stages.curve.respond import CurveResult
     from pipeline.stages.model.model_chain import BuiltModel
@@ -62,9 +62,11 @@ def outer_surface(sector: SectorMesh, most: int = MOST_TRIANGLES) -> Surface:
     used = np.unique(triangles)
     row = np.full(len(sector.points), -1)
     row[used] = np.arange(len(used))
-    n_c = len(sector.right.nodes)
+    pairs: list[SectorMesh | FacePair] = [sector, *sector.pairs.values()]
+    right, left = [pair.right.nodes for pair in pairs], [pair.left.nodes for pair in pairs]
+    n_c = sum(map(len, right))
     contacts = len(used) + np.arange(2 * n_c)
-    vertices = np.concatenate([used, sector.right.nodes, sector.left.nodes])
+    vertices = np.concatenate([used, *right, *left])
     return Surface(vertices, row[triangles], row[edges], row[sharp], contacts[:n_c], contacts[n_c:])
 
 

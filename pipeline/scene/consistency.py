@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from nonlinear import least_samples
 from pipeline.errors import InputError, input_error, shown
-from pipeline.scene.geometry_parameters import disk_parameters, geometry_parameters
+from pipeline.scene.geometry_parameters import disk_parameters, geometry_parameters, wing_parameters
 from pipeline.scene.loads_section import files_of, force_table, temperature_table
 from pipeline.scene.material_section import USUAL_MATERIAL, unfit_stress_keys
 from pipeline.scene.mesh_section import check_mesh_file
@@ -61,6 +61,8 @@ def unfit_disk_keys(path: Path, member: Member) -> Iterator[InputError]:
 
 
 PER_NODE = ("normal_stiffness", "tangential_stiffness", "friction", "interference", "preload")
+CONTACT_PARTS = ("shroud", "snubber")  # that touch the neighbours
+PARTS = ("blade", "shroud", "snubber", "platform", "disk")  # of a blade made here
 BLADE_SECTIONS = ("blade", "shroud", "material", "mesh")
 Unfit = Iterator[InputError]
 
@@ -109,8 +111,8 @@ def unfit_keys(file: SceneFile, broken: Mapping[int, Set[str]], force: bool = Fa
         yield from _unfit_keys(file.path, member, wrong)
         if "mesh" not in wrong and member.scene.mesh_file is not None:
             yield from _raised(check_mesh_file, file.path, member)
-        elif not wrong & {"blade", "shroud", "disk", "mesh"}:
-            shape = member.scene.blade, member.scene.shroud, member.scene.disk, member.scene.mesh
+        elif not wrong & {*PARTS, "mesh"}:
+            shape = tuple(getattr(member.scene, name) for name in (*PARTS, "mesh"))
             if shape not in checked_shapes:
                 yield from _raised(_check_geometry, file.path, member)
             checked_shapes.add(shape)
@@ -149,7 +151,7 @@ def _unfit_beside_mesh(file: SceneFile) -> Unfit:
                         file.path, f"materials.disk.{key}", "missing", allowed_values(f"material.{key}")
                     )
         return
-    for section in ("blade", "shroud", "disk"):
+    for section in PARTS:
         if getattr(scene, section) is not None:
             yield input_error(file.path, section, "given beside mesh.file", "one of the two")
     if scene.contact.uses_punch and scene.material is None:
@@ -168,7 +170,8 @@ def _unfit_sizes(path: Path, member: Member, wrong: Set[str]) -> Unfit:
     if "mesh" in wrong:
         return
     assert member.scene.mesh is not None  # checked above; for the type checker
-    n_contacts = member.scene.mesh.contact_grid[0] * member.scene.mesh.contact_grid[1]
+    along, radial = member.scene.mesh.contact_grid
+    n_contacts = along * radial * sum(getattr(member.scene, name) is not None for name in CONTACT_PARTS)
     if "contact" not in wrong:
         yield from unfit_node_lists(path, member, n_contacts)
     if not wrong & {"rom", "excitation", "response", "render"}:
@@ -279,7 +282,8 @@ def _check_geometry(path: Path, member: Member) -> None:
     from geometry import GeometryError, check_parameters
 
     try:
-        check_parameters(*geometry_parameters(member.scene), disk_parameters(member.scene))
+        scene = member.scene
+        check_parameters(*geometry_parameters(scene), disk_parameters(scene), **wing_parameters(scene))
     except GeometryError as error:
         raise parameter_error(path, member, error) from None
 

@@ -1,11 +1,12 @@
-"""Blade, shroud, mesh and disk of a scene as the parameters that the package `geometry` takes."""
+"""Blade, shroud, mesh, disk and wings of a scene as the parameters that the package `geometry` takes."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from geometry import BladeParameters, DiskParameters, MeshParameters, ShroudParameters
+    from geometry import BladeParameters, DiskParameters, MeshParameters, SectorMesh, ShroudParameters
     from pipeline.scene.schema import Scene
 
 
@@ -22,6 +23,32 @@ def geometry_parameters(scene: Scene) -> tuple[BladeParameters, ShroudParameters
         ShroudParameters(**scene.shroud.model_dump()),
         MeshParameters(scene.mesh.size, scene.mesh.contact_grid, scene.mesh.grading),
     )
+
+
+def wing_parameters(scene: Scene) -> dict[str, Any]:
+    """Parameters of snubber and platform, by argument of `geometry.build_sector`; without those a scene lacks."""
+    from geometry import PlatformParameters, SnubberParameters
+
+    found: dict[str, Any] = {}
+    if scene.snubber is not None:
+        found["snubber"] = SnubberParameters(**scene.snubber.model_dump())
+    if scene.platform is not None:
+        found["platform"] = PlatformParameters(**scene.platform.model_dump())
+    return found
+
+
+def sector_of(scene: Scene, **changes: Any) -> SectorMesh:
+    """The mesh of a scene's blade; `changes` of the parameters of the mesh.
+
+    The flanks of its platform are contact faces where a damper lies on them: platforms do not touch each other.
+    """
+    from geometry import build_sector
+
+    blade, shroud, mesh = geometry_parameters(scene)
+    sector = build_sector(blade, shroud, replace(mesh, **changes), disk_parameters(scene), **wing_parameters(scene))
+    if scene.has_damper:
+        return sector
+    return replace(sector, pairs={name: pair for name, pair in sector.pairs.items() if name != "platform"})
 
 
 def disk_parameters(scene: Scene) -> DiskParameters | None:

@@ -69,7 +69,10 @@ def _note(path: Path, key: str, old: str, new: str) -> str:
     return f"{path}: {key} = {shown(old)} is now spelled {shown(new)}"
 
 
-IGNORED_WITH_MODEL = ("blade", "shroud", "disk", "materials", "mesh", "model", "rom", "stress", "fatigue", "render")
+IGNORED_WITH_MODEL = (
+    *("blade", "shroud", "snubber", "platform", "disk", "materials", "mesh", "model", "rom", "stress", "fatigue"),
+    "render",
+)
 WITHOUT_EFFECT_ON_MODEL = ("excitation.direction", "excitation.at", "load.equilibrium")
 
 

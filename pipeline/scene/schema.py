@@ -168,6 +168,45 @@ class Shroud(Section):
     )
 
 
+class Snubber(Section):
+    """[snubber]: wings on both sides of the airfoil out to the neighbours, around mid chord."""
+
+    radius: Length = _key("mid radius, m", LENGTH)
+    thickness: Length = _key("radial thickness, m", LENGTH)
+    width: Length = _key("width of the contact face along the engine axis, m", LENGTH)
+    angle: Number = _key(
+        "angle between the engine axis and the contact face, measured as that of the shroud, degrees",
+        "a number above 0, {below}, but not between 75 and 105",
+        180.0,
+        ge=1e-12,
+        le=180.0,
+    )
+    gap: Number = _key("design gap between neighbours, circumferential, m", "a number, {bounds}", 0.0, ge=0.0, le=1.0)
+
+
+class Platform(Section):
+    """[platform]: platform near the root; a damper may lie under its two inclined flanks."""
+
+    radius: Length = _key("mid radius, m", LENGTH)
+    thickness: Length = _key("radial thickness at the airfoil, m", LENGTH)
+    flank_angle: Number = _key(
+        "inclination of the underside at both ends, degrees; 0: tangential to the ring",
+        "a number, {bounds}",
+        30.0,
+        ge=0.0,
+        le=75.0,
+    )
+    flank_length: Length | None = _key(
+        "extent of a flank along the circumference, m; by default half the thickness is left at its end", LENGTH, None
+    )
+    width: Length | None = _key(
+        "width along the engine axis at the ends, m; by default that of the airfoil", LENGTH, None
+    )
+    gap: Annotated[Number, Field(ge=0.0, le=1.0)] | None = _key(
+        "gap between neighbours, circumferential, m; by default 2 % of the pitch", "a number, {bounds}", None
+    )
+
+
 class Rom(Section):
     """[rom]: Craig-Bampton reduction."""
 
@@ -377,6 +416,8 @@ class Scene(Section):
     )
     blade: Blade | None = _key("", "a table", None)
     shroud: Shroud | None = _key("", "a table", None)
+    snubber: Snubber | None = _key("", "a table", None)
+    platform: Platform | None = _key("", "a table", None)
     disk: Disk | None = _key("", "a table", None)
     material: Material | None = _key("", "a table", None)
     materials: dict[str, NamedMaterial] = _key(
@@ -433,6 +474,11 @@ class Scene(Section):
     def with_stress(self) -> bool:
         """Whether the stress on the mesh is asked for."""
         return self.stress is not None or self.fatigue is not None
+
+    @property
+    def has_damper(self) -> bool:
+        """Whether a damper lies under the platforms."""
+        return getattr(self, "damper", None) is not None
 
     @property
     def studies(self) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ from pipeline.errors import input_error, shown
 from pipeline.scene.geometry_parameters import geometry_parameters
 from pipeline.scene.input_files import file_size
 from pipeline.scene.reading import Member, SceneFile
-from pipeline.scene.schema import Scene
+from pipeline.scene.schema import Platform, Scene, Snubber
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -152,7 +152,16 @@ def estimated_elements(scene: Scene) -> float:
     blade, shroud, size = scene.blade, scene.shroud, scene.mesh.size
     airfoil = [max(side / size, 1.0) for side in (blade.chord, blade.thickness, blade.length)]
     platform = [max(side / size, 1.0) for side in (_pitch(scene), shroud.axial_width, shroud.thickness)]
-    return math.prod(airfoil) + math.prod(platform) + math.prod(platform[:2]) * _disk_layers(scene, size)
+    wings = sum(_wing_elements(scene, wing, size) for wing in (scene.snubber, scene.platform) if wing is not None)
+    layers = _disk_layers(scene, size)
+    return math.prod(airfoil) + math.prod(platform) + math.prod(platform[:2]) * layers + wings
+
+
+def _wing_elements(scene: Scene, wing: Snubber | Platform, size: float) -> float:
+    """Elements of a snubber or a platform, one pitch long."""
+    assert scene.blade is not None
+    sides = 2.0 * math.pi * wing.radius / scene.blade.n_blades, wing.width or scene.blade.chord, wing.thickness
+    return math.prod(max(side / size, 1.0) for side in sides)
 
 
 def _disk_layers(scene: Scene, size: float) -> float:
@@ -166,7 +175,7 @@ def _disk_layers(scene: Scene, size: float) -> float:
 def _behind_the_model(scene: Scene) -> tuple[object, ...]:
     excitation = scene.excitation.direction, scene.excitation.at
     materials = tuple(sorted(scene.materials.items()))
-    blade = scene.blade, scene.shroud, scene.disk
+    blade = scene.blade, scene.shroud, scene.snubber, scene.platform, scene.disk
     return *blade, scene.material, materials, scene.mesh, scene.rom, scene.load, excitation
 
 

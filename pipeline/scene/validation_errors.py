@@ -85,8 +85,10 @@ def listed(known: Sequence[str], key: str, near: str = "") -> str:
     closest = difflib.get_close_matches(near or key, known, n=_NEAREST, cutoff=0.6)
     if closest:
         return f"{', '.join(closest)} and others"
-    tables = dict.fromkeys(each.partition(".")[0] for each in known)
-    return ", ".join(tables) if len(tables) == len(known) else f"keys of {', '.join(tables)}"
+    tables = [*dict.fromkeys(each.partition(".")[0] for each in known)]
+    if len(tables) == len(known):
+        return ", ".join(tables)
+    return f"keys of {', '.join(tables[:MOST_LISTED])}{' and others' * (len(tables) > MOST_LISTED)}"
 
 
 MISSING = object()

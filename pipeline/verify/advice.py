@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pipeline.scene.geometry_parameters import disk_parameters, geometry_parameters
+from pipeline.scene.geometry_parameters import sector_of
 from pipeline.scene.labels import quantity
 from pipeline.scene.schema import Rom, Scene
 from pipeline.verify.model_errors import ORDER, ModelErrors
@@ -110,10 +110,7 @@ def _finest(dofs: Callable[[float], int], fitting: tuple[float, int], too_fine: 
 
 
 def _mesh(scene: Scene, size: float, grid: tuple[int, int]) -> SectorMesh:
-    from geometry import build_sector
-
-    blade, shroud, mesh = geometry_parameters(scene)
-    return build_sector(blade, shroud, replace(mesh, size=size, contact_grid=grid), disk_parameters(scene))
+    return sector_of(scene, size=size, contact_grid=grid)
 
 
 def _distinct(groups: np.ndarray) -> int:

@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipeline.errors import reason_of
-from pipeline.scene.geometry_parameters import disk_parameters, geometry_parameters
+from pipeline.scene.geometry_parameters import sector_of
 from pipeline.scene.schema import Scene
 from pipeline.stages.model.build_reduced_model import at_speed, boundary_choice, with_interface
 from pipeline.stages.model.model_files import is_joined
@@ -48,24 +48,21 @@ _OF_DISK = 0.5  # of these numbers with a disk: its waves are complex
 
 def other_sector(scene: Scene, elements: int) -> tuple[float, str, SectorMesh]:
     """Element size [m], element and mesh to compare the scene's mesh of `elements` elements with."""
-    from geometry import build_sector
-
-    blade, shroud, mesh = geometry_parameters(scene)
-    disk = disk_parameters(scene)
     assert scene.mesh is not None
-    element = scene.mesh.element
-    most = _MOST_ELEMENTS if disk is None else _OF_DISK * _MOST_ELEMENTS
+    assert scene.mesh.size is not None
+    element, own = scene.mesh.element, scene.mesh.size
+    most = _MOST_ELEMENTS if scene.disk is None else _OF_DISK * _MOST_ELEMENTS
     for steps in range(1, _MOST_STEPS + 1):
-        size = mesh.size * _STEP**steps
-        sector = build_sector(blade, shroud, replace(mesh, size=size), disk)
+        size = own * _STEP**steps
+        sector = sector_of(scene, size=size)
         if sector.n_elements > most:
             break
         if sector.n_elements >= _LEAST_GAIN * elements:
             # Compared with linear hexahedra, quadratic ones of nearly the same size are as good as exact.
             return size, "hex20" if element == "hex8" else element, sector
     for steps in range(1, _MOST_STEPS + 1):
-        size = mesh.size / _STEP**steps
-        sector = build_sector(blade, shroud, replace(mesh, size=size), disk)
+        size = own / _STEP**steps
+        sector = sector_of(scene, size=size)
         if _LEAST_GAIN * sector.n_elements <= elements:
             return size, element, sector
     raise RuntimeError("element sizes nearby give the same mesh")

@@ -188,6 +188,19 @@ class ModeFamilies:
         return names, share
 
 
+def shroud_height(sector: SectorMesh) -> float:
+    """Least z (m) of the contact nodes of the shroud, below which is the airfoil; infinite without a shroud."""
+    if sector.main != "shroud":
+        return np.inf
+    return min(float(sector.points[face.nodes, 2].min()) for face in (sector.right, sector.left))
+
+
+def wing_vertices(sector: SectorMesh) -> NDArray[np.int64]:
+    """Vertices of snubber and platform off the airfoil."""
+    sets = [sector.node_sets[name] for name in ("snubber", "platform") if name in sector.node_sets]
+    return np.concatenate([np.zeros(0, dtype=np.int64), *sets])
+
+
 def blade_families(sector: SectorMesh, basis: NDArray[np.float64]) -> ModeFamilies:
     """Rows of a reduced model of a blade without its disk that tell the families of its modes.
 
@@ -214,8 +227,7 @@ def blade_families(sector: SectorMesh, basis: NDArray[np.float64]) -> ModeFamili
     >>> blade_families(sector, model.basis).modes(model, phase=0.0, count=3)[1]
     ['1F', '1E', '1T']
     """
-    below = min(float(sector.points[face.nodes, 2].min()) for face in (sector.right, sector.left))
-    airfoil = np.flatnonzero(sector.points[:, 2] < below)
+    airfoil = np.setdiff1d(np.flatnonzero(sector.points[:, 2] < shroud_height(sector)), wing_vertices(sector))
     displacement = basis.T.reshape(basis.shape[1], -1, 3)[:, airfoil]
     sections = section_motion(sector.points[airfoil], displacement)
     return ModeFamilies(sections.reshape(len(sections), -1).T.copy(), np.zeros((0, basis.shape[1])))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from rom.cyclic.mode_families import ModeFamilies, section_motion
+from rom.cyclic.mode_families import ModeFamilies, section_motion, shroud_height, wing_vertices
 from rom.finite_elements.assembly import elastic_matrices
 from rom.finite_elements.discretisation import discretise
 from rom.finite_elements.full_model import FullModel, node_dofs
@@ -168,8 +168,8 @@ def mode_families(
     """
     positions = full.positions
     inside = within_rim(full, rim_radius)
-    below = min(float(sector.points[face.nodes, 2].min()) for face in (sector.right, sector.left))
-    airfoil = np.flatnonzero(~inside & (positions[:, 2] < below))
+    airfoil = np.flatnonzero(~inside & (positions[:, 2] < shroud_height(sector)))
+    airfoil = np.setdiff1d(airfoil, full.vertex_node[wing_vertices(sector)])
     displacement = basis.T.reshape(basis.shape[1], -1, 3)
     sections = section_motion(positions[airfoil], displacement[:, airfoil])
     rows = strain_rows(part_stiffness(full, sector, material, basis, inside, disk=True))

@@ -302,7 +302,8 @@ class _Wave:
             outputs=selected["outputs"],
         )
         n, n_blades = self.problem.nodal_diameter, self.problem.sector.faces.n_sectors
-        return model_of_waves({n: wave}, n_blades, contact.position, contact.area, vibration_only=True)
+        made = model_of_waves({n: wave}, n_blades, contact.position, contact.area, vibration_only=True)
+        return replace(made, interfaces=contact.interfaces)
 
 
 def _product(matrix: Any, columns: NDArray[Any]) -> NDArray[Any]:

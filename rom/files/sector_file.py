@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from geometry import ContactFace, ElementBlock, ElementSides, SectorFileError, SectorMesh, check_sector
+from geometry import ContactFace, ElementBlock, ElementSides, FacePair, SectorFileError, SectorMesh, check_sector
 from rom.files.hdf5 import UNREADABLE, new_hdf5, opened, stored_array, why_unreadable
 
 FORMAT = "2"
@@ -15,6 +15,8 @@ SIDE_FIELDS = ("block", "element", "side")
 
 def save_sector(path: str | Path, sector: SectorMesh) -> None:
     """Write a sector to an HDF5 file: `points` and the groups `blocks`, `node_sets`, `surfaces`, `right` and `left`.
+
+    Further pairs of faces stand in the group `pairs`, numbered; their names are attributes.
 
     The file is written in place; an interrupted call leaves a partial file.
 
@@ -47,9 +49,20 @@ def save_sector(path: str | Path, sector: SectorMesh) -> None:
                 file[f"surfaces/{name}/{field}"] = getattr(surface, field)
         for name, nodes in sector.node_sets.items():
             file[f"node_sets/{name}"] = nodes
-        for side in ("right", "left"):
-            for field in FACE_FIELDS:
-                file[f"{side}/{field}"] = getattr(getattr(sector, side), field)
+        _write_faces(file, sector)
+        if sector.main != "shroud":
+            file.attrs["main"] = sector.main
+        for k, (name, pair) in enumerate(sector.pairs.items()):
+            group = file.create_group(f"pairs/{k}")
+            group.attrs["name"] = name
+            group["face_right"], group["face_left"] = pair.face_right, pair.face_left
+            _write_faces(group, pair)
+
+
+def _write_faces(group: Any, pair: SectorMesh | FacePair) -> None:
+    for side, face in (("right", pair.right), ("left", pair.left)):
+        for field in FACE_FIELDS:
+            group[f"{side}/{field}"] = getattr(face, field)
 
 
 def load_sector(path: str | Path) -> SectorMesh:
@@ -93,6 +106,8 @@ def load_sector(path: str | Path) -> SectorMesh:
                 left=_face(file["left"]),
                 n_blades=int(file.attrs["n_blades"]),
                 surfaces={name: _surface(group) for name, group in file.get("surfaces", {}).items()},
+                pairs=dict(_pair(file[f"pairs/{k}"]) for k in range(len(file.get("pairs", ())))),
+                main=str(file.attrs.get("main", "shroud")),
             )
     except SectorFileError:
         raise
@@ -114,6 +129,11 @@ def _face(group: Any) -> ContactFace:
     return ContactFace(
         _integers(group["nodes"]), _reals(group["position"]), _reals(group["frame"]), _reals(group["area"])
     )
+
+
+def _pair(group: Any) -> tuple[str, FacePair]:
+    nodes = (_integers(group[name]) for name in ("face_right", "face_left"))
+    return str(group.attrs["name"]), FacePair(_face(group["right"]), _face(group["left"]), *nodes)
 
 
 def _integers(dataset: Any) -> np.ndarray:

@@ -13,6 +13,7 @@ Springs at n equal patches along an edge lose 1/n^2 of the rotational stiffness 
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -93,6 +94,7 @@ class ContactDofs:
     position: NDArray[np.float64]  # (n_c, 3), positions of the right contact nodes, m
     area: NDArray[np.float64]  # (n_c,), areas that they stand for, m^2
     kind: str  # kind of contact dofs
+    interfaces: Mapping[str, int]  # pairs of faces by name, with their numbers of contact nodes
 
     @property
     def count(self) -> int:
@@ -107,13 +109,34 @@ class ContactDofs:
         return (block_diag(self.frames) @ kron(self.weights, identity(3))).tocsr()
 
 
+def joined_dofs(parts: Sequence[ContactDofs]) -> ContactDofs:
+    """Contact dofs of several pairs of faces as those of one pair: all right faces first, by the order of parts."""
+    from scipy.sparse import vstack
+
+    first, *others = parts
+    if not others:
+        return first
+    sides = [(slice(None, part.count), slice(part.count, None)) for part in parts]
+    chosen = [(part, rows[k]) for k in (0, 1) for part, rows in zip(parts, sides, strict=True)]
+    return ContactDofs(
+        vstack([part.weights[rows] for part, rows in chosen], format="csr"),
+        np.concatenate([part.frames[rows] for part, rows in chosen]),
+        np.concatenate([part.position for part in parts]),
+        np.concatenate([part.area for part in parts]),
+        first.kind,
+        {name: count for part in parts for name, count in part.interfaces.items()},
+    )
+
+
 def nodal_dofs(sector: SectorMesh, vertex_node: NDArray[np.int64], n_nodes: int) -> ContactDofs:
-    """Displacements of the contact nodes themselves; `vertex_node` (V,): node of each mesh vertex.
+    """Displacements of the contact nodes of all pairs themselves; `vertex_node` (V,): node of each mesh vertex.
 
     Raises RomParameterError where the contact nodes are not nodes of the mesh on both faces.
     """
     from scipy.sparse import csr_matrix
 
+    if sector.pairs:
+        return joined_dofs([nodal_dofs(view, vertex_node, n_nodes) for view in sector.views.values()])
     size = float(np.sqrt(sector.right.area.sum()))
     for face in (sector.right, sector.left):
         if np.abs(sector.points[face.nodes] - face.position).max() > _ON_NODE * size:
@@ -122,22 +145,29 @@ def nodal_dofs(sector: SectorMesh, vertex_node: NDArray[np.int64], n_nodes: int)
 
     nodes = vertex_node[np.concatenate([sector.right.nodes, sector.left.nodes])]
     weights = csr_matrix((np.ones(len(nodes)), (np.arange(len(nodes)), nodes)), shape=(len(nodes), n_nodes))
-    return ContactDofs(weights, _node_frames(sector), sector.right.position, sector.right.area, "nodal")
+    interfaces = {sector.main: len(sector.right.nodes)}
+    return ContactDofs(weights, _node_frames(sector), sector.right.position, sector.right.area, "nodal", interfaces)
 
 
 def averaged_dofs(sector: SectorMesh, element: str | None, kind: str, grid: Grid | None = None) -> ContactDofs:
-    """Contact dofs of the kinds "patch" and "mortar"; `grid`: of the mortar, None for that of the contact nodes.
+    """Contact dofs of all pairs of faces, of the kinds "patch" and "mortar".
+
+    `grid`: of the mortar, None for that of the contact nodes of each pair.
 
     Raises RomParameterError where the mesh does not have them.
     """
+    if sector.pairs:
+        return joined_dofs([averaged_dofs(view, element, kind, grid) for view in sector.views.values()])
     nodes = discretise(sector, element)
     if kind == "patch":
         weights = patch_averages(nodes, sector)
         centroids = weights[: len(sector.right.position)] @ nodes.positions
-        return ContactDofs(weights, _node_frames(sector), centroids, sector.right.area, kind)
+        interfaces = {sector.main: len(centroids)}
+        return ContactDofs(weights, _node_frames(sector), centroids, sector.right.area, kind, interfaces)
     weights, frames, shares = mortar_projections(nodes, sector, grid or contact_grid(sector.right))
     position = weights[: len(shares)] @ nodes.positions
-    return ContactDofs(weights, frames, position, shares * float(sector.right.area.sum()), kind)
+    areas = shares * float(sector.right.area.sum())
+    return ContactDofs(weights, frames, position, areas, kind, {sector.main: len(position)})
 
 
 def contact_areas(sector: SectorMesh, kind: str) -> NDArray[np.float64]:
@@ -153,7 +183,7 @@ def contact_areas(sector: SectorMesh, kind: str) -> NDArray[np.float64]:
     Returns
     -------
     (n_c,) array
-        Areas, m^2; their sum is the area of the face.
+        Areas, m^2; their sum is the area of the face. Those of further pairs of faces follow.
 
     Raises
     ------
@@ -173,7 +203,7 @@ def contact_areas(sector: SectorMesh, kind: str) -> NDArray[np.float64]:
     (6, 1.0)
     """
     if kind != "mortar":
-        return sector.right.area
+        return np.concatenate([view.right.area for view in sector.views.values()])
     straight = all(block.kind == "hex8" for block in sector.blocks)
     return averaged_dofs(sector, "hex8" if straight else None, kind).area
 

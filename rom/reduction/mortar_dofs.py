@@ -58,6 +58,7 @@ Grid = tuple[int, int]
 _OBLIQUE = 0.05  # largest scalar product of two psi_k over the largest w_k
 _RECTANGLE = 0.005  # the same, where the face is near enough to a rectangle
 _CURVED = 2  # more points in the rule of a straightened face
+_TANGENTIAL = 0.2  # radial part of t2 on a face that is nearly tangential to the ring
 _CURVATURE = 2  # degree, in s, of the fit of the contact frames
 _TURNED = 1e-4  # entries of the frames that this fit may miss
 
@@ -241,12 +242,16 @@ def _restriction(fine: int, coarse: int) -> tuple[NDArray[np.float64], NDArray[n
 def _coordinates(face: ContactFace, position: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Coordinates s (q,) along t1 and r (q,) along the radius of points (q, 3) on a face, m.
 
-    The face is unrolled onto the tangent plane at its centre: the circumferential coordinate is an arc.
+    The face is unrolled onto the tangent plane at its centre: the circumferential coordinate is an arc. r leads along
+    t2 where the face is nearly tangential to the ring.
     """
     centre, t1 = face.position.mean(axis=0), face.frame[:, 0].mean(axis=0)
     angle, radius = np.arctan2(centre[1], centre[2]), np.hypot(centre[1], centre[2])
     circumferential = t1[1] * np.cos(angle) - t1[2] * np.sin(angle)
     arc = radius * (np.arctan2(position[:, 1], position[:, 2]) - angle)
+    t2 = face.frame[:, 1].mean(axis=0)
+    if abs(t2[1] * np.sin(angle) + t2[2] * np.cos(angle)) < _TANGENTIAL:
+        return (position - centre) @ t1, (position - centre) @ t2
     return t1[0] * (position[:, 0] - centre[0]) + circumferential * arc, np.hypot(
         position[:, 1], position[:, 2]
     ) - radius

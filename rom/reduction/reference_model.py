@@ -63,7 +63,7 @@ class FullReference:
         The same with other contact dofs: a mortar so fine that its springs are as good as spread over the face. None
         where it was not asked for or the mesh has no node sets of the faces.
     face_grid : (int, int)
-        Contact nodes of `face` along t1 and along the radius.
+        Contact nodes of each pair of faces of `face` along t1 and along the radius.
 
     Examples
     --------
@@ -99,14 +99,19 @@ class FullReference:
         if self.face is None or self.face.contact_left is None:
             raise ReducedModelError("face: missing, allowed: a reference made with it")
         rows, shares = coarser_mortar(self.face_grid, grid)
-        each = np.kron(rows, np.eye(3))
-        area = self.face.contact_area
+        interfaces = self.face.interfaces
+        pairs, area = np.eye(len(interfaces)), self.face.contact_area
+        nodes = np.kron(pairs, rows)
+        each = np.kron(nodes, np.eye(3))
         return replace(
             self.face,
             contact_right=each @ self.face.contact_right,
             contact_left=each @ self.face.contact_left,
-            contact_position=rows @ self.face.contact_position,
-            contact_area=None if area is None else shares * float(area.sum()),
+            contact_position=nodes @ self.face.contact_position,
+            contact_area=None
+            if area is None
+            else np.concatenate([shares * float(part.sum()) for part in np.split(area, len(pairs))]),
+            interfaces=dict.fromkeys(interfaces, len(shares)),
         )
 
 
@@ -257,7 +262,7 @@ def _on_face(
 ) -> ReducedModel:
     """A model with other coordinates, in which `changes` are given, and other contact dofs, motion (6 m_c, n)."""
     right, left = np.split(motion, 2)
-    nodes = {"contact_position": contact.position, "contact_area": contact.area}
+    nodes = {"contact_position": contact.position, "contact_area": contact.area, "interfaces": contact.interfaces}
     return replace(model, **(changes | nodes | {"contact_right": right, "contact_left": left}))
 
 
@@ -302,7 +307,7 @@ def _added(vectors: NDArray[np.float64], basis: NDArray[np.float64], mass: csr_m
 def spread_over_face(full: FullModel, sector: SectorMesh) -> tuple[ContactDofs, Grid] | None:
     """Contact dofs of a mortar finer than the contact grid, and its grid; None where the mesh has no faces for it."""
     try:
-        along, radial = contact_grid(sector.right)
+        along, radial = np.max([contact_grid(view.right) for view in sector.views.values()], axis=0).tolist()
         grid = max(_LEAST_ON_FACE[0], 2 * ((along + 1) // 2) + 2), max(_LEAST_ON_FACE[1], 2 * ((radial + 1) // 2) + 2)
         return averaged_dofs(sector, full.element, "mortar", grid), grid
     except RomParameterError:

@@ -337,6 +337,7 @@ def boundary_selection(boundary: BoundaryDofs, motion: NDArray[np.float64]) -> d
         "cyclic_left": None if interface is None else interface.left @ inner,
         "contact_right": right,
         "contact_left": left,
+        "interfaces": boundary.contact.interfaces,
         "force_excitation": load,
         "outputs": {"tip": load, "tip_x": tip[0], "tip_y": tip[1], "tip_z": tip[2]},
     }

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from pipeline.errors import InputError, input_error, reason_of
 from pipeline.process.isolated_reading import read_apart
-from pipeline.scene.geometry_parameters import disk_parameters, geometry_parameters
+from pipeline.scene.geometry_parameters import sector_of
 from pipeline.scene.input_files import Contents, copies, file_size
 from pipeline.scene.reading import parameter_error
 from pipeline.scene.size_limits import LARGEST_MODEL, LARGEST_STRAIN, MARGIN, allowed_speed, centrifugal_strain
@@ -188,7 +188,7 @@ def make_mesh(folder: Path, scene: Scene) -> None:
     from geometry import export_sector
     from rom import save_sector
 
-    sector = _made(scene) if scene.mesh_file is None else _from_file(folder, scene)
+    sector = sector_of(scene) if scene.mesh_file is None else _from_file(folder, scene)
     save_sector(folder / SECTOR, sector)
     for name in MESH_FILES:
         try:
@@ -204,12 +204,6 @@ def without_mid_sides(sector: SectorMesh) -> SectorMesh:
         for block in sector.blocks
     ]
     return replace(sector, blocks=tuple(blocks))
-
-
-def _made(scene: Scene) -> SectorMesh:
-    from geometry import build_sector
-
-    return build_sector(*geometry_parameters(scene), disk_parameters(scene))
 
 
 def _from_file(folder: Path, scene: Scene) -> SectorMesh:
