@@ -32,6 +32,7 @@ if TYPE_CHECKING:
         ContactParameters,
         punch_stiffness,
     )
+    from nonlinear.contact_states import NodalContact, nodal_contact
     from nonlinear.continuation.response_quantities import output_components
     from nonlinear.harmonic_balance.initial_solution import static_contact
     from nonlinear.harmonic_balance.residual import HarmonicBalance, LinearisedResidual
@@ -121,6 +122,7 @@ __all__ = [
     "MistuningError",
     "ModeDamping",
     "ModeResonance",
+    "NodalContact",
     "NonlinearMode",
     "Optimum",
     "OptionsError",
@@ -168,6 +170,7 @@ __all__ = [
     "least_samples",
     "mistuned_curve",
     "mistuned_response",
+    "nodal_contact",
     "nonlinear_mode",
     "output_components",
     "peak_motions",
@@ -223,9 +226,11 @@ _PLACES = {
     "peak_sensitivity": "nonlinear.peak_curves.peak_sensitivity",
     "OptionsError": "nonlinear.options",
     "Peak": "nonlinear.response_curve",
+    "NodalContact": "nonlinear.contact_states",
     "PeakAgreement": "nonlinear.mode_agreement",
     "PeakMotion": "nonlinear.mode_agreement",
     "compare_with_peaks": "nonlinear.mode_agreement",
+    "nodal_contact": "nonlinear.contact_states",
     "peak_motions": "nonlinear.mode_agreement",
     "ResidualBounds": "nonlinear.response_curve",
     "ResidualExtreme": "nonlinear.response_curve",

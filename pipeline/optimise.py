@@ -26,10 +26,11 @@ from pipeline.process.interrupts import Stopped
 from pipeline.process.progress import Reporter
 from pipeline.results.publishing import PicturesMissing
 from pipeline.run import solved_members
+from pipeline.scene.dotted_keys import interface_of, of_contact, split_key
 from pipeline.scene.labels import value_label
 from pipeline.scene.plausibility import far_beyond
 from pipeline.scene.reading import SceneFile, derived_member, given_scene
-from pipeline.scene.sweep import SWEPT_KEYS, as_in_scene, key_value
+from pipeline.scene.sweep import as_in_scene, key_value, swept_keys
 from pipeline.scene.validation_errors import meant
 from pipeline.stages.curve.curve_file import read_curve
 from pipeline.stages.request import Request
@@ -44,8 +45,12 @@ from pipeline.studies.study import StudyContext, StudyError
 from pipeline.studies.study_stage import studied, write_study
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from nonlinear import ResponseCurve
+    from pipeline.scene.schema import Scene
     from pipeline.stages.curve.respond import CurveResult
+    from rom import ReducedModel
 
 
 COMMAND, OPTION = "shroud", "--over"
@@ -76,8 +81,8 @@ def asked_ranges(options: Sequence[str]) -> dict[str, Range | None]:
     for text in options:
         key, given, limits = text.partition("=")
         key = key.strip()
-        if key not in OPTIMISED_KEYS:
-            raise _error(key, "not a design parameter" if key in SWEPT_KEYS else _unknown(key))
+        if of_contact(key) not in OPTIMISED_KEYS:
+            raise _error(key, "not a design parameter" if key in swept_keys(key) else _unknown(key))
         if key in found:
             raise _error(key, "given twice", "each key once")
         found[key] = _limits(text, limits) if given else None
@@ -108,13 +113,13 @@ def default_range(file: SceneFile, key: str, now: float | None, static: Range | 
     values = [value for value in swept if value is not None]
     if len(set(values)) > 1:
         return min(values), max(values)
-    if key in FIXED:
-        return FIXED[key]
-    if key in STATIC and static is not None:
+    if (same := of_contact(key)) in FIXED:
+        return FIXED[same]
+    if same in STATIC and static is not None:
         return static
     if not now:
         raise _error(key, "no range, and the scene's value tells none", WRITTEN)
-    if key in DECADE:
+    if same in DECADE:
         high = 10.0 * now
         return 0.1 * now, min(high, MOST_DAMPING) if key == "response.damping_ratio" else high
     highest = 180.0 if key == "shroud.angle" else math.inf
@@ -195,26 +200,41 @@ _QUICK: dict[str, Any] = {  # what the linear responses do without
 
 
 def static_ranges(context: StudyContext) -> dict[str, Range]:
-    """The ranges of `contact.interference`, m, and `contact.preload`, N, in which the contacts are not linear.
+    """The ranges of `interference`, m, and `preload`, N, of each table, in which its contacts are not linear.
 
     The range of a key that does nothing, as of the interference without a normal stiffness, is left out.
     """
     from rom import read_reduced_model
 
     scene = context.scene
-    contact = contact_on_model(scene, read_reduced_model(context.model.rom, with_basis=False))
-    apart = _linear(context, {"contact.preload": 0.0, "contact.interference": APART})
-    stuck = _linear(context, {"contact.preload": PRESSED * scene.excitation.force})
+    model = read_reduced_model(context.model.rom, with_basis=False)
+    contact = contact_on_model(scene, model)
+    interferences, preloads = ([f"{t}.{name}" for t in scene.contacts] for name in ("interference", "preload"))
+    apart = _linear(context, dict.fromkeys(preloads, 0.0) | dict.fromkeys(interferences, APART))
+    stuck = _linear(context, dict.fromkeys(preloads, PRESSED * scene.excitation.force))
     rates = np.abs(stuck.contact_force[:, 1:]).sum(axis=1)  # (P, n_c, 3), amplitudes of the forces
     friction = np.maximum(contact.friction, np.finfo(float).tiny)
     sliders = np.hypot(rates[..., 0], rates[..., 1]) / friction
     needed = (np.where(contact.friction > 0.0, sliders, 0.0) + rates[..., 2]).max(axis=0)
+    gap = np.abs(apart.relative_displacement[:, 1:, :, 2]).sum(axis=1).max(axis=0)
     found = {}
-    if np.all(contact.normal_stiffness > 0.0):
-        gap = float(np.abs(apart.relative_displacement[:, 1:, :, 2]).sum(axis=1).max())
-        found["contact.interference"] = (-gap, float((needed / contact.normal_stiffness).max()))
-    found["contact.preload"] = (LEAST_PRELOAD * float(needed.max()), float(needed.max()))
+    for table in scene.contacts:
+        at = _nodes_of(scene, model, f"{table}.interference")
+        if np.all(contact.normal_stiffness[at] > 0.0) and at.any():
+            most = (needed[at] / contact.normal_stiffness[at]).max()
+            found[f"{table}.interference"] = (-float(gap[at].max()), float(most))
+        if (at := _nodes_of(scene, model, f"{table}.preload")).any():
+            found[f"{table}.preload"] = (LEAST_PRELOAD * float(needed[at].max()), float(needed[at].max()))
     return {key: limits for key, limits in found.items() if limits[1] > limits[0]}
+
+
+def _nodes_of(scene: Scene, model: ReducedModel, key: str) -> NDArray[np.bool_]:
+    """The contact nodes, (n_c,), whose parameter a key is."""
+    name, own = split_key(key)[1], interface_of(key)
+    has_it = [
+        each == own if own else getattr(scene.interface.get(each), name, None) is None for each in model.interfaces
+    ]
+    return np.repeat(has_it, [*model.interfaces.values()])
 
 
 def _linear(context: StudyContext, closure: Mapping[str, float]) -> ResponseCurve:
@@ -334,7 +354,8 @@ def _without_optimum(scene: Any) -> Any:
 def _ranges(context: StudyContext, file: SceneFile, asked: Mapping[str, Range | None]) -> dict[str, Range]:
     """The ranges asked for, and those of keys that were given none."""
     open_keys = [key for key, limits in asked.items() if limits is None]
-    static = static_ranges(context) if set(open_keys) & set(STATIC) - set(file.swept) else {}
+    linear = [key for key in open_keys if of_contact(key) in STATIC and key not in file.swept]
+    static = static_ranges(context) if linear else {}
     found = {}
     for key, limits in asked.items():
         now = key_value(context.scene, key)

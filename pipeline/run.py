@@ -37,7 +37,7 @@ from pipeline.stages.model.sweep_models import (
     model_summaries,
 )
 from pipeline.stages.request import Request, Run, RunOutcome
-from pipeline.stages.scene_to_solver import damped_modes
+from pipeline.stages.scene_to_solver import damped_modes, touching
 from pipeline.stages.stage import Stage, StageLog
 from pipeline.stages.worker_start import open_executor, start_workers
 from pipeline.store.disk_errors import StorageError
@@ -106,7 +106,7 @@ def _running(request: Request, reporter: Reporter, given: ReducedModel | None) -
         open_executor(request, store, reporter) as found,
     ):
         run = Run(request, store, StageLog(), reporter, found)
-        start_workers(run, None if given is None else given_model_key(given))
+        start_workers(run, None if given is None else given_model_key(touching(request.scene.first, given)))
         yield run
 
 
@@ -211,7 +211,7 @@ def _check(request: Request) -> ReducedModel | None:
     if model.n_contacts == 0:
         allowed = "one contact node or more: without contact the response is linear"
         raise input_error(request.rom_said, "contact/right", "no contact nodes", allowed)
-    check_scene_for_model(request.scene, model.n_contacts, model.contact_area is not None)
+    check_scene_for_model(request.scene, model.interfaces, model.contact_area is not None)
     tried = set()
     for member in request.scene.members:
         response, load = member.scene.response, member.scene.load

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from pipeline.figures.style import ordered_colours
 from pipeline.results.worst import height_mark
 from pipeline.scene.labels import member_label, quantity
-from pipeline.scene.schema import Contact, Scene
-from pipeline.stages.curve.curve_file import AMPLITUDE, branch_groups, curve_from, section_from_attributes
+from pipeline.scene.schema import Scene
+from pipeline.stages.curve.curve_file import AMPLITUDE, branch_groups, contacts_of_curve, curve_from
 from pipeline.stages.engine_orders import Swept
-from pipeline.stages.scene_to_solver import contact_parameters
+from pipeline.stages.scene_to_solver import InterfaceContact, contact_parameters
 
 if TYPE_CHECKING:
     from nonlinear import ContactParameters, ResponseCurve
@@ -178,7 +178,7 @@ class PlottedCurve(SweepPoint):
     outputs: tuple[
         Mapping[str, Array], ...
     ]  # of each branch, the largest values of the further outputs over a period
-    contact: Contact  # contact parameters of the curve
+    contacts: tuple[InterfaceContact, ...]  # contact parameters of the curve
     contact_area: Array | None  # (n_c,), areas of the contact nodes, m^2; None where the model does not know them
     joined: bool = False  # whether the sector is that of a bladed disk: each wave has modes of its own
 
@@ -187,9 +187,10 @@ class PlottedCurve(SweepPoint):
         """Its scene."""
         return self.member.scene
 
-    def contact_parameters(self, n_contacts: int) -> ContactParameters:
+    @property
+    def contact_parameters(self) -> ContactParameters:
         """Contact parameters of each of the contact nodes."""
-        return contact_parameters(self.contact, n_contacts, self.contact_area)
+        return contact_parameters(self.contacts, self.contact_area)
 
 
 def sweep_points(curves: Sequence[CurveResult]) -> list[SweepPoint]:
@@ -221,7 +222,7 @@ def _read(point: SweepPoint, file: Path, rom: Path, model: tuple[Array | None, b
             response=curve_from(source, left_out=("relative_displacement", "contact_force")),
             peak_displacement=source["relative_displacement"][point.facts.peak_index],
             outputs=tuple(_outputs(group) for group in (source, *branch_groups(source))),
-            contact=section_from_attributes(Contact, source.attrs),
+            contacts=contacts_of_curve(source),
             contact_area=model[0],
             joined=model[1],
         )

@@ -92,7 +92,7 @@ def _cycle(curve: PlottedCurve) -> tuple[ContactCycle, Array]:
     """The contact cycle at the peak, closed, and v0 of each node, m, which v includes."""
     from nonlinear import contact_cycle
 
-    contact = curve.contact_parameters(curve.peak_displacement.shape[1])
+    contact = curve.contact_parameters
     return contact_cycle(curve.peak_displacement, contact, samples=_SAMPLES), contact.interference
 
 

@@ -66,7 +66,7 @@ def _case(curve: PlottedCurve, kind: str) -> object:
 
     With free shrouds the wave matters only where the sectors are joined at a disk.
     """
-    scene, contact = curve.scene, curve.contact
+    scene = curve.scene
     response = scene.response
     case: tuple[object, ...] = (
         curve.rom,
@@ -79,14 +79,15 @@ def _case(curve: PlottedCurve, kind: str) -> object:
         case = (*case, scene.excitation.harmonic)
     if kind == "free":
         return (*case, scene.excitation.engine_order) if curve.joined else case
-    return *case, scene.excitation.engine_order, contact.normal_stiffness, contact.tangential_stiffness
+    springs = [(each.contact.normal_stiffness, each.contact.tangential_stiffness) for each in curve.contacts]
+    return *case, scene.excitation.engine_order, *springs
 
 
 def _limit(kind: str, model: ReducedModel, curves: Sequence[PlottedCurve], at: list[int]) -> Limit:
     curve = curves[at[0]]
     scene = curve.scene
     modal: RingModes = damped_modes(model, scene.response, scene.load)
-    contact, wave = curve.contact_parameters(model.n_contacts), section_excitation(scene.excitation)
+    contact, wave = curve.contact_parameters, section_excitation(scene.excitation)
     problem, (low, high) = (modal, contact, wave), scene.response.frequency
     frequency, amplitude = linear_limit(kind, model, problem, (low, high))
     top = int(np.argmax(amplitude))

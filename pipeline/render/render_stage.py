@@ -14,7 +14,7 @@ from pipeline.render.drawing_process import Drawing, OperatingJob, RenderJob, dr
 from pipeline.results.publishing import Attempts, PicturesMissing, published, remove_outdated
 from pipeline.scene.labels import member_label
 from pipeline.scene.schema import Render, Scene
-from pipeline.stages.cache_keys import model_keys
+from pipeline.stages.cache_keys import model_keys, stiffness_inputs
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.curve.respond import CurveResult
 from pipeline.stages.model.build_mesh import SECTOR
@@ -146,8 +146,7 @@ def _key(model: BuiltModel, scene: Scene, prefix: str) -> str:
         "rom": model.key,
         "code": code_fingerprint(MODES_DRAWER),
     }
-    stiffness = [scene.contact.normal_stiffness, scene.contact.tangential_stiffness]
-    return fingerprint(content | {"stiffness": stiffness, "springs": code_fingerprint(SPRINGS)})
+    return fingerprint(content | {"stiffness": stiffness_inputs(scene), "springs": code_fingerprint(SPRINGS)})
 
 
 def _operate(run: Run, model: BuiltModel, curve: CurveResult, number: int) -> list[Path]:

@@ -9,9 +9,9 @@ import numpy as np
 from pipeline.errors import input_error
 from pipeline.render import ring
 from pipeline.render.mode_shapes import at_largest, named_shapes
-from pipeline.scene.schema import Contact
+from pipeline.scene.contact_section import PER_NODE, Contact
 from pipeline.stages.model.build_mesh import SECTOR
-from pipeline.stages.scene_to_solver import STATES, contact_parameters, springs_by_state
+from pipeline.stages.scene_to_solver import STATES, InterfaceContact, contact_parameters, springs_by_state
 
 if TYPE_CHECKING:
     import pyvista
@@ -38,10 +38,12 @@ def mode_plotter(results: Results, number: int, contact: str, model: int) -> pyv
     if not 1 <= number <= reduced.size:
         raise input_error("number", "", str(number), f"1 to {reduced.size}, the modes of the reduced model")
     phase = inter_blade_phase(int(next(iter(entry["stuck_hz"]))), reduced.n_blades)
-    stiffness = {key: entry[key] for key in ("normal_stiffness", "tangential_stiffness")}
-    face = Contact(friction=0.0, **stiffness)
-    nodes = contact_parameters(face, reduced.n_contacts, reduced.contact_area)
-    springs = springs_by_state(nodes)[contact]
+    faces = []
+    for name, nodes in reduced.interfaces.items():
+        values = entry.get("interfaces", {}).get(name, entry)
+        stiffness = {key: values[key] for key in PER_NODE[:2]}
+        faces.append(InterfaceContact(name, Contact(friction=0.0, **stiffness), nodes))
+    springs = springs_by_state(contact_parameters(faces, reduced.contact_area))[contact]
     frequency, shapes, names = named_shapes(rom, reduced, phase, number, springs)
     motion = np.real(at_largest(shapes[-1][: len(sector.points)]))
     moved = ring.surface_of(ring.grid(sector, motion, DEFORMATION * float(np.ptp(sector.points[:, 2])), 0.0))

@@ -208,7 +208,7 @@ def face_cycle(curve: PlottedCurve, grid: tuple[int, int] | None) -> FaceCycle:
 
     names = {STICK: "stick", SLIP: "slip", LIFT_OFF: "open"}
     grid = grid or (curve.peak_displacement.shape[1], 1)
-    contact = curve.contact_parameters(curve.peak_displacement.shape[1])
+    contact = curve.contact_parameters
     cycle = contact_cycle(curve.peak_displacement, contact, samples=SAMPLES)
     velocity = np.roll(cycle.displacement, -1, axis=0) - np.roll(cycle.displacement, 1, axis=0)
     work = np.sum(cycle.force[:, :, :2] * velocity[:, :, :2] / 2.0, axis=(0, 2))

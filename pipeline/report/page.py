@@ -267,7 +267,7 @@ def _facts(source: ReportSource, model: BuiltModel | None) -> list[tuple[str, li
     return [
         ("Blade", over_sweep(source, blade_rows)),
         ("Mesh and reduced model", mesh_rows(model, source.first)),
-        ("Contact and load", over_sweep(source, lambda scene: contact_rows(face, scene))),
+        ("Contact and load", over_sweep(source, lambda scene: contact_rows(face, scene, model.facts["interfaces"]))),
         *outputs,
     ]
 

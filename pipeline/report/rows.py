@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,6 +22,7 @@ from pipeline.results.tables import (
     truncation_cell,
 )
 from pipeline.results.worst import END_MARK, branch_said, end_said, open_remarks, seen_remarks, share, worst_cells
+from pipeline.scene.contact_section import PER_NODE, Contact
 from pipeline.scene.geometry_parameters import geometry_parameters
 from pipeline.scene.labels import member_label, prefixed, quantity, value_label
 from pipeline.scene.schema import Scene
@@ -127,19 +128,39 @@ def model_rows(model: BuiltModel) -> list[tuple[str, str]]:
 
 def nodal_contact_rows(reduced: ReducedModel, scene: Scene) -> list[tuple[str, str]]:
     """The contact nodes, their law and the excitation."""
-    contact = scene.contact
-    stiffness = [
-        value_label(f"contact.{name}_stiffness", getattr(contact, f"{name}_stiffness"))
-        for name in ("normal", "tangential")
-    ]
     area = 0.0 if reduced.contact_area is None else float(reduced.contact_area.sum())
     return [
         ("contact nodes", f"{reduced.n_contacts} pairs of nodes"),
         ("area of a face", f"{1e6 * area:.3g} mm²"),
-        ("stiffness of the whole face", ", ".join(stiffness)),
-        ("interference", value_label("contact.interference", contact.interference)),
+        *_interface_rows(scene, reduced.interfaces),
         *load_rows(scene),
     ]
+
+
+def _interface_rows(scene: Scene, interfaces: Mapping[str, int]) -> list[tuple[str, str]]:
+    """Stiffness, friction and interference of the contact interfaces, a row for each where several touch."""
+    chosen = scene.contact.interfaces or tuple(interfaces)
+    said = {name: _contact_said(scene.contact_of(name)) for name in interfaces if name in chosen}
+    law = f"law: {scene.contact.law.replace('_', ' ')}"
+    if len(said) == 1:
+        ((stiffness, friction, interference, _),) = said.values()
+        shown = friction.removeprefix(quantity("contact.friction").symbol).strip()
+        return [
+            ("stiffness of the whole face", stiffness),
+            ("friction", f"{shown}, {law}"),
+            ("interference", interference),
+        ]
+    rows = [
+        (f"interface {n}", f"{interfaces[n]} pairs of nodes, {', '.join(filter(None, s))}") for n, s in said.items()
+    ]
+    return [*rows, ("friction", law)]
+
+
+def _contact_said(contact: Contact) -> tuple[str, str, str, str]:
+    """Stiffness, friction, interference and preload of a face; the last empty without one."""
+    said = {key: value_label(f"contact.{key}", getattr(contact, key)) for key in PER_NODE}
+    stiffness = f"{said['normal_stiffness']}, {said['tangential_stiffness']}"
+    return stiffness, said["friction"], said["interference"], said["preload"] * bool(contact.preload)
 
 
 SHOWN_FREQUENCIES = 6
@@ -400,23 +421,17 @@ def over_sweep(source: ReportSource, rows: Callable[[Scene], list[tuple[str, str
     return found
 
 
-def contact_rows(face: ContactFace, scene: Scene) -> list[tuple[str, str]]:
+def contact_rows(face: ContactFace, scene: Scene, interfaces: Mapping[str, int]) -> list[tuple[str, str]]:
     """The contact face, its law and the excitation."""
     assert scene.mesh is not None
     contact, along = scene.contact, scene.mesh.contact_grid
-    stiffness = [
-        value_label(f"contact.{name}_stiffness", getattr(contact, f"{name}_stiffness"))
-        for name in ("normal", "tangential")
-    ]
     cycle = "event-driven" if contact.integration == "exact" else f"{contact.samples} samples"
     direction = ", ".join(f"{value:.3f}" for value in np.round(face.frame[0, 2], 3) + 0.0)
     return [
         ("contact nodes", f"{along[0]} along the segment × {along[1]} along the radius on each face"),
         ("area of a face", f"{face.area.sum() * 1e6:.3g} mm²"),
         ("normal (x axial, y circumferential, z radial)", direction),
-        ("stiffness of the whole face", ", ".join(stiffness)),
-        ("friction", f"{quantity('contact.friction').value(contact.friction)}, law: {contact.law.replace('_', ' ')}"),
-        ("interference", value_label("contact.interference", contact.interference)),
+        *_interface_rows(scene, interfaces),
         ("contact integration", cycle),
         *load_rows(scene),
         ("structural damping", _damping(scene)),

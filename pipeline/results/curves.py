@@ -161,6 +161,9 @@ class Curve(_Points):
     outputs : tuple of dict
         Name, largest value over a period (`peak_amplitude`), frequency and branch of each further output. Its values
         at the points are ``datasets["amplitude_NAME"]``, its complex coefficients ``datasets["output_NAME"]``.
+    interfaces : tuple of dict
+        Of several contact interfaces, in the order of their nodes: `name`, number of `nodes`, at the peak of the main
+        branch those `sticking`, `slipping` and `separating`, and the friction work per cycle `dissipated_j`.
 
     Examples
     --------
@@ -197,6 +200,7 @@ class Curve(_Points):
     rom: Path | None
     static_contact: StaticContact | None = None
     outputs: tuple[Mapping[str, Any], ...] = ()
+    interfaces: tuple[Mapping[str, Any], ...] = ()
 
     def plot(self, ax: Axes | None = None, *, unit: str = "µm", **look: Any) -> Axes:
         """Draw the response curve.

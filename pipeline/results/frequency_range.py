@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipeline.codec import plain, restored
+from pipeline.stages.cache_keys import stiffness_inputs
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.model.modal_truncation import HELD
 from pipeline.store.fingerprints import fingerprint
@@ -81,7 +82,7 @@ def missing(scene: Scene, resonances: Sequence[Resonance]) -> list[Resonance]:
     where it holds nothing of any, the first one that is excited counts.
     """
     low, high = scene.response.frequency
-    states = contact_states(scene.contact)
+    states = dict.fromkeys(state for face in scene.contacts.values() for state in contact_states(face))
     about = _modes_about(resonances, (low, high))
     return [way[state] for way in about for state in states if not low <= way[state].frequency_hz <= high]
 
@@ -162,14 +163,14 @@ def contact_states(contact: Contact) -> tuple[str, ...]:
 
 def resonance_key(reduced_model: str, scene: Scene) -> str:
     """Key in the store of the resonances of a scene on a reduced model."""
-    contact, response = scene.contact, scene.response
+    response = scene.response
     return fingerprint(
         {
             "reduce": reduced_model,
             "excitation": scene.excitation.model_dump(),
             "damping": [response.damping_ratio, response.rayleigh],
             "load": scene.load.model_dump(),
-            "stiffness": [contact.normal_stiffness, contact.tangential_stiffness],
+            "stiffness": stiffness_inputs(scene),
             "material": scene.material.model_dump() if scene.material else None,
             "code": code_fingerprint(__name__),
         }

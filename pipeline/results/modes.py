@@ -17,6 +17,7 @@ from pipeline.codec import plain
 from pipeline.errors import reason_of
 from pipeline.results.frequency_range import proposed_range, stored_resonances
 from pipeline.scene.labels import member_label
+from pipeline.stages.cache_keys import contact_inputs, stiffness_inputs
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.engine_orders import excited_orders
 from pipeline.stages.model.natural_frequencies import stored_frequencies
@@ -109,8 +110,7 @@ def modes_of_scene(run: Run, models: Models, problems: list[str]) -> list[ModelM
 def _case(scene: Scene, model: BuiltModel | None) -> str:
     """What the natural frequencies of a member depend on."""
     assert model is not None
-    stiffness = [scene.contact.normal_stiffness, scene.contact.tangential_stiffness]
-    return fingerprint({"model": model.key, "springs": stiffness, "waves": excited_orders(scene)})
+    return fingerprint({"model": model.key, "springs": stiffness_inputs(scene), "waves": excited_orders(scene)})
 
 
 def _model_modes(store: Store, model: BuiltModel, member: Member, static: Sequence[StaticCase]) -> ModelModes:
@@ -149,7 +149,7 @@ def _wave(order: int, limits: tuple[float, float], found: dict[str, Any], speed_
 def _static_case(store: Store, model: BuiltModel, member: Member) -> StaticCase:
     """The static contact of a member, from the store or computed."""
     scene = member.scene
-    sections = {name: getattr(scene, name).model_dump() for name in ("contact", "load", "response")}
+    sections = {name: getattr(scene, name).model_dump() for name in ("load", "response")} | contact_inputs(scene)
     material = scene.material.model_dump() if scene.material else None
     key = fingerprint({"reduce": model.key, **sections, "material": material, "code": code_fingerprint(__name__)})
     entry = store.get(KIND, key, lambda folder: _write_static(folder / FILE, model.rom, scene))

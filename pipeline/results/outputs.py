@@ -217,6 +217,10 @@ def curve_summary(curve: CurveResult, out: Path) -> dict[str, Any]:
     if curve.facts is not None and curve.facts.outputs:
         units = {output.name: output.unit for output in curve.member.scene.output}
         numbers["outputs"] = [{**item, "unit": units.get(item["name"], "m")} for item in curve.facts.outputs]
+    if curve.facts is not None and curve.facts.interfaces:
+        names = (each["name"] for each in curve.facts.interfaces)
+        values = ({key: each[key] for key in each if key != "name"} for each in curve.facts.interfaces)
+        numbers["interfaces"] = dict(zip(names, values, strict=True))
     return {
         "parameters": plain(curve.member.parameters),
         "carried_from": list(curve.carried_from),

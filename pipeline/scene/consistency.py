@@ -12,7 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nonlinear import least_samples
-from pipeline.errors import InputError, input_error, shown
+from pipeline.errors import InputError, input_error, shown, shown_key
+from pipeline.scene.contact_section import PER_NODE, Interface
+from pipeline.scene.dotted_keys import CONTACT, INTERFACE, interface_of
 from pipeline.scene.geometry_parameters import disk_parameters, geometry_parameters, wing_parameters
 from pipeline.scene.loads_section import files_of, force_table, temperature_table
 from pipeline.scene.material_section import USUAL_MATERIAL, unfit_stress_keys
@@ -21,7 +23,7 @@ from pipeline.scene.model_section import unfit_beside_matrices, unfit_matrix_key
 from pipeline.scene.plausibility import far_beyond, hints_first
 from pipeline.scene.presets import SIZE
 from pipeline.scene.reading import Member, SceneFile, parameter_error, scene_of_tables
-from pipeline.scene.schema import SECTIONS, Scene
+from pipeline.scene.schema import INTERFACES, MAIN_INTERFACE, SECTIONS, Scene
 from pipeline.scene.size_limits import check_balance, check_modes, check_size, check_speed, check_sweep
 from pipeline.scene.sweep import read_sweep
 from pipeline.scene.toml_text import key_lines, line_of, load_tables, plain_key, with_line
@@ -60,8 +62,6 @@ def unfit_disk_keys(path: Path, member: Member) -> Iterator[InputError]:
         yield input_error(path, place, shown(list(waves)), allowed)
 
 
-PER_NODE = ("normal_stiffness", "tangential_stiffness", "friction", "interference", "preload")
-CONTACT_PARTS = ("shroud", "snubber")  # that touch the neighbours
 PARTS = ("blade", "shroud", "snubber", "platform", "disk")  # of a blade made here
 BLADE_SECTIONS = ("blade", "shroud", "material", "mesh")
 Unfit = Iterator[InputError]
@@ -154,9 +154,9 @@ def _unfit_beside_mesh(file: SceneFile) -> Unfit:
     for section in PARTS:
         if getattr(scene, section) is not None:
             yield input_error(file.path, section, "given beside mesh.file", "one of the two")
-    if scene.contact.uses_punch and scene.material is None:
+    if scene.punch_key and scene.material is None:
         allowed = "numbers (the punch formula needs [material])"
-        yield input_error(file.path, "contact.normal_stiffness", '"punch"', allowed)
+        yield input_error(file.path, scene.punch_key, '"punch"', allowed)
 
 
 def _unfit_sizes(path: Path, member: Member, wrong: Set[str]) -> Unfit:
@@ -171,9 +171,13 @@ def _unfit_sizes(path: Path, member: Member, wrong: Set[str]) -> Unfit:
         return
     assert member.scene.mesh is not None  # checked above; for the type checker
     along, radial = member.scene.mesh.contact_grid
-    n_contacts = along * radial * sum(getattr(member.scene, name) is not None for name in CONTACT_PARTS)
-    if "contact" not in wrong:
-        yield from unfit_node_lists(path, member, n_contacts)
+    names = member.scene.interfaces or (MAIN_INTERFACE,)
+    of_grid = {name: along * radial for name in names if name in INTERFACES}
+    n_contacts = sum(of_grid.values())
+    if not wrong & {CONTACT, INTERFACE}:
+        if member.scene.interfaces is not None:
+            yield from unfit_interfaces(path, member, member.scene.interfaces)
+        yield from unfit_node_lists(path, member, of_grid)
     if not wrong & {"rom", "excitation", "response", "render"}:
         yield from _raised(check_modes, path, member, n_contacts)
     if "response" not in wrong:
@@ -188,19 +192,56 @@ def _raised(check: Callable[..., Any], *arguments: Any) -> Unfit:
         yield error
 
 
-def check_scene_for_model(file: SceneFile, n_contacts: int, has_area: bool) -> None:
-    """Check every member of a scene that runs on a given reduced model with `n_contacts` nodes on a face."""
+def check_scene_for_model(file: SceneFile, interfaces: Mapping[str, int], has_area: bool) -> None:
+    """Check every member of a scene that runs on a given reduced model, whose `interfaces` have so many nodes."""
     for error in _unfit_studies(file, given_model=True):
         raise error
     for member in file.members:
         for error in _unfit_keys(file.path, member, set()):
             raise error
-        for error in unfit_node_lists(file.path, member, n_contacts):
-            raise error
-        check_balance(file.path, member, n_contacts)
-        if member.scene.contact.uses_punch and (member.scene.material is None or not has_area):
+        check_contacts(file.path, member, interfaces)
+        if (key := member.scene.punch_key) and (member.scene.material is None or not has_area):
             allowed = "numbers (the punch formula needs [material] and contact/area in the reduced model)"
-            raise input_error(file.path, "contact.normal_stiffness", '"punch"', allowed)
+            raise input_error(file.path, key, '"punch"', allowed)
+
+
+def check_contacts(path: Path, member: Member, interfaces: Mapping[str, int]) -> None:
+    """Refuse what does not fit the contact interfaces of a model, which have so many nodes."""
+    for error in unfit_interfaces(path, member, interfaces):
+        raise error
+    chosen = member.scene.contact.interfaces
+    touching = {name: count for name, count in interfaces.items() if chosen is None or name in chosen}
+    for error in unfit_node_lists(path, member, touching):
+        raise error
+    check_balance(path, member, sum(touching.values()))
+
+
+def unfit_interfaces(path: Path, member: Member, known: Collection[str]) -> Unfit:
+    """Names of contact interfaces that the model does not have."""
+    scene, allowed = member.scene, f"contact interfaces of the model: {', '.join(known)}"
+    for name in scene.contact.interfaces or ():
+        if name not in known:
+            yield input_error(path, member.key_in_file("contact.interfaces"), shown(name), allowed)
+    for name in scene.interface:
+        if name not in known:
+            swept = next((key for key in member.parameters if interface_of(key) == name), "")
+            key = member.key_in_file(swept) if swept else f"{INTERFACE}.{shown_key(name)}"
+            yield input_error(path, key, "unknown name", allowed)
+    for place, key in _studied_keys(scene):
+        if (name := interface_of(key)) and name not in known:
+            yield input_error(path, place, f"{shown(key)}, unknown name {shown_key(name)}", allowed)
+
+
+def _studied_keys(scene: Scene) -> Iterator[tuple[str, str]]:
+    """Keys that the studies of a scene vary, with their places."""
+    if scene.optimum is not None:
+        yield from (("optimum.over", key) for key in scene.optimum.ranges)
+        yield from (("optimum.tolerance", key) for key in scene.optimum.tolerances)
+    if scene.map is not None:
+        yield from (("map.over", key) for key in scene.map.over)
+    if scene.uncertainty is not None:
+        laws = enumerate(scene.uncertainty.parameter)
+        yield from ((f"uncertainty.parameter[{number}].key", law.key) for number, law in laws)
 
 
 def _unfit_studies(file: SceneFile, given_model: bool = False) -> Unfit:
@@ -221,13 +262,18 @@ def _check_pictured_curves(file: SceneFile) -> None:
             raise input_error(file.path, "render.operating", shown(list(render.operating)), allowed)
 
 
-def unfit_node_lists(path: Path, member: Member, n_contacts: int) -> Unfit:
-    """Lists that go node by node and have not one number for each of the `n_contacts` nodes of a face."""
-    for name in PER_NODE:
-        value = getattr(member.scene.contact, name)
-        if isinstance(value, tuple) and len(value) != n_contacts:
-            found, allowed = f"a list of {len(value)}", f"a number or a list of {n_contacts}"
-            yield input_error(path, member.key_in_file(f"contact.{name}"), found, allowed)
+def unfit_node_lists(path: Path, member: Member, interfaces: Mapping[str, int]) -> Unfit:
+    """Lists that go node by node and have not one number for each node of an interface."""
+    scene = member.scene
+    for interface, count in interfaces.items():
+        contact, own = scene.contact_of(interface), scene.interface.get(interface, Interface())
+        for name in PER_NODE:
+            value = getattr(contact, name)
+            if isinstance(value, tuple) and len(value) != count:
+                table = CONTACT if getattr(own, name) is None else f"{INTERFACE}.{interface}"
+                of = f" of {interface}" if len(interfaces) > 1 else ""
+                found, allowed = f"a list of {len(value)}", f"a number or a list of {count}, the nodes{of}"
+                yield input_error(path, member.key_in_file(f"{table}.{name}"), found, allowed)
 
 
 def _unfit_keys(path: Path, member: Member, wrong: Set[str]) -> Unfit:
@@ -409,4 +455,4 @@ def _missing(path: Path, key: str, allowed: str) -> InputError:
 def _section(key: str) -> str:
     """The section of a key as it stands in a message, in its table or in [sweep]."""
     parts = plain_key(key).split(".")
-    return next((part for part in parts if part in SECTIONS), parts[0])
+    return next((part for part in parts if part in SECTIONS or part == INTERFACE), parts[0])

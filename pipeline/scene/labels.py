@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from pipeline.scene.dotted_keys import interface_of, of_contact, split_key
 from pipeline.scene.reading import Member
 
 if TYPE_CHECKING:
@@ -70,16 +71,21 @@ _QUANTITIES = {
 
 
 def quantity(key: str) -> Quantity:
-    """The quantity of a dotted key; its last word where there is no better name."""
-    known = _QUANTITIES.get(key)
-    return known if known is not None else Quantity(key.rpartition(".")[2].replace("_", " "))
+    """The quantity of a dotted key; its last word where there is no better name, behind that of its interface."""
+    found = _quantity(key)
+    return replace(found, symbol=f"{name} {found.symbol}") if (name := interface_of(key)) else found
+
+
+def _quantity(key: str) -> Quantity:
+    """The quantity of a dotted key, whatever interface it is of."""
+    known = _QUANTITIES.get(of_contact(key))
+    return known if known is not None else Quantity(split_key(key)[1].replace("_", " "))
 
 
 def value_label(key: str, value: Any) -> str:
-    """`v0 = 3 µm`, `engine order 30`."""
-    named = quantity(key)
-    joint = " = " if len(named.symbol) <= 2 else " "
-    return f"{named.symbol}{joint}{named.value(value)}"
+    """`v0 = 3 µm`, `engine order 30`, `snubber v0 = 3 µm`."""
+    joint = " = " if len(_quantity(key).symbol) <= 2 else " "
+    return f"{quantity(key).symbol}{joint}{quantity(key).value(value)}"
 
 
 def member_label(member: Member) -> str:
@@ -90,7 +96,8 @@ def member_label(member: Member) -> str:
 
 def fixed_values(scene: Scene, swept: Collection[str]) -> dict[str, Any]:
     """Engine order, force, speed, shroud angle, friction as in summary.json; None: swept, or not one number."""
-    wave, shroud, friction = scene.excitation, scene.shroud, scene.contact.friction
+    wave, shroud, frictions = scene.excitation, scene.shroud, {face.friction for face in scene.contacts.values()}
+    friction = frictions.pop() if len(frictions) == 1 else None
     keys = {
         "engine_order": (wave.engine_order, "excitation.engine_order"),
         "force_n": (wave.force, "excitation.force"),
@@ -98,7 +105,8 @@ def fixed_values(scene: Scene, swept: Collection[str]) -> dict[str, Any]:
         "shroud_angle": (None if shroud is None else shroud.angle, "shroud.angle", "mesh.file"),
         "friction": (friction if isinstance(friction, float) else None, "contact.friction"),
     }
-    found = {name: None if {*by} & {*swept} else value for name, (value, *by) in keys.items()}
+    known = {of_contact(key) for key in swept}
+    found = {name: None if {*by} & known else value for name, (value, *by) in keys.items()}
     return {**found, "at_tip": wave.at == "tip" and not wave.load}
 
 

@@ -109,9 +109,9 @@ def unfit_beside_matrices(file: SceneFile) -> Iterator[InputError]:
     for section in _BESIDE:
         if getattr(scene, section):
             yield input_error(file.path, section, "given beside [model]", "one of the two")
-    if scene.contact.uses_punch and scene.material is None:
+    if scene.punch_key and scene.material is None:
         allowed = "numbers (the punch formula needs [material])"
-        yield input_error(file.path, "contact.normal_stiffness", '"punch"', allowed)
+        yield input_error(file.path, scene.punch_key, '"punch"', allowed)
     if "equilibrium" in scene.load.model_fields_set:
         allowed = "nothing with [model]: without elements no static equilibrium is computed"
         yield input_error(file.path, "load.equilibrium", shown(scene.load.equilibrium), allowed)

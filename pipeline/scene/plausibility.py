@@ -16,10 +16,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from pipeline.errors import InputError, input_error, shown, shown_key
+from pipeline.scene.dotted_keys import CONTACT, INTERFACE
 from pipeline.scene.material_section import FORCED, USUAL_MATERIAL, WAVE_SPEED, Usual, wave_speed
 from pipeline.scene.mesh_section import Mesh
 from pipeline.scene.reading import Member, SceneFile
-from pipeline.scene.schema import Contact, Material, Rom, Scene
+from pipeline.scene.schema import MAIN_INTERFACE, Contact, Material, Rom, Scene
 from pipeline.scene.size_limits import speed_warning
 
 LARGEST = 0.01  # relative error of a stuck frequency without a warning
@@ -44,14 +45,16 @@ def stiff_contact(scene: Scene) -> StiffContact | None:
         return None
     sides = scene.shroud.contact_length, scene.shroud.thickness
     punch = _punch(scene.material, sides)
-    normal, tangential = _whole_face(scene.contact, punch)
+    normal, tangential = _whole_face(scene.contact_of(MAIN_INTERFACE), punch)
     key = "normal_stiffness" if normal >= tangential else "tangential_stiffness"
     stiffness = max(normal, tangential)
     ratio = stiffness / (scene.material.young_modulus * math.sqrt(sides[0] * sides[1]))
     error = estimated_error(scene.rom.contact_dofs, scene.mesh.contact_grid, sides, ratio)
     if error <= LARGEST:
         return None
-    return StiffContact(f"contact.{key}", stiffness, error, _cure(scene.rom, scene.mesh, sides, ratio, max(punch)))
+    own = scene.interface.get(MAIN_INTERFACE)
+    table = CONTACT if own is None or getattr(own, key) is None else f"{INTERFACE}.{MAIN_INTERFACE}"
+    return StiffContact(f"{table}.{key}", stiffness, error, _cure(scene.rom, scene.mesh, sides, ratio, max(punch)))
 
 
 def estimated_error(kind: str, grid: tuple[int, int], sides: tuple[float, float], ratio: float) -> float:
@@ -230,6 +233,11 @@ def _checked(member: Member) -> Iterator[tuple[str, float, Usual]]:
         for key, usual in USUAL_MATERIAL.items():
             place = f"materials.{shown_key(name)}.{key}"
             yield from ((place, value, usual) for value in _numbers(getattr(material, key)))
+    for name, interface in scene.interface.items():
+        for key, given in interface.given.items():
+            place = f"{INTERFACE}.{shown_key(name)}.{key}"
+            of_key = [table[same] for table in tables if (same := f"{CONTACT}.{key}") in table]
+            yield from ((place, value, usual) for usual in of_key for value in _numbers(given))
 
 
 def _moduli(member: Member) -> Iterator[tuple[str, dict[str, float]]]:

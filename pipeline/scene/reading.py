@@ -17,6 +17,8 @@ from typing import Any
 from pydantic import ValidationError
 
 from pipeline.errors import InputError, input_error, shown
+from pipeline.scene.contact_section import Interface
+from pipeline.scene.dotted_keys import INTERFACE, NAMED_TABLES, interface_of, split_key, table_in, with_table
 from pipeline.scene.input_files import with_hashes
 from pipeline.scene.loads_section import files_of
 from pipeline.scene.presets import Accuracy, with_preset
@@ -54,8 +56,8 @@ def with_current_values(
 def _unused_values(path: Path, raw: Mapping[str, Any], sweep: Mapping[str, list[Any]]) -> Iterator[str]:
     """A line for each swept key with another value in its own section, which no curve has."""
     for key, values in sweep.items():
-        section, _, name = key.partition(".")
-        table = raw.get(section)
+        place, name = split_key(key)
+        table = table_in(raw, place)
         if isinstance(table, Mapping) and name in table and table[name] not in values:
             yield f"{path}: {key} = {shown(table[name])} is not used: [sweep] gives the values"
 
@@ -257,6 +259,10 @@ def _valid_sections(merged: Mapping[str, Any]) -> Scene:
         with suppress(ValidationError):
             if name in merged:
                 valid[name] = model.model_validate(merged[name])
+    with suppress(ValidationError, AttributeError):
+        valid[INTERFACE] = {
+            name: Interface.model_validate(values) for name, values in merged.get(INTERFACE, {}).items()
+        }
     return Scene.model_construct(**valid)
 
 
@@ -285,11 +291,13 @@ def _refuse_without_effect(path: Path, sweep: Sweep) -> None:
 def _merged(path: Path, raw: Mapping[str, Any], chosen: Mapping[str, Any]) -> dict[str, Any]:
     merged = dict(raw)
     for key, value in chosen.items():
-        section, _, name = key.partition(".")
-        table = merged.get(section, {})
-        if not isinstance(table, Mapping):
-            raise input_error(path, section, shown(table), f"a table [{section}]")
-        merged[section] = {**table, name: value}
+        place, name = split_key(key)
+        first = merged.get(INTERFACE, {}) if interface_of(key) else {}
+        table = table_in(merged, place) if isinstance(first, Mapping) else first
+        if not isinstance(table, Mapping | None):
+            place = place if isinstance(first, Mapping) else INTERFACE
+            raise input_error(path, place, shown(table), f"a table [{place}]")
+        merged = with_table(merged, place, {**(table or {}), name: value})
     return merged
 
 
@@ -343,19 +351,31 @@ def derived_member(file: SceneFile, values: Mapping[str, Any], place: str, given
 def _replace(path: Path, tables: dict[str, Any], key: str, value: Any) -> None:
     """Put a value in the place of a dotted key, the keys of a table, or a key at the top."""
     table, _, name = key.partition(".")
-    if not name and isinstance(value, Mapping) and table in (*SECTIONS, "sweep"):
+    if not name and isinstance(value, Mapping) and table in (*SECTIONS, *NAMED_TABLES, "sweep"):
         for inner, item in value.items():
             _replace(path, tables, f"{table}.{inner}", item)
     elif not name:
         _put(tables, table, value)
+    elif table in NAMED_TABLES and isinstance(value, Mapping):
+        for inner, item in value.items():
+            _replace(path, tables, f"{key}.{inner}", item)
     else:
-        inside = tables.setdefault(table, {})
+        swept = name if table == "sweep" else key
+        if split_key(swept)[0] in SECTIONS or interface_of(swept):
+            _sweep_no_longer(path, tables, swept)
+        named = table in NAMED_TABLES and "." in name
+        places = [table, *split_key(name)] if named else [table, name]
+        _put(_inside(path, tables, places[:-1]), places[-1], value)
+
+
+def _inside(path: Path, tables: dict[str, Any], places: list[str]) -> dict[str, Any]:
+    """The table in tables, made where there is none."""
+    for count, place in enumerate(places, start=1):
+        inside = tables.setdefault(place, {})
         if not isinstance(inside, dict):
-            raise input_error(path, table, shown(inside), f"a table [{table}]")
-        section, _, swept = name.partition(".") if table == "sweep" else (table, "", name)
-        if section in SECTIONS:
-            _sweep_no_longer(path, tables, section, swept)
-        _put(inside, name, value)
+            raise input_error(path, table := ".".join(places[:count]), shown(inside), f"a table [{table}]")
+        tables = inside
+    return tables
 
 
 def _put(table: dict[str, Any], name: str, value: Any) -> None:
@@ -365,14 +385,16 @@ def _put(table: dict[str, Any], name: str, value: Any) -> None:
         table[name] = value
 
 
-def _sweep_no_longer(path: Path, tables: dict[str, Any], section: str, name: str) -> None:
+def _sweep_no_longer(path: Path, tables: dict[str, Any], key: str) -> None:
     """Take a key out of [sweep]."""
-    sweep, key = tables.get("sweep"), f"{section}.{name}"
+    sweep = tables.get("sweep")
     if not isinstance(sweep, dict):
         return
     sweep.pop(key, None)
-    if isinstance(inner := sweep.get(section), dict):
-        inner.pop(name, None)
+    table, name = split_key(key)
+    for inner in (sweep.get(table), table_in(sweep, table)):
+        if isinstance(inner, dict):
+            inner.pop(name, None)
     kind = next((kind for kind in (POINTS, LATIN_HYPERCUBE) if kind in sweep), "")
     if kind and key in read_sweep(path, sweep).lists:
         raise input_error(path, key, f"swept by sweep.{kind}", "keys that are not swept, or sweep = None too")

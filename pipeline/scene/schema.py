@@ -13,19 +13,17 @@ from typing import Annotated, Any, Literal, get_args
 
 from pydantic import Field, PrivateAttr, field_validator
 
+from pipeline.scene.contact_section import Contact, Interface
+from pipeline.scene.dotted_keys import CONTACT, INTERFACE, interface_of
 from pipeline.scene.fields import (
     BLADES,
     FILLET,
     LENGTH,
     POSITIVE,
-    STIFFNESS,
-    Distance,
-    Distances,
     Length,
     NotNegative,
     Number,
     Positive,
-    Positives,
     Ratio,
     Section,
     StudyKeys,
@@ -108,6 +106,12 @@ class Figures(Section):
 
 
 DEFAULT_MODES = 30
+MAIN_INTERFACE = "shroud"
+INTERFACES = {  # contact interfaces that the sections of a blade made here make
+    "shroud": (MAIN_INTERFACE,),
+    "snubber": ("snubber",),
+    "damper": ("damper_right", "damper_left"),
+}
 
 
 class Blade(Section):
@@ -265,40 +269,6 @@ class Load(Section):
         return found
 
 
-class Contact(Section):
-    """[contact]: springs, friction and interference of the contact nodes."""
-
-    normal_stiffness: Literal["punch"] | NotNegative | Positives = _key("kn, N/m", STIFFNESS)
-    tangential_stiffness: Literal["punch"] | NotNegative | Positives = _key("kt, N/m", STIFFNESS)
-    friction: NotNegative | Positives = _key(
-        "friction coefficient", "a number, {bounds}, or a list of such numbers node by node"
-    )
-    interference: Distance | Distances = _key(
-        "v0, m: above 0 pressed together, below 0 a gap",
-        "a number, {bounds}, or a list of such numbers node by node",
-        0.0,
-    )
-    preload: NotNegative | Positives = _key(
-        "N0, N for each node (a number: on average): normal load already in equilibrium",
-        "a number, {bounds}, or a list of such numbers node by node",
-        0.0,
-    )
-    law: Literal["two_sliders", "cone"] = _key(
-        "one slider along t1 and one along t2, or one slider in the plane", "{words}", "two_sliders"
-    )
-    integration: Literal["exact", "sampled"] = _key(
-        "how a period is integrated: from event to event or at equal instants", "{words}", "exact"
-    )
-    samples: Whole = _key(
-        "instants of a period where it is sampled", "a whole number, {bounds}", 1024, ge=16, le=65536
-    )
-
-    @property
-    def uses_punch(self) -> bool:
-        """Whether a contact stiffness is to be computed from the area of the face, as of a rigid flat punch."""
-        return "punch" in (self.normal_stiffness, self.tangential_stiffness)
-
-
 class Excitation(Section):
     """[excitation]: an engine order and its multiples, forces on a point or on loads of the blade."""
 
@@ -431,6 +401,11 @@ class Scene(Section):
     rom: Rom = _key("", "a table", Rom())
     load: Load = _key("", "a table", Load())
     contact: Contact = _key("", "a table")
+    interface: dict[str, Interface] = _key(
+        "contact interfaces by name, those of the model, whose parameters differ from those in [contact]",
+        "tables [interface.NAME]",
+        {},
+    )
     excitation: Excitation = _key("", "a table")
     response: Response = _key("", "a table")
     output: tuple[Output, ...] = _key(
@@ -469,6 +444,38 @@ class Scene(Section):
         found = self.model_copy()
         found._contents = contents
         return found
+
+    def contact_of(self, interface: str) -> Contact:
+        """The contact parameters of an interface: its own, and for keys that it does not give those of [contact]."""
+        own = self.interface.get(interface)
+        return self.contact if own is None else self.contact.model_copy(update=own.given)
+
+    def section(self, table: str) -> Any:
+        """The section of a table by its name, that of an interface as `contact_of`; None where there is none."""
+        name = interface_of(f"{table}.")
+        return self.contact_of(name) if name else getattr(self, table)
+
+    @property
+    def contacts(self) -> dict[str, Contact]:
+        """[contact] and the contact parameters of every interface that has a table, by the name of the table."""
+        return {CONTACT: self.contact} | {f"{INTERFACE}.{name}": self.contact_of(name) for name in self.interface}
+
+    @property
+    def punch_key(self) -> str:
+        """The first key whose contact stiffness is to be computed as of a punch; empty where there is none."""
+        for table, face in self.contacts.items():
+            for name in ("normal_stiffness", "tangential_stiffness"):
+                if getattr(face, name) == "punch":
+                    return f"{table}.{name}"
+        return ""
+
+    @property
+    def interfaces(self) -> tuple[str, ...] | None:
+        """Names of the contact interfaces that a blade made here has; None where the model alone tells them."""
+        if self.blade is None or self.mesh_file is not None or self.model is not None:
+            return None
+        made = {section: names for section, names in INTERFACES.items() if getattr(self, section, None) is not None}
+        return tuple(name for names in made.values() for name in names)
 
     @property
     def with_stress(self) -> bool:
@@ -510,6 +517,13 @@ def _sections() -> Iterator[tuple[str, type[Section]]]:
 
 
 SECTIONS = dict(_sections())
+
+
+def section_class(table: str) -> type[Section]:
+    """The class of a table by its name."""
+    return Interface if interface_of(f"{table}.") else SECTIONS[table]
+
+
 STUDIES = tuple(name for name, kind in SECTIONS.items() if issubclass(kind, StudyKeys))
 NOT_SWEPT = ("stress", "fatigue", *STUDIES, "render", "figures")  # made of solved curves
 NOT_SWEPT_KEYS = (  # tables, and lists of tables
@@ -521,4 +535,5 @@ NOT_SWEPT_KEYS = (  # tables, and lists of tables
     "load.force",
     "load.pressure",
     "load.temperature",
+    "contact.interfaces",
 )

@@ -18,8 +18,10 @@ from types import UnionType
 from typing import Annotated, Any, Union, get_args, get_origin
 
 from pipeline.errors import InputError, input_error, shown, shown_key, system_reason
+from pipeline.scene.contact_section import Interface
+from pipeline.scene.dotted_keys import INTERFACE, interface_of, of_contact, split_key
 from pipeline.scene.input_files import open_regular
-from pipeline.scene.schema import NOT_SWEPT, NOT_SWEPT_KEYS, SECTIONS, Contact, Scene
+from pipeline.scene.schema import NOT_SWEPT, NOT_SWEPT_KEYS, SECTIONS, Contact, Scene, section_class
 from pipeline.scene.units import column_name
 from pipeline.scene.validation_errors import unknown_key
 
@@ -45,24 +47,30 @@ SWEPT_KEYS = tuple(
 )
 
 
+def swept_keys(key: str) -> tuple[str, ...]:
+    """The keys that can be swept, where `key` is one of an interface those of its table too."""
+    table, _ = split_key(key)
+    return SWEPT_KEYS + tuple(f"{table}.{name}" for name in Interface.model_fields if interface_of(key))
+
+
 def flattened(path: Path, table: Mapping[str, Any], place: str) -> Iterator[tuple[str, Any]]:
     """Dotted keys with what stands under them, whether written "contact.friction" or contact.friction."""
     found = set()
     for key, item in _items(table):
         if key in found:
-            section, _, name = key.partition(".")
-            said = f'given twice, as "{key}" and as {name} of [{place}.{section}]'
+            table_name, name = split_key(key)
+            said = f'given twice, as "{key}" and as {name} of [{place}.{table_name}]'
             raise input_error(path, f"{place}.{shown_key(key)}", said, "one of the two")
-        if key not in SWEPT_KEYS:
-            raise unknown_key(path, key, SWEPT_KEYS, place)
+        if key not in (known := swept_keys(key)):
+            raise unknown_key(path, key, known, place)
         found.add(key)
         yield key, item
 
 
 def _items(table: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
     for key, value in table.items():
-        if isinstance(value, Mapping) and key in SECTIONS:
-            yield from ((f"{key}.{name}", inner) for name, inner in value.items())
+        if isinstance(value, Mapping) and (key in SECTIONS or key == INTERFACE or interface_of(f"{key}.")):
+            yield from _items({f"{key}.{name}": inner for name, inner in value.items()})
         else:
             yield key, value
 
@@ -114,12 +122,12 @@ def _rows(scene: Path, path: Path) -> list[tuple[int, list[str]]]:
 
 def _keys(scene: Path, name: str, header: Sequence[str]) -> list[str]:
     """The dotted keys of the columns."""
-    spelled = {column_name(key): key for key in SWEPT_KEYS} | {key: key for key in SWEPT_KEYS}
     keys: list[str] = []
-    for cell in header:
-        key = spelled.get(cell.strip())
+    for cell in (cell.strip() for cell in header):
+        known = swept_keys(cell)
+        key = next((key for key in known if cell in (key, column_name(key))), None)
         if key is None:
-            raise unknown_key(scene, cell.strip(), SWEPT_KEYS, f"{POINTS_PLACE} ({name})")
+            raise unknown_key(scene, cell, known, f"{POINTS_PLACE} ({name})")
         if key in keys:
             raise _refused(scene, name, f"two columns {key}", "each key once")
         keys.append(key)
@@ -222,8 +230,8 @@ def _sample(
 
 def takes_fractions(key: str) -> bool:
     """Whether a key may be any number of a range."""
-    section, _, name = key.partition(".")
-    return _holds_float(SECTIONS[section].model_fields[name].annotation)
+    table, name = split_key(key)
+    return _holds_float(section_class(table).model_fields[name].annotation)
 
 
 def _holds_float(annotation: Any) -> bool:
@@ -355,24 +363,27 @@ WHOLE_FACE = ("contact.normal_stiffness", "contact.tangential_stiffness")  # a n
 SHIFTED = ("contact.interference",)  # a list is shifted; lists of other keys are multiplied by a factor
 
 
-def key_value(scene: Scene, key: str, contact: Contact | None = None) -> float | None:
-    """The value of a key as one number; None where it has none."""
-    section, _, name = key.partition(".")
-    table: Any = contact if section == "contact" and contact is not None else getattr(scene, section)
-    value = None if table is None else getattr(table, name)
+def key_value(scene: Scene, key: str, contacts: Mapping[str, Contact] | None = None) -> float | None:
+    """The value of a key as one number; None where it has none.
+
+    `contacts`: sections by their tables, in place of those of the scene.
+    """
+    table, name = split_key(key)
+    section: Any = (contacts or {}).get(table) or scene.section(table)
+    value = None if section is None else getattr(section, name)
     if isinstance(value, tuple):
-        return float(sum(value)) / (1.0 if key in WHOLE_FACE else len(value))
+        return float(sum(value)) / (1.0 if of_contact(key) in WHOLE_FACE else len(value))
     return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
 
 
 def as_in_scene(scene: Scene, key: str, value: float) -> Any:
     """A value of `key_value` as the scene gives the key: a number, or a list with the same shape over the nodes."""
-    section, _, name = key.partition(".")
-    given = getattr(getattr(scene, section), name)
+    table, name = split_key(key)
+    given = getattr(scene.section(table), name)
     if not isinstance(given, tuple):
         return value
     now = key_value(scene, key)
     assert now is not None
-    if key in SHIFTED or now == 0.0:
+    if of_contact(key) in SHIFTED or now == 0.0:
         return [item + (value - now) for item in given]
     return [item * (value / now) for item in given]

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 import re
 
+from pipeline.scene.dotted_keys import of_contact
+
 UNITS = {
     "blade.hub_radius": "m",
     "blade.length": "m",
@@ -90,7 +92,7 @@ _ENDINGS = {
 
 def key_unit(key: str) -> str:
     """The unit of a dotted key, "" where its value has none."""
-    return UNITS.get(key, "")
+    return UNITS.get(of_contact(key), "")
 
 
 def number_in_text(key: str, text: str) -> str:

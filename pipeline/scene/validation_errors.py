@@ -10,6 +10,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from pipeline.errors import InputError, input_error, one_line, shown, shown_key
+from pipeline.scene.contact_section import Interface
 from pipeline.scene.fields import allowed_of
 from pipeline.scene.loads_section import TABLES as LOAD_TABLES
 from pipeline.scene.loads_section import Temperature
@@ -98,6 +99,8 @@ SETS: dict[str, type[BaseModel]] = {  # tables in sections
     "load.temperature": Temperature,
 }
 TABLES: dict[str, type[BaseModel]] = {**LOAD_TABLES, "uncertainty.parameter": UncertainParameter}  # lists of tables
+NAMED: dict[str, type[BaseModel]] = {"materials": Material, "interface": Interface}  # tables of tables by name
+ALIKE = {"materials": "material", "interface": "contact"}  # sections with the same keys
 MOST_ERRORS = 50  # that are listed at once
 
 
@@ -146,8 +149,8 @@ def _in_terms_of_the_file(
     if not location:
         return input_error(path, "", "keys that do not fit together", said)
     section = str(location[0])
-    if section == "materials" and len(location) > 2:
-        return _of_named_material(path, raw, error, location)
+    if section in NAMED and len(location) > 2:
+        return _of_named_table(path, raw, errors, location, places)
     listed = _of_listed_table(path, raw, error, location)
     if listed is not None:
         return listed
@@ -183,15 +186,20 @@ def _as_number(key: str, value: Any, errors: Sequence[Any]) -> str:
     return ""
 
 
-def _of_named_material(path: Path, raw: Mapping[str, Any], error: Any, location: tuple[Any, ...]) -> InputError:
-    """An error of [materials.NAME], said as of [material]."""
-    name, key = str(location[1]), str(location[2])
-    place = f"materials.{shown_key(name)}"
-    if error["type"] == "extra_forbidden":
-        return unknown_key(path, key, list(Material.model_fields), place)
-    return input_error(
-        path, f"{place}.{key}", _found(raw["materials"][name].get(key, MISSING)), allowed_values(f"material.{key}")
-    )
+def _of_named_table(
+    path: Path, raw: Mapping[str, Any], errors: Sequence[Any], location: tuple[Any, ...], places: Mapping[str, str]
+) -> InputError:
+    """An error in a table such as [materials.NAME], said as of [material]."""
+    section, name, key = (str(part) for part in location[:3])
+    place, kind = f"{section}.{shown_key(name)}", NAMED[section]
+    if key not in kind.model_fields:
+        return unknown_key(path, key, list(kind.model_fields), place)
+    value, index = _pick(raw[section][name].get(key, MISSING), errors, location[:3])
+    said = places.get(f"{section}.{name}.{key}", f"{place}.{key}")
+    like = f"{ALIKE[section]}.{key}"
+    same = [each for each in errors if each["loc"][:3] == location[:3]]
+    hint = _as_number(like, value, same)
+    return input_error(path, said + index, _found(value), allowed_values(like) + (f"; {hint}" if hint else ""))
 
 
 def _of_listed_table(path: Path, raw: Mapping[str, Any], error: Any, location: tuple[Any, ...]) -> InputError | None:
@@ -250,7 +258,7 @@ def _pick(value: Any, errors: Sequence[Any], place: tuple[Any, ...]) -> tuple[An
     """The element of a list that is wrong, where one element is; otherwise the whole value."""
     if isinstance(value, list):
         for error in errors:
-            inner = [part for part in error["loc"][2:] if isinstance(part, int)]
-            if error["loc"][:2] == place and inner and inner[0] < len(value):
+            inner = [part for part in error["loc"][len(place) :] if isinstance(part, int)]
+            if error["loc"][: len(place)] == place and inner and inner[0] < len(value):
                 return value[inner[0]], f"[{inner[0]}]"
     return value, ""

@@ -119,12 +119,31 @@ def linear_operation_inputs(scene: Scene) -> dict[str, Any]:
     """The scene values that a linear operation depends on, besides those of the blade."""
     return {
         "engine_order": scene.excitation.engine_order,
-        "normal": scene.contact.normal_stiffness,
-        "tangential": scene.contact.tangential_stiffness,
+        **stiffness_inputs(scene),
         "frequency": scene.response.frequency,
         "damping_ratio": scene.response.damping_ratio,
         "rayleigh": scene.response.rayleigh,
     }
+
+
+def stiffness_inputs(scene: Scene) -> dict[str, Any]:
+    """The contact stiffness of a scene: that of [contact], of interfaces with their own, and which of them touch."""
+    contact, own = scene.contact, ("normal_stiffness", "tangential_stiffness")
+    values: dict[str, Any] = {"normal": contact.normal_stiffness, "tangential": contact.tangential_stiffness}
+    named = {name: table.model_dump(include=set(own)) for name, table in scene.interface.items()}
+    return {**values, **({"interface": named} if named else {}), **_touching(scene)}
+
+
+def contact_inputs(scene: Scene) -> dict[str, Any]:
+    """All contact parameters of a scene."""
+    named = {name: table.given for name, table in scene.interface.items()}
+    return {"contact": scene.contact.model_dump(exclude={"interfaces"}), **({"interface": named} if named else {})}
+
+
+def _touching(scene: Scene) -> dict[str, Any]:
+    """Names of the interfaces that touch; nothing where it is all of them."""
+    chosen = scene.contact.interfaces
+    return {} if chosen is None else {"interfaces": sorted(chosen)}
 
 
 def rotation_inputs(scene: Scene) -> dict[str, Any]:
@@ -171,6 +190,7 @@ def _reduction_inputs(scene: Scene) -> dict[str, Any]:
         "modes": rom.fixed_interface_modes,
         "frequency_limit": rom.frequency_limit,
         "contact_dofs": rom.contact_dofs,
+        **_touching(scene),
     }
     if rom.nodal_diameters is not None:
         values["nodal_diameters"] = rom.nodal_diameters
@@ -182,7 +202,7 @@ def _reduction_inputs(scene: Scene) -> dict[str, Any]:
 def _curve_inputs(scene: Scene) -> dict[str, Any]:
     """The scene values that a response curve depends on, besides those of the reduced model."""
     values: dict[str, Any] = {
-        "contact": scene.contact.model_dump(),
+        **contact_inputs(scene),
         "excitation": {"engine_order": scene.excitation.engine_order, "force": scene.excitation.force},
         "response": scene.response.model_dump(),
         "load": scene.load.model_dump(exclude={"equilibrium", "force", "pressure", "temperature"}),
@@ -191,6 +211,6 @@ def _curve_inputs(scene: Scene) -> dict[str, Any]:
         values["harmonics"] = [item.model_dump() for item in scene.excitation.harmonic]
     if scene.output:
         values["outputs"] = [output.name for output in scene.output]
-    if scene.contact.uses_punch:
+    if scene.punch_key:
         values["material"] = scene.material.model_dump() if scene.material else None
     return values

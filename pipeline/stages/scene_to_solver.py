@@ -1,12 +1,16 @@
 """Sections of a scene as the objects of the packages `rom` and `nonlinear`: contact, excitation, options, modes.
 
 Quantities of each contact node are formed by `ContactParameters.shared` alone; "punch" is resolved by
-`resolved_contact` alone.
+`resolved_contacts` alone.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
+
+from pipeline.scene.contact_section import PER_NODE
 
 if TYPE_CHECKING:
     import numpy as np
@@ -19,9 +23,39 @@ if TYPE_CHECKING:
     from rom import LinearOperation, ReducedModel, RingModes
 
 
-def resolved_contact(scene: Scene, face_area: float | None) -> Contact:
-    """The section [contact] with "punch" replaced by numbers."""
-    contact = scene.contact
+NO_CONTACT = {"normal_stiffness": 0.0, "tangential_stiffness": 0.0, "friction": 0.0, "preload": 0.0}
+
+
+@dataclass(frozen=True)
+class InterfaceContact:
+    """Contact of one interface of a reduced model: its section, which holds numbers only, and its nodes."""
+
+    name: str  # the interface
+    contact: Contact  # its parameters
+    nodes: int  # number of its nodes
+
+
+def resolved_contacts(
+    scene: Scene, interfaces: Mapping[str, int], area: NDArray[np.float64] | None
+) -> tuple[InterfaceContact, ...]:
+    """The contact of each interface with "punch" replaced by numbers; interfaces that are left out have no springs.
+
+    `interfaces`: numbers of nodes by name; `area` (n_c,) of all nodes, m^2, None where it is not known.
+    """
+    found, first = [], 0
+    chosen = scene.contact.interfaces or scene.interfaces or tuple(interfaces)
+    for name, nodes in interfaces.items():
+        contact = scene.contact_of(name)
+        if name not in chosen:
+            contact = contact.model_copy(update=NO_CONTACT)
+        whole = None if area is None else float(area[first : first + nodes].sum())
+        found.append(InterfaceContact(name, _resolved(scene, contact, whole), nodes))
+        first += nodes
+    return tuple(found)
+
+
+def _resolved(scene: Scene, contact: Contact, face_area: float | None) -> Contact:
+    """A section [contact] with "punch" replaced by numbers."""
     if not contact.uses_punch:
         return contact
     from nonlinear import punch_stiffness
@@ -35,20 +69,44 @@ def resolved_contact(scene: Scene, face_area: float | None) -> Contact:
     )
 
 
-def contact_parameters(contact: Contact, n_contacts: int, area: NDArray[np.float64] | None) -> ContactParameters:
-    """Parameters of each of the contact nodes, from a section [contact] that holds numbers only.
+def contact_parameters(
+    contacts: Sequence[InterfaceContact], area: NDArray[np.float64] | None = None
+) -> ContactParameters:
+    """Parameters of all contact nodes, one interface after the other.
 
-    `area` (n_c,) of the nodes, m^2, by which numbers for the whole face are shared; None: evenly.
+    `area` (n_c,) of the nodes, m^2, by which numbers for a whole face are shared; None: evenly.
     """
     from nonlinear import ContactParameters
 
-    values = contact.model_dump(exclude={"integration", "samples"})
-    return ContactParameters.shared(n_contacts, **values, area=area)
+    parts, first = [], 0
+    for each in contacts:
+        values = each.contact.model_dump(include={*PER_NODE, "law"})
+        own = None if area is None else area[first : first + each.nodes]
+        parts.append(ContactParameters.shared(each.nodes, **values, area=own))
+        first += each.nodes
+    return ContactParameters.joined(*parts)
 
 
 def contact_on_model(scene: Scene, model: ReducedModel) -> ContactParameters:
     """Parameters of each contact node of a reduced model."""
-    return contact_parameters(resolved_contact(scene, face_area(model)), model.n_contacts, model.contact_area)
+    return contact_parameters(resolved_contacts(scene, model.interfaces, model.contact_area), model.contact_area)
+
+
+def touching(scene: Scene, model: ReducedModel) -> ReducedModel:
+    """A reduced model without the rows of contact interfaces that the scene leaves out."""
+    from rom import ReducedModelError, interfaces_of, with_interfaces
+
+    chosen = scene.contact.interfaces
+    if chosen is None or set(chosen) == set(model.interfaces):
+        return model
+    if unknown := set(chosen) - set(model.interfaces):
+        raise ReducedModelError(f"contact/interfaces: no {min(unknown)}, allowed: {', '.join(model.interfaces)}")
+    return with_interfaces(model, *(each for each in interfaces_of(model) if each.name in chosen))
+
+
+def interface_facts(scene: Scene, model: ReducedModel) -> dict[str, Any]:
+    """For `facts.json` of a model: numbers of nodes of its interfaces, and of all that touch in a scene."""
+    return {"n_contacts": touching(scene, model).n_contacts, "interfaces": dict(model.interfaces)}
 
 
 STATES = ("free", "sliding", "stuck")
@@ -58,11 +116,6 @@ def springs_by_state(contact: ContactParameters) -> dict[str, dict[str, Any]]:
     """Contact springs of each state of the shrouds: none when free, normal ones when sliding, all when stuck."""
     normal: dict[str, Any] = {"normal": contact.normal_stiffness}
     return dict(zip(STATES, ({}, normal, {**normal, "tangential": contact.tangential_stiffness}), strict=True))
-
-
-def face_area(model: ReducedModel) -> float | None:
-    """Area of the contact face, m^2; None where the model does not know it."""
-    return None if model.contact_area is None else float(model.contact_area.sum())
 
 
 def excitation(scene: Scene) -> Excitation:
@@ -122,8 +175,9 @@ def linear_operation(scene: Scene, sector: SectorMesh) -> LinearOperation:
 
     phase = inter_blade_phase(scene.excitation.engine_order, sector.n_blades)
     area = contact_areas(sector, scene.rom.contact_dofs)
-    contact = resolved_contact(scene, float(area.sum()))
-    return _linear_operation(scene, contact_parameters(contact, len(area), area), phase)
+    nodes = {name: len(view.right.nodes) for name, view in sector.views.items()}
+    contacts = resolved_contacts(scene, nodes, area)
+    return _linear_operation(scene, contact_parameters(contacts, area), phase)
 
 
 def linear_operation_on_model(scene: Scene, model: ReducedModel) -> LinearOperation:
@@ -139,21 +193,15 @@ def linear_operation_on_face(scene: Scene, face: ReducedModel) -> LinearOperatio
 
     None where the scene gives a stiffness node by node: what it is between the nodes is not known.
     """
-    from nonlinear import ContactParameters
     from rom import inter_blade_phase
 
-    contact = resolved_contact(scene, face_area(face))
-    normal, tangential = contact.normal_stiffness, contact.tangential_stiffness
-    if isinstance(normal, tuple) or isinstance(tangential, tuple):
+    contacts = resolved_contacts(scene, face.interfaces, face.contact_area)
+    if any(isinstance(getattr(each.contact, name), tuple) for each in contacts for name in PER_NODE[:2]):
         return None
-    spread = ContactParameters.shared(
-        face.n_contacts,
-        normal_stiffness=float(normal),
-        tangential_stiffness=float(tangential),
-        friction=0.0,
-        area=face.contact_area,
-    )
-    return _linear_operation(scene, spread, inter_blade_phase(scene.excitation.engine_order, face.n_blades))
+    smooth = {"friction": 0.0, "interference": 0.0, "preload": 0.0}  # not of this linear problem
+    spread = [replace(each, contact=each.contact.model_copy(update=smooth)) for each in contacts]
+    phase = inter_blade_phase(scene.excitation.engine_order, face.n_blades)
+    return _linear_operation(scene, contact_parameters(spread, face.contact_area), phase)
 
 
 def _linear_operation(scene: Scene, contact: ContactParameters, phase: float) -> LinearOperation:

@@ -20,13 +20,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.scene.material_section import Fatigue, Stress
-from pipeline.scene.schema import Contact, Excitation, Load, Response
-from pipeline.stages.curve.curve_file import BRANCHES, section_from_attributes
+from pipeline.scene.schema import Excitation, Load, Response
+from pipeline.stages.curve.curve_file import BRANCHES, contacts_of_curve, section_from_attributes
 from pipeline.stages.model.build_reduced_model import at_speed, boundary_choice
 from pipeline.stages.model.model_files import is_joined
 from pipeline.stages.model.scene_loads import temperature_rise
 from pipeline.stages.model.scene_materials import scene_materials
-from pipeline.stages.scene_to_solver import damped_modes, section_excitation
+from pipeline.stages.scene_to_solver import InterfaceContact, damped_modes, section_excitation
 
 if TYPE_CHECKING:
     import h5py
@@ -161,7 +161,7 @@ def make_operating_stress(
         response = section_from_attributes(Response, file.attrs)
         load = section_from_attributes(Load, file.attrs)
         excitation = section_from_attributes(Excitation, file.attrs)
-        contact = section_from_attributes(Contact, file.attrs)
+        contacts = contacts_of_curve(file)
         point = operating_point(file)
     if point is None:
         raise ValueError("the curve has no solved point")
@@ -190,7 +190,7 @@ def make_operating_stress(
         columns = stress.cycle.mean, stress.cycle.amplitude, limits["margin"], ~stress.surroundings.regular
         np.save(folder / CYCLES, np.column_stack(columns)[stress.surface])
     found = _facts(stress, limits, point, settings.hot_spots, scene.fatigue)
-    found["notes"] += _notes(contact, response, stress)
+    found["notes"] += _notes(contacts, response, stress)
     (folder / FACTS).write_text(json.dumps(found, allow_nan=False), encoding="utf-8")
 
 
@@ -304,11 +304,10 @@ def _spot(stress: OperatingStress, margins: dict[str, NDArray[np.float64]], plac
     }
 
 
-def _notes(contact: Contact, response: Response, stress: OperatingStress) -> list[str]:
+def _notes(contacts: Sequence[InterfaceContact], response: Response, stress: OperatingStress) -> list[str]:
     """What the stress leaves out."""
-    preload = contact.preload if isinstance(contact.preload, tuple) else (contact.preload,)
     notes = []
-    if any(preload):
+    if any(np.any(each.contact.preload) for each in contacts):
         notes.append("contact.preload is in equilibrium already: the stress that it causes is not included")
     if response.method == "static-first":
         notes.append("static-first does not balance the mean contact forces, from which the mean stress follows")

@@ -151,7 +151,7 @@ def model_errors(scene: Scene, blade: BladeReference, rom: Path, modes: int) -> 
     model = read_reduced_model(rom, with_basis=False)
     operation = linear_operation(scene, blade.sector)
     exact = linear_responses(blade.reference.model, operation)
-    found = linear_responses(model, operation, exact)
+    found = linear_responses(model, linear_operation_on_model(scene, model), exact)
     errors = linear_errors(found, exact, operation.frequency_hz)
     on_face = _on_face(scene, blade.reference, exact)
     elsewhere: Sequence[Frequencies | None] = [None] * len(exact)
@@ -306,7 +306,8 @@ def _reference(scene: Scene, files: BladeFiles, sector: SectorMesh, full: FullMo
 
 def node_by_node(scene: Scene) -> bool:
     """Whether a contact stiffness is given node by node, so that it has no value between the nodes."""
-    return any(isinstance(k, tuple) for k in (scene.contact.normal_stiffness, scene.contact.tangential_stiffness))
+    stiffness = [(face.normal_stiffness, face.tangential_stiffness) for face in scene.contacts.values()]
+    return any(isinstance(value, tuple) for both in stiffness for value in both)
 
 
 def _on_face(scene: Scene, reference: FullReference, exact: Sequence[LinearResponse]) -> Sequence[Frequencies | None]:

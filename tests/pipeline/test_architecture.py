@@ -67,7 +67,7 @@ LAYERS = {
         {"peak_errors", "mode_agreement"},
         {"worst_motion"},
         {"response_solver"},
-        {"response_extension"},
+        {"response_extension", "contact_states"},
         {"mistuned_ring"},
         {"peak_curves"},
     ],

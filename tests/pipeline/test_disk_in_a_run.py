@@ -20,7 +20,6 @@ from pipeline.scene.geometry_parameters import disk_parameters, geometry_paramet
 from pipeline.scene.reading import read_scene
 from pipeline.stages.model.build_mesh import SECTOR
 from pipeline.stages.model.model_files import read_families
-from pipeline.stages.scene_to_solver import contact_parameters
 from rom import (
     Material,
     ReducedModel,
@@ -102,7 +101,6 @@ def test_engine_orders_are_folded_at_half_the_number_of_blades(reduced: Path) ->
     curve: Any = SimpleNamespace(
         rom=reduced / model["rom"],
         scene=at_speed,
-        contact_parameters=lambda count: contact_parameters(scene.contact, count, None),
     )
     figure = nodal_diameter_figure(curve, "wheel", {2, 70, 36})
     assert figure is not None
@@ -138,7 +136,6 @@ def test_resonance_crossings_of_each_engine_order(reduced: Path) -> None:
     curve: Any = SimpleNamespace(
         rom=reduced / model["rom"],
         scene=scene,
-        contact_parameters=lambda count: contact_parameters(scene.contact, count, None),
     )
     figure = nodal_diameter_figure(curve, "wheel", {2, 70, 36})
     assert figure is not None

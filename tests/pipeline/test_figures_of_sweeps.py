@@ -75,7 +75,7 @@ def curve(at: SweepPoint, folded: bool = False, **changes: Any) -> PlottedCurve:
         "response": record(x, y, x <= 400.0, **changes),
         "outputs": ({},),
     }
-    values |= {"peak_displacement": np.zeros((2, 1, 3), complex), "contact": None, "contact_area": None}
+    values |= {"peak_displacement": np.zeros((2, 1, 3), complex), "contacts": (), "contact_area": None}
     return PlottedCurve(at.member, replace(at.facts, peak_index=int(np.argmax(y))), **values)
 
 

@@ -25,7 +25,7 @@ from pipeline.scene.reading import given_scene, read_scene
 from pipeline.stages.cache_keys import model_keys
 from pipeline.stages.model.modal_truncation import HELD, _immobility
 from pipeline.stages.request import RunOutcome
-from pipeline.stages.scene_to_solver import contact_parameters
+from pipeline.stages.scene_to_solver import contact_on_model
 from pipeline.store.content_store import Store
 from rom import LinearOperation, ReducedModel, write_reduced_model
 
@@ -314,7 +314,7 @@ def test_the_linear_limit_has_its_peak_at_the_resonance_not_at_the_end_of_the_ra
     scene["contact"] = {"normal_stiffness": 1.0, "tangential_stiffness": 3.0, "friction": 0.5, "preload": 2.0}
     scene["response"] = {"frequency": [0.1, 0.2], "damping_ratio": 0.01}
     first = read_scene(write_scene(tmp_path / "s.toml", scene)).first
-    curve: Any = SimpleNamespace(scene=first, contact_parameters=lambda n: contact_parameters(first.contact, n, None))
+    curve: Any = SimpleNamespace(scene=first, contact_parameters=contact_on_model(first, lumped_mass()))
     limit = _limit("stuck", lumped_mass(), [curve], [0])
     assert limit.frequency_hz.max() == 0.2
     assert limit.resonance == pytest.approx((1.0 / np.pi, 25.0), rel=1e-3)

@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.executor.task import Progress, Task
+from pipeline.scene.dotted_keys import of_contact
 from pipeline.scene.labels import member_label, value_label
 from pipeline.scene.reading import Member
 from pipeline.scene.schema import Scene
@@ -174,7 +175,7 @@ class Births:
 
 def _followed(neighbour: Neighbour, part: float) -> Any:
     """The value of the parameter on the way from the neighbour, at a part of it from 0 to 1."""
-    if neighbour.parameter not in PROPORTIONAL:
+    if of_contact(neighbour.parameter) not in PROPORTIONAL:
         return neighbour.there
     if isinstance(neighbour.there, list | tuple):
         pairs = zip(neighbour.there, neighbour.here, strict=True)

@@ -16,7 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.codec import restored
+from pipeline.scene.contact_section import PER_NODE, Contact
+from pipeline.scene.dotted_keys import CONTACT, INTERFACE
 from pipeline.scene.loads_section import ExcitationHarmonic
+from pipeline.scene.schema import MAIN_INTERFACE
 from pipeline.stages.curve.curve_summary import (
     RESIDUAL_BOUNDS,
     CurveSummary,
@@ -25,6 +28,7 @@ from pipeline.stages.curve.curve_summary import (
     shared_fields,
     summary_attributes,
 )
+from pipeline.stages.scene_to_solver import InterfaceContact
 from pipeline.store.fingerprints import content_fingerprint
 
 if TYPE_CHECKING:
@@ -32,7 +36,7 @@ if TYPE_CHECKING:
 
     from nonlinear import ResidualBounds, ResponseCurve
     from pipeline.scene.fields import Section
-    from pipeline.scene.schema import Contact, Scene
+    from pipeline.scene.schema import Scene
 
 
 Array = NDArray[Any]
@@ -55,6 +59,7 @@ COLUMNS = (
     "growth_rate",
     "growth_nodal_diameter",
 )
+INTERFACES = "interfaces"  # attribute: name and number of nodes of each contact interface, where there are several
 HARMONICS = "excitation.harmonic"  # attribute: the harmonics of the excitation as JSON
 OUTPUT, AMPLITUDE = "output_", "amplitude_"  # datasets of a further output, and its name
 RESIDUAL = "residual"  # group of the bounds over residual tractions
@@ -72,10 +77,18 @@ ADDED = "added"  # attribute of a branch: whether it is new in this file, and no
 _CHANGED = ("detached", "outputs", "branches_left_out", "worst_", "seconds")
 
 
-def used_parameters(scene: Scene, contact: Contact, parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """Every parameter that the solution used, by dotted key, and the swept ones of other stages."""
+def used_parameters(
+    scene: Scene, contacts: Sequence[InterfaceContact], parameters: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Every parameter that the solution used, by dotted key, and the swept ones of other stages.
+
+    Those of [contact] are of the first interface; where there are several, each has its own as well.
+    """
     response = scene.response.model_dump(exclude_none=True)
-    values: dict[str, Any] = {f"contact.{key}": value for key, value in contact.model_dump().items()}
+    first = contacts[0].contact.model_dump(exclude={"interfaces"})
+    values: dict[str, Any] = {f"{CONTACT}.{key}": value for key, value in first.items()}
+    for each in contacts if len(contacts) > 1 else ():
+        values |= {f"{INTERFACE}.{each.name}.{key}": getattr(each.contact, key) for key in PER_NODE}
     values |= {f"response.{key}": value for key, value in response.items()}
     values["excitation.engine_order"] = scene.excitation.engine_order
     values["excitation.force"] = scene.excitation.force
@@ -96,6 +109,18 @@ def section_from_attributes(kind: type[S], attributes: Mapping[str, Any]) -> S:
     return kind.model_construct(**plain)
 
 
+def contacts_of_curve(group: h5py.Group) -> tuple[InterfaceContact, ...]:
+    """The contact of each interface that a curve was solved with."""
+    attributes = group.attrs
+    first = section_from_attributes(Contact, attributes)
+    found = []
+    for each in json.loads(attributes.get(INTERFACES, "[]")):
+        own = {key: _scene_value(attributes[f"{INTERFACE}.{each['name']}.{key}"]) for key in PER_NODE}
+        found.append(InterfaceContact(each["name"], first.model_copy(update=own), each["nodes"]))
+    nodes = group["relative_displacement"].shape[2]
+    return tuple(found) or (InterfaceContact(MAIN_INTERFACE, first, nodes),)
+
+
 def _scene_value(value: Any) -> Any:
     """An attribute as the scene has it: Python numbers, lists as tuples."""
     plain = value.tolist() if hasattr(value, "tolist") else value
@@ -107,20 +132,25 @@ def cell_value(value: Any) -> Any:
     return json.dumps(list(value)) if isinstance(value, tuple | list) else value
 
 
-def write_curve(path: Path, response: ResponseCurve, parameters: Mapping[str, Any]) -> None:
-    """Write columns, complex coefficients, parameters and summary of a solved curve."""
+def write_curve(
+    path: Path,
+    response: ResponseCurve,
+    parameters: Mapping[str, Any],
+    interfaces: Sequence[Mapping[str, Any]] = (),
+) -> None:
+    """Write columns, complex coefficients, parameters and summary of a solved curve, see `interfaces_at_peak`."""
     from rom import new_hdf5
 
     with new_hdf5(path) as file:
         file.attrs.update(parameters)
-        write_branch(file, response)
+        write_branch(file, response, interfaces)
         if response.residual_bounds is not None:
             _write_residual_bounds(file.create_group(RESIDUAL), response.residual_bounds)
         for number, branch in enumerate(response.detached, start=1):
             write_branch(file.create_group(f"{BRANCHES}/{number}"), branch)
 
 
-def write_branch(group: h5py.Group, branch: ResponseCurve) -> None:
+def write_branch(group: h5py.Group, branch: ResponseCurve, interfaces: Sequence[Mapping[str, Any]] = ()) -> None:
     """Write the points of a branch and their summary."""
     for field in fields(branch):
         value = getattr(branch, field.name)
@@ -132,7 +162,7 @@ def write_branch(group: h5py.Group, branch: ResponseCurve) -> None:
     for name, values in branch.outputs.items():
         _write(group, f"{OUTPUT}{name}", values[:, :, 0] if values.shape[2] == 1 else values)
         _write(group, f"{AMPLITUDE}{name}", branch.amplitude_of(name))
-    group.attrs.update(summary_attributes(branch))
+    group.attrs.update(summary_attributes(branch, interfaces))
 
 
 def _write_residual_bounds(group: h5py.Group, bounds: ResidualBounds) -> None:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import asdict, dataclass, fields
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -101,6 +102,9 @@ class CurveSummary:
     static_opened: bool = False
     mean_m: float = math.nan  # mean displacement of the output at the worst motion, of its branch or the main one
     outputs: tuple[dict[str, Any], ...] = ()
+    # of several contact interfaces, in the order of their nodes: name and number of nodes, at the peak of the main
+    # branch those sticking, slipping and separating, and the friction work per cycle, dissipated_j
+    interfaces: tuple[dict[str, Any], ...] = ()
 
     @property
     def at_end(self) -> bool:
@@ -166,9 +170,10 @@ def shared_fields() -> list[str]:
     return [field.name for field in fields(ResponseCurve) if field.name in _NAMES and field.name not in _SUMMARISED]
 
 
-def summary_attributes(response: ResponseCurve) -> dict[str, Any]:
+def summary_attributes(response: ResponseCurve, interfaces: Sequence[Mapping[str, Any]] = ()) -> dict[str, Any]:
     """The summary of a curve as attributes of its file."""
-    return {**attributes_of(summary_of(response)), "branches_left_out": int(response.branches_left_out)}
+    summary = replace(summary_of(response), interfaces=tuple(map(dict, interfaces)))
+    return {**attributes_of(summary), "branches_left_out": int(response.branches_left_out)}
 
 
 def summary_of(response: ResponseCurve) -> CurveSummary:

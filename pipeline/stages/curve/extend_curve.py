@@ -15,6 +15,7 @@ from pipeline.scene import schema
 from pipeline.stages.curve.curve_file import (
     CURVE,
     branch_mark,
+    contacts_of_curve,
     read_added,
     read_curve,
     section_from_attributes,
@@ -113,9 +114,9 @@ def _offers(source: Source) -> Iterator[_Offer]:
 
     model = read_reduced_model(source.rom, with_basis=False)
     with h5py.File(source.file, "r") as file:
-        section = section_from_attributes(schema.Contact, file.attrs)
+        contacts = contacts_of_curve(file)
         wave = section_from_attributes(schema.Excitation, file.attrs)
-    contact = contact_parameters(section, model.n_contacts, model.contact_area)
+    contact = contact_parameters(contacts, model.contact_area)
     force = section_excitation(wave)
     curve = read_added(source.file)
     branches = (*curve.detached, curve)

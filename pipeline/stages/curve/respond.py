@@ -42,9 +42,11 @@ def longest_first(scene: Scene) -> tuple[float, float]:
     Contacts near the transition from gap to interference take longest: they stick, slip and open. Those with a gap
     open up to gaps as large as the vibration, those with an interference stick soon.
     """
-    interference = scene.contact.interference
-    values = interference if isinstance(interference, tuple) else (interference,)
-    mean = sum(values) / len(values)
+    means = []
+    for interference in (face.interference for face in scene.contacts.values()):
+        values = interference if isinstance(interference, tuple) else (interference,)
+        means.append(sum(values) / len(values))
+    mean = sum(means) / len(means)
     return -_expected(scene), mean if mean >= 0.0 else -mean / _GAP
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING, Any
 from pipeline.process.progress import seconds_since
 from pipeline.stages.curve.curve_file import CURVE, read_curve, used_parameters, write_curve, write_searched
 from pipeline.stages.curve.curve_summary import keep_summary
-from pipeline.stages.scene_to_solver import face_area, nonlinear_problem, resolved_contact
+from pipeline.stages.scene_to_solver import InterfaceContact, nonlinear_problem, resolved_contacts
 
 if TYPE_CHECKING:
+    from nonlinear import ContactParameters, Excitation, ResponseCurve, SolverOptions
     from pipeline.scene.schema import Scene
+    from rom import RingModes
 
 
 Progress = Callable[[float, int], None]
@@ -40,10 +42,12 @@ def solve_curve(
     start = time.perf_counter()
     with one_blas_thread():
         model = read_reduced_model(rom, with_basis=False)
-        used = used_parameters(scene, resolved_contact(scene, face_area(model)), parameters)
+        contacts = resolved_contacts(scene, model.interfaces, model.contact_area)
+        used = used_parameters(scene, contacts, parameters)
         problem = nonlinear_problem(scene, model)
         if base is None:
-            write_curve(folder / CURVE, forced_response(*problem, progress), used)
+            response = forced_response(*problem, progress)
+            write_curve(folder / CURVE, response, used, interfaces_at_peak(problem, response, contacts))
         else:
             before = read_curve(base)
             with h5py.File(base, "r") as file:
@@ -52,3 +56,25 @@ def solve_curve(
             seconds = before.seconds + seconds_since(start)
             write_searched(folder / CURVE, base, replace(before, worst=worst, seconds=seconds), used)
     keep_summary(folder / CURVE)
+
+
+def interfaces_at_peak(
+    problem: tuple[RingModes, ContactParameters, Excitation, SolverOptions],
+    response: ResponseCurve,
+    contacts: Sequence[InterfaceContact],
+) -> list[dict[str, Any]]:
+    """States and friction work of each of several interfaces at the peak, as `CurveSummary` has them."""
+    from nonlinear import LIFT_OFF, SLIP, STICK, nodal_contact
+
+    peak = response.peak
+    if len(contacts) < 2 or peak is None:
+        return [{"name": each.name, "nodes": each.nodes} for each in contacts if len(contacts) > 1]
+    nodes, found, first = nodal_contact(problem, response, peak.index), [], 0
+    for each in contacts:
+        own = slice(first, first + each.nodes)
+        states = {"sticking": STICK, "slipping": SLIP, "separating": LIFT_OFF}
+        counts = {name: int((nodes.state[own] == state).sum()) for name, state in states.items()}
+        work = float(nodes.dissipated_j[own].sum())
+        found.append({"name": each.name, "nodes": each.nodes, **counts, "dissipated_j": work})
+        first += each.nodes
+    return found

@@ -15,7 +15,7 @@ from pipeline.scene.input_files import copies, file_size
 from pipeline.scene.reading import parameter_error
 from pipeline.stages.model.model_files import REDUCED_MODEL
 from pipeline.stages.model.scene_loads import scene_loads, with_modal_excitation
-from pipeline.stages.scene_to_solver import linear_operation
+from pipeline.stages.scene_to_solver import interface_facts, linear_operation, touching
 
 if TYPE_CHECKING:
     from pipeline.scene.reading import SceneFile
@@ -88,7 +88,7 @@ def _read(scene: Scene, read: Callable[[MatrixChoice], T]) -> T:
 
 def make_reduced_of_matrices(folder: Path, matrices: MatrixModel, scene: Scene, *, store_basis: bool = True) -> None:
     """Reduce the full model of another program to `rom.h5` and write its sizes into `facts.json`."""
-    from rom import ReductionOptions, reduce_sector, reduce_to_tolerance, write_reduced_model
+    from rom import ReductionOptions, reduce_sector, reduce_to_tolerance
 
     full, sector = matrices.full, matrices.sector
     modes, limit = scene.rom.fixed_interface_modes, scene.rom.frequency_limit
@@ -98,20 +98,25 @@ def make_reduced_of_matrices(folder: Path, matrices: MatrixModel, scene: Scene, 
         made = reduce_to_tolerance(full, sector, scene.rom.tolerance, operations, boundary, store_basis=store_basis)
     else:
         made = reduce_sector(full, sector, ReductionOptions(modes, limit, store_basis), boundary, augment=True)
-    write_reduced_model(folder / REDUCED_MODEL, with_modal_excitation(scene, made.model))
+    _write_model(folder / REDUCED_MODEL, made.model, scene)
     if made.augmented is not None:
-        write_reduced_model(folder / AUGMENTED_MODEL, with_modal_excitation(scene, made.augmented))
+        _write_model(folder / AUGMENTED_MODEL, made.augmented, scene)
     facts = {"dofs": made.dofs, "modes": made.modes, "highest_mode_hz": made.highest_mode_hz}
-    _write_facts(folder, made.model, facts, matrices.notes)
+    _write_facts(folder, made.model, facts, matrices.notes, scene)
 
 
 def make_superelement(folder: Path, model: ReducedModel, notes: tuple[str, ...], scene: Scene) -> None:
     """Write a reduced model of another program to `rom.h5` and its sizes into `facts.json`."""
+    _write_model(folder / REDUCED_MODEL, model, scene)
+    dofs = model.size if model.basis is None else len(model.basis)
+    _write_facts(folder, model, {"dofs": dofs, "modes": None}, notes, scene)
+
+
+def _write_model(path: Path, model: ReducedModel, scene: Scene) -> None:
+    """Write a reduced model with the excitation and the contact interfaces of a scene."""
     from rom import write_reduced_model
 
-    write_reduced_model(folder / REDUCED_MODEL, with_modal_excitation(scene, model))
-    dofs = model.size if model.basis is None else len(model.basis)
-    _write_facts(folder, model, {"dofs": dofs, "modes": None}, notes)
+    write_reduced_model(path, touching(scene, with_modal_excitation(scene, model)))
 
 
 def nodal_choice(scene: Scene) -> BoundaryChoice:
@@ -121,6 +126,8 @@ def nodal_choice(scene: Scene) -> BoundaryChoice:
     return BoundaryChoice(scene.excitation.unit_direction, scene.excitation.at, "nodal")
 
 
-def _write_facts(folder: Path, model: ReducedModel, facts: dict[str, Any], notes: tuple[str, ...]) -> None:
-    sizes = {"reduced_dofs": model.size, "n_contacts": model.n_contacts, "notes": list(notes)}
+def _write_facts(
+    folder: Path, model: ReducedModel, facts: dict[str, Any], notes: tuple[str, ...], scene: Scene
+) -> None:
+    sizes = {"reduced_dofs": model.size, **interface_facts(scene, model), "notes": list(notes)}
     (folder / FACTS).write_text(json.dumps({**facts, **sizes}), encoding="utf-8")

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from pipeline.stages.model.model_files import CUTS, FAMILIES, REDUCED_MODEL, is_joined
 from pipeline.stages.model.scene_loads import scene_loads, with_modal_excitation, with_static_loads
 from pipeline.stages.model.scene_materials import scene_materials
-from pipeline.stages.scene_to_solver import linear_operation
+from pipeline.stages.scene_to_solver import interface_facts, linear_operation, touching
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
@@ -120,19 +120,20 @@ def make_reduced_model(
         model = with_blade_stiffness(joined, sector, materials, model)
     write_families(folder, joined, sector, materials, model)
     model = model if store_basis else replace(model, basis=None)
-    write_reduced_model(folder / REDUCED_MODEL, model)
+    write_reduced_model(folder / REDUCED_MODEL, touching(scene, model))
     if made.augmented is not None:
-        write_reduced_model(folder / AUGMENTED_MODEL, with_modal_excitation(scene, made.augmented))
-    (folder / FACTS).write_text(json.dumps(_facts(made, boundary)))
+        augmented = with_modal_excitation(scene, made.augmented)
+        write_reduced_model(folder / AUGMENTED_MODEL, touching(scene, augmented))
+    (folder / FACTS).write_text(json.dumps(_facts(scene, made, boundary)))
 
 
-def _facts(made: Reduction, boundary: BoundaryChoice) -> dict[str, Any]:
+def _facts(scene: Scene, made: Reduction, boundary: BoundaryChoice) -> dict[str, Any]:
     """Sizes of a reduced model; of the sector of a disk also the error of its waves."""
     from rom import wave_errors
 
     model = made.model
     facts: dict[str, Any] = {"dofs": made.dofs, "reduced_dofs": model.size}
-    facts |= {"n_contacts": model.n_contacts, "modes": made.modes, "highest_mode_hz": made.highest_mode_hz}
+    facts |= {**interface_facts(scene, model), "modes": made.modes, "highest_mode_hz": made.highest_mode_hz}
     if model.cyclic_right is not None:
         waves = wave_errors(model, boundary.interface, FREQUENCIES)
         facts |= {MOTIONS: len(model.cyclic_right), "wave_error": waves.largest}

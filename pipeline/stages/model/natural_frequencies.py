@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pipeline.stages.cache_keys import stiffness_inputs
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.engine_orders import COUNT, FEWEST, by_speed, excited_orders
 from pipeline.stages.model.model_files import read_families
@@ -41,8 +42,7 @@ def stored_frequencies(
         {
             "reduce": model.key,
             "engine_order": order,
-            "normal": scene.contact.normal_stiffness,
-            "tangential": scene.contact.tangential_stiffness,
+            **stiffness_inputs(scene),
             "material": scene.material.model_dump() if scene.material else None,
             "code": code_fingerprint(__name__),
         }
@@ -53,12 +53,13 @@ def stored_frequencies(
 
 
 def _write(path: Path, rom: Path, scene: Scene, engine_order: int) -> None:
+    import numpy as np
+
     from rom import inter_blade_phase, natural_modes, read_reduced_model
 
     model = read_reduced_model(rom, with_basis=False)
     phase = inter_blade_phase(engine_order, model.n_blades)
     contact = contact_on_model(scene, model)
-    normal, tangential = contact.normal_stiffness, contact.tangential_stiffness
     count = min(COUNT, model.size)
     families = read_families(rom)
     values: dict[str, Any] = {"each_wave": model.has_disk, "n_blades": model.n_blades}
@@ -67,7 +68,13 @@ def _write(path: Path, rom: Path, scene: Scene, engine_order: int) -> None:
         values[f"{name}_hz"] = frequency.tolist()
         if families is not None:
             values[f"{name}_names"] = families.names(frequency, modes)[0]
-    values |= {"normal_stiffness": float(normal.sum()), "tangential_stiffness": float(tangential.sum())}
+    stiffness = {name: getattr(contact, name) for name in ("normal_stiffness", "tangential_stiffness")}
+    faces = np.split(np.arange(model.n_contacts), np.cumsum([*model.interfaces.values()])[:-1])
+    values["interfaces"] = {
+        interface: {"nodes": len(nodes), **{name: float(value[nodes].sum()) for name, value in stiffness.items()}}
+        for interface, nodes in zip(model.interfaces, faces, strict=True)
+    }
+    values |= {name: float(value.sum()) for name, value in stiffness.items()}
     path.write_text(json.dumps(values))
 
 

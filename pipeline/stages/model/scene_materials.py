@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from geometry import BLADE_RADII, UNIT_SYSTEMS
 from pipeline.errors import shown_key
+from pipeline.scene.dotted_keys import split_key
 from pipeline.scene.fields import allowed_of
 from pipeline.scene.material_section import FORCED, USUAL_MATERIAL, WAVE_SPEED, NamedMaterial, Usual, wave_speed
 
@@ -260,7 +261,7 @@ def _check_punch(scene: Scene, materials: Mapping[str, FileMaterial]) -> None:
     """Refuse "punch" where no elements have the elasticity of [material], which its formula takes."""
     from geometry import ParameterError
 
-    if scene.material is None or not scene.contact.uses_punch:
+    if scene.material is None or not scene.punch_key:
         return
     general = scene.material.model_dump()
     keys = "young_modulus", "poisson_ratio"
@@ -271,7 +272,7 @@ def _check_punch(scene: Scene, materials: Mapping[str, FileMaterial]) -> None:
     name, first = next(iter(materials.items()))
     own = " and ".join(f"{WORDS[key]} {first.numbers[key]:.6g}{UNITS.get(key, '')}" for key in keys)
     allowed = f"numbers, or [material] with {own}, as material {name} has: the punch formula takes that table"
-    raise ParameterError("contact", "normal_stiffness", "punch", allowed)
+    raise ParameterError(*split_key(scene.punch_key), "punch", allowed)
 
 
 def check_complete(materials: Mapping[str, FileMaterial]) -> None:

@@ -12,6 +12,7 @@ from collections import Counter
 from collections.abc import Mapping
 from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,11 +20,11 @@ from pipeline.errors import InputError, StageError, reason_of
 from pipeline.executor.task import Progress, Task, TaskFailed, TaskResult
 from pipeline.process.progress import seconds_since
 from pipeline.process.workers import WorkerDied
-from pipeline.scene.consistency import unfit_node_lists
+from pipeline.scene.consistency import check_contacts
 from pipeline.scene.labels import member_label
 from pipeline.scene.reading import Member, parameter_error
 from pipeline.scene.schema import Scene
-from pipeline.scene.size_limits import check_balance, estimated_elements
+from pipeline.scene.size_limits import estimated_elements
 from pipeline.stages.cache_keys import ModelKeys, linear_operation_inputs, model_keys
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.engine_orders import excited_orders
@@ -43,6 +44,7 @@ from pipeline.stages.model.model_files import REDUCED_MODEL
 from pipeline.stages.model.natural_frequencies import campbell_entries, crossing_entries, stored_frequencies
 from pipeline.stages.model.scene_materials import FINDINGS, materials_of_file, own_findings
 from pipeline.stages.request import Run, RunOutcome
+from pipeline.stages.scene_to_solver import interface_facts, touching
 from pipeline.stages.stage import Stage
 from pipeline.store.content_store import Entry
 from pipeline.store.disk_errors import StorageError
@@ -116,13 +118,9 @@ def _make(run: Run, member: Member, keys: ModelKeys, read: dict[str, MatrixModel
 
 
 def _check(run: Run, member: Member, model: BuiltModel | None) -> None:
-    """Refuse lists and numbers of unknowns that do not fit the contact nodes, which only the files tell."""
-    if model is None:
-        return
-    n_contacts: Any = model.facts["n_contacts"]
-    for error in unfit_node_lists(run.request.scene.path, member, n_contacts):
-        raise error
-    check_balance(run.request.scene.path, member, n_contacts)
+    """Refuse what does not fit the contact interfaces, which the model alone tells."""
+    if model is not None:
+        check_contacts(run.request.scene.path, member, model.facts["interfaces"])
 
 
 SMALL = 8000.0  # elements, some 100 000 dofs: larger models are built one by one, each with all the memory
@@ -252,15 +250,22 @@ def models_from_file(run: Run, model: ReducedModel) -> Models:
     It is written anew and not copied: what else its file may hold stays outside. Its key is the hash of what was
     read, not of the file, which may be another one by now.
     """
+    dofs = model.size if model.basis is None else model.basis.shape[0]
+    built: dict[tuple[str, ...] | None, BuiltModel] = {}  # by the interfaces that touch
+    for scene in (member.scene for member in run.request.scene.members):
+        if (chosen := scene.contact.interfaces) not in built:
+            kept = touching(scene, model)
+            key = given_model_key(kept)
+            entry = run.store.get("rom", key, partial(_write_given, kept))
+            facts = {"dofs": dofs, "reduced_dofs": model.size, **interface_facts(scene, model), "modes": None}
+            built[chosen] = BuiltModel(key, entry.file(REDUCED_MODEL), None, facts)
+    return {member.index: built[member.scene.contact.interfaces] for member in run.request.scene.members}
+
+
+def _write_given(model: ReducedModel, folder: Path) -> None:
     from rom import write_reduced_model
 
-    key = given_model_key(model)
-    entry = run.store.get("rom", key, lambda folder: write_reduced_model(folder / REDUCED_MODEL, model))
-    dofs = model.size if model.basis is None else model.basis.shape[0]
-    facts: dict[str, Any] = {"dofs": dofs, "reduced_dofs": model.size, "n_contacts": model.n_contacts}
-    facts |= {"modes": None}
-    built = BuiltModel(key, entry.file(REDUCED_MODEL), None, facts)
-    return {member.index: built for member in run.request.scene.members}
+    write_reduced_model(folder / REDUCED_MODEL, model)
 
 
 def given_model_key(model: ReducedModel) -> str:
@@ -284,6 +289,7 @@ def models_of_blade(run: Run, outcome: RunOutcome) -> Models:
                 failures.append((member, error))
                 outcome.problems.append(str(error))
         result[member.index] = made[key]
+        _check(run, member, made[key])
     if failures and len(failures) == len(made) and failures[0][1].is_input:
         first, failure = failures[0]
         raise parameter_error(run.request.scene.path, first, failure.cause)
@@ -292,7 +298,7 @@ def models_of_blade(run: Run, outcome: RunOutcome) -> Models:
 
 def model_summaries(run: Run, models: Models, outcome: RunOutcome) -> list[dict[str, Any]]:
     """Entries of `models` in summary.json: one for every reduced model and contact stiffness in the sweep."""
-    entries: dict[tuple[str, float, float], dict[str, Any]] = {}
+    entries: dict[tuple[str, str], dict[str, Any]] = {}
     known: set[tuple[Any, ...]] = set()
     seen: set[str] = set()  # what the values below depend on: members that differ in friction or gap have one
     for member in run.request.scene.members:
@@ -303,7 +309,7 @@ def model_summaries(run: Run, models: Models, outcome: RunOutcome) -> list[dict[
             values = stored_frequencies(run.store, model, member.scene)
             coriolis = stored_coriolis_error(run.store, model, member.scene)
             errors = {**stored_truncation_error(run.store, model, member.scene), "coriolis_error": coriolis}
-            case = model.key, values["normal_stiffness"], values["tangential_stiffness"]
+            case = model.key, fingerprint(values["interfaces"])
             excited = (case, member.scene.load.speed_rpm, *excited_orders(member.scene))
             crossings = [] if excited in known else crossing_entries(run.store, model, member.scene)
         except StorageError:
@@ -359,7 +365,8 @@ def _entry(out: Path, model: BuiltModel, values: dict[str, Any], scene: Scene) -
         "rom": relative_path(model.rom, out),
         "mesh": None if model.mesh is None else relative_path(model.mesh, out),
         **_of_mesh_file(model, scene),
-        **{name: value for name, value in model.facts.items() if name != "highest_mode_hz"},
+        **{name: value for name, value in model.facts.items() if name not in ("highest_mode_hz", "interfaces")},
+        **({"interfaces": values["interfaces"]} if len(values["interfaces"]) > 1 else {}),
         "normal_stiffness": values["normal_stiffness"],
         "tangential_stiffness": values["tangential_stiffness"],
         "free_hz": values["free_hz"],

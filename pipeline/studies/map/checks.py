@@ -7,7 +7,7 @@ from itertools import pairwise
 
 from pipeline.errors import InputError, input_error, shown, shown_key
 from pipeline.scene.reading import IGNORED_WITH_MODEL, WITHOUT_EFFECT_ON_MODEL, SceneFile
-from pipeline.scene.sweep import SWEPT_KEYS, takes_fractions
+from pipeline.scene.sweep import swept_keys, takes_fractions
 from pipeline.scene.validation_errors import unknown_key
 from pipeline.studies.map.section import LOGARITHMIC
 
@@ -41,8 +41,8 @@ def unfit_map_keys(file: SceneFile, given_model: bool = False) -> Iterator[Input
 def _unfit_key(file: SceneFile, key: str, given_model: bool) -> InputError | None:
     """The error of a key that is unknown, takes whole numbers or words only, or is not of this scene."""
     place, section = f"{PLACE}.{shown_key(key)}", key.partition(".")[0]
-    if key not in SWEPT_KEYS:
-        return unknown_key(file.path, key, SWEPT_KEYS, PLACE)
+    if key not in (known := swept_keys(key)):
+        return unknown_key(file.path, key, known, PLACE)
     if not takes_fractions(key):
         return input_error(file.path, place, "cannot be mapped", "keys of numbers with a fraction")
     if given_model and (section in IGNORED_WITH_MODEL or key in WITHOUT_EFFECT_ON_MODEL):

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 from pydantic import Field, field_validator
 
+from pipeline.scene.dotted_keys import flattened_keys
 from pipeline.scene.fields import Number, StudyKeys, Whole, key
 
 OVER = (
@@ -46,10 +47,4 @@ class Map(StudyKeys):
     @classmethod
     def _dotted(cls, value: Any) -> Any:
         """Keys as dotted keys, also where they stand in tables such as [map.over.contact]."""
-        if not isinstance(value, Mapping):
-            return value
-        found: dict[str, Any] = {}
-        for name, item in value.items():
-            nested = isinstance(item, Mapping)
-            found |= {f"{name}.{last}": each for last, each in item.items()} if nested else {name: item}
-        return found
+        return flattened_keys(value) if isinstance(value, Mapping) else value

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from pipeline.errors import InputError, input_error, shown, shown_key
+from pipeline.scene.dotted_keys import CONTACT, of_contact
 from pipeline.scene.reading import IGNORED_WITH_MODEL, SceneFile
-from pipeline.scene.sweep import SWEPT_KEYS, key_value, takes_fractions
+from pipeline.scene.schema import Scene
+from pipeline.scene.sweep import SWEPT_KEYS, key_value, swept_keys, takes_fractions
 from pipeline.scene.validation_errors import unknown_key
 from pipeline.studies.optimum.section import BY_STRESS, Range
 
@@ -28,6 +30,12 @@ OPTIMISED_KEYS = (
 )
 LEAST_RANGE = 1e-9  # width of a range relative to its ends
 LEAST_TOLERANCE = 1e-3  # of the range of its key
+
+
+def solver_keys(scene: Scene) -> dict[str, str]:
+    """The keys that are parameters of the solver, which change all contact nodes: not those an interface has too."""
+    own = {f"{CONTACT}.{name}" for table in scene.interface.values() for name in table.given}
+    return {key: name for key, name in SOLVER_KEYS.items() if key not in own}
 
 
 def unfit_optimum_keys(file: SceneFile, given_model: bool = False) -> Iterator[InputError]:
@@ -110,8 +118,8 @@ def _unfit_tolerance(
 def _unfit_key(file: SceneFile, key: str, table: str, given_model: bool) -> InputError | None:
     """The error of a key that is unknown, no number, or not of this scene."""
     place = f"{table}.{shown_key(key)}"
-    if key not in OPTIMISED_KEYS:
-        if key not in SWEPT_KEYS:
+    if of_contact(key) not in OPTIMISED_KEYS:
+        if key not in swept_keys(key):
             return unknown_key(file.path, key, OPTIMISED_KEYS, table)
         return input_error(file.path, place, "not a design parameter", ", ".join(OPTIMISED_KEYS))
     section = key.partition(".")[0]

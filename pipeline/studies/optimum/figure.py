@@ -23,6 +23,7 @@ from pipeline.figures.style import (
     subplots,
     write_heading,
 )
+from pipeline.scene.dotted_keys import of_contact
 from pipeline.scene.labels import quantity
 from pipeline.studies.optimum.checks import SOLVER_KEYS
 from pipeline.studies.optimum.result import KINDS, OptimumResult, Robust, Trial
@@ -202,7 +203,7 @@ def has_lines(result: OptimumResult) -> bool:
 
 def _inner_and_outer(result: OptimumResult) -> tuple[str, str]:
     """Of two keys the one over which there is an optimum at each value of the other."""
-    first, second = sorted(result.ranges, key=lambda key: key in SOLVER_KEYS)
+    first, second = sorted(result.ranges, key=lambda key: of_contact(key) in SOLVER_KEYS)
     inner = result.robust.key if result.robust is not None and result.robust.key else second
     return inner, first if inner == second else second
 
@@ -265,7 +266,7 @@ def search_figure(result: OptimumResult, title: str) -> Figure:
     """All curves of a search over two keys by their worst motion; below the best of each value tried."""
     figure, (axes, lower) = subplots(2, 1, size=(8.6, 7.4), sharex="col")
     axes.get_gridspec().set_height_ratios((2.0, 1.0))
-    first, second = sorted(result.ranges, key=lambda key: key in SOLVER_KEYS)
+    first, second = sorted(result.ranges, key=lambda key: of_contact(key) in SOLVER_KEYS)
     solved = [trial for trial in result.solved if math.isfinite(trial.value)]
     shown, named = heights_of(result, [trial.value for trial in solved])
     drawn = _draw_solved(axes, solved, (first, second), shown(np.array([trial.value for trial in solved])))

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
+from pipeline.scene.dotted_keys import flattened_keys
 from pipeline.scene.fields import Number, Positive, StudyKeys, key
 
 MOST_KEYS = 6
@@ -16,7 +16,7 @@ Objective = Literal["displacement", "harmonic_1", "stress", "margin"]
 BY_STRESS = ("stress", "margin")  # objectives that need the stress on the mesh
 Range = tuple[Number, Number]
 Ranges = Annotated[dict[str, Range], Field(min_length=1, max_length=MOST_KEYS)]
-Tolerances = Annotated[dict[str, Positive | dict[str, Positive]], Field(max_length=MOST_KEYS)]
+Tolerances = Annotated[dict[str, Positive | dict[str, Positive | dict[str, Positive]]], Field(max_length=MOST_KEYS)]
 OBJECTIVES = {  # what is made low, of a margin high
     "displacement": "largest displacement",
     "harmonic_1": "first harmonic",
@@ -28,7 +28,7 @@ OBJECTIVES = {  # what is made low, of a margin high
 class Optimum(StudyKeys):
     """[optimum]: values of keys of the scene that make its worst motion lowest. Not sought without this section."""
 
-    over: Annotated[dict[str, Range | Ranges], Field(min_length=1, max_length=MOST_KEYS)] = key(
+    over: Annotated[dict[str, Range | Ranges | dict[str, Ranges]], Field(min_length=1, max_length=MOST_KEYS)] = key(
         "keys of the scene with the ranges in which they may lie", RANGES
     )
 
@@ -69,16 +69,9 @@ class Optimum(StudyKeys):
     @property
     def ranges(self) -> dict[str, Range]:
         """The range of every dotted key, also of those that stand in tables such as [optimum.over.contact]."""
-        return _dotted(self.over)
+        return flattened_keys(self.over)
 
     @property
     def tolerances(self) -> dict[str, float]:
         """The tolerance of every dotted key; none where distributions are meant."""
-        return {} if self.tolerance == "uncertainty" else _dotted(self.tolerance)
-
-
-def _dotted(table: Mapping[str, Any]) -> dict[str, Any]:
-    found: dict[str, Any] = {}
-    for name, item in table.items():
-        found |= {f"{name}.{last}": each for last, each in item.items()} if isinstance(item, dict) else {name: item}
-    return found
+        return {} if self.tolerance == "uncertainty" else flattened_keys(self.tolerance)

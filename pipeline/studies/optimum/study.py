@@ -21,10 +21,12 @@ from nonlinear import NEARLY_LOWEST, NO_PEAK, JointOptimum, Optimum
 from pipeline.codec import plain
 from pipeline.process.interrupts import Stopped
 from pipeline.process.progress import seconds_since
+from pipeline.scene.contact_section import Contact
+from pipeline.scene.dotted_keys import CONTACT, INTERFACE
 from pipeline.scene.sweep import key_value
 from pipeline.stages.code_fingerprint import code_fingerprint
-from pipeline.stages.scene_to_solver import face_area, resolved_contact
-from pipeline.studies.optimum.checks import SOLVER_KEYS
+from pipeline.stages.scene_to_solver import resolved_contacts
+from pipeline.studies.optimum.checks import SOLVER_KEYS, solver_keys
 from pipeline.studies.optimum.result import (
     OptimumResult,
     Robust,
@@ -147,7 +149,8 @@ class _Search:
     @cached_property
     def peaks(self) -> dict[str, tuple[float, float]]:
         """The keys over which peaks are followed, with their ranges."""
-        solver = {key: limits for key, limits in self.ranges.items() if key in SOLVER_KEYS}
+        keys = solver_keys(self.context.scene)
+        solver = {key: limits for key, limits in self.ranges.items() if key in keys}
         coupled = self.context.scene.response.method == "coupled"
         alone = self.tolerance is None and len(load_cases(self.context)) == 1 and self.section.follows_peaks
         return solver if alone and coupled and len(solver) <= MOST_FOLLOWED else {}
@@ -566,12 +569,15 @@ class _Search:
         from rom import read_reduced_model
 
         scene = self.context.scene
-        contact = scene.contact
-        if contact.uses_punch:
+        contacts: dict[str, Contact] = {}
+        if scene.punch_key:
             model = read_reduced_model(self.context.model.rom, with_basis=False)
-            contact = resolved_contact(scene, face_area(model))
-        found = {key: key_value(scene, key, contact) for key in keys}
+            resolved = resolved_contacts(scene, model.interfaces, model.contact_area)
+            contacts = {f"{INTERFACE}.{each.name}": each.contact for each in resolved}
+            contacts[CONTACT] = next((e.contact for e in resolved if e.name not in scene.interface), scene.contact)
+        found = {key: key_value(scene, key, contacts) for key in keys}
         return {key: math.nan if value is None else value for key, value in found.items()}
 
     def _per_unit(self, key: str) -> float:
-        return per_unit(key, self.context.scene, int(self.context.model.facts["n_contacts"]))
+        facts, scene = self.context.model.facts, self.context.scene
+        return per_unit(key, scene, facts["n_contacts"] / len(scene.contact.interfaces or facts["interfaces"]))

@@ -15,6 +15,7 @@ from nonlinear import ContactError, JointOptimum, Optimum, find_joint_optimum, f
 from pipeline.errors import InputError, StageError
 from pipeline.process.interrupts import Stopped
 from pipeline.results.worst import number_error
+from pipeline.scene.dotted_keys import of_contact
 from pipeline.scene.sweep import WHOLE_FACE, as_in_scene, key_value
 from pipeline.stages.curve.curve_file import read_curve
 from pipeline.stages.scene_to_solver import nonlinear_problem
@@ -89,7 +90,7 @@ class FollowedPeaks:
         model = read_reduced_model(rom, with_basis=False)
         modal, contact, wave, options = nonlinear_problem(scene, model)
         problem = modal, contact, wave, replace(options, objective=objective_of(self.context))
-        factors = {key: per_unit(key, scene, model.n_contacts) for key in self.limits}
+        factors = {key: per_unit(key, scene, model.n_contacts / len(model.interfaces)) for key in self.limits}
         ranges = {
             SOLVER_KEYS[key]: (low / factors[key], high / factors[key]) for key, (low, high) in self.limits.items()
         }
@@ -136,14 +137,14 @@ def objective_of(context: StudyContext) -> Any:
     return "displacement" if section is None else section.objective
 
 
-def per_unit(key: str, scene: Scene, n_contacts: int) -> float:
-    """Value of a key of the scene for each unit of the solver's parameter.
+def per_unit(key: str, scene: Scene, nodes: float) -> float:
+    """Value of a key of the scene for each unit of the solver's parameter, with so many `nodes` in an interface.
 
     A stiffness of the scene is that of the whole face, of the solver the mean of the nodes. The damping of the solver
     is a factor on that of the scene.
     """
     if key in WHOLE_FACE:
-        return float(n_contacts)
+        return float(nodes)
     ratio = scene.response.damping_ratio
     return ratio if key == "response.damping_ratio" and isinstance(ratio, float) else 1.0
 
@@ -231,7 +232,7 @@ class CurveTrials:
 
 
 def _of_model(values: Mapping[str, Any]) -> tuple[Any, ...]:
-    return tuple((key, value) for key, value in sorted(values.items()) if key not in SOLVER_KEYS)
+    return tuple((key, value) for key, value in sorted(values.items()) if of_contact(key) not in SOLVER_KEYS)
 
 
 def _known_by(values: Mapping[str, Any]) -> tuple[tuple[str, Any], ...]:
@@ -387,7 +388,7 @@ def tolerance_of(context: StudyContext, own: Mapping[str, float]) -> Tolerance |
 def _window_key(keys: Iterable[str], over: Mapping[str, Any]) -> str:
     """The key over which the window slides: one that is optimised, of the solver if any, as its curves cost least."""
     both = [key for key in keys if key in over]
-    return next((key for key in both if key in SOLVER_KEYS), both[0] if both else "")
+    return next((key for key in both if of_contact(key) in SOLVER_KEYS), both[0] if both else "")
 
 
 def _by_distributions(scene: Scene, over: Mapping[str, Any], level: float, own: Mapping[str, float]) -> Tolerance:

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
+from pipeline.scene.contact_section import PER_NODE
+from pipeline.scene.dotted_keys import INTERFACE, of_contact
 from pipeline.scene.fields import POSITIVE, Number, Positive, Section, StudyKeys, Truth, Whole
 from pipeline.scene.fields import key as _key
 
@@ -31,8 +33,10 @@ UncertainKey = Literal[
 ]
 KEYS = (
     '"contact.normal_stiffness", "contact.tangential_stiffness", "contact.friction", "contact.interference", '
-    '"contact.preload", "excitation.force" or "response.damping_ratio", each once'
+    '"contact.preload", "excitation.force" or "response.damping_ratio", or one of an interface, such as '
+    '"interface.NAME.friction", each once'
 )
+OF_INTERFACE = rf"^{INTERFACE}\..+\.({'|'.join(PER_NODE)})$"
 SAMPLES = "a power of two, 16 to 4096"
 VALUE = "a number, -1e15 to 1e15"
 Value = Annotated[Number, Field(ge=-1e15, le=1e15)]
@@ -48,7 +52,7 @@ _OF = {  # keys that go with one distribution alone
 class UncertainParameter(Section):
     """[[uncertainty.parameter]]: the distribution of one parameter; all parameters are independent."""
 
-    key: UncertainKey = _key("the parameter", KEYS)
+    key: UncertainKey | Annotated[str, Field(pattern=OF_INTERFACE)] = _key("the parameter", KEYS)
     distribution: Literal["normal", "lognormal", "uniform"] = _key(
         "kind of the distribution", '"normal", "lognormal" or "uniform"'
     )
@@ -227,7 +231,7 @@ class Marginal:
 
 def bounds_of(key: str) -> tuple[float, float]:
     """Lowest and highest value that a key allows."""
-    return BOUNDS.get(key, NOT_NEGATIVE)
+    return BOUNDS.get(of_contact(key), NOT_NEGATIVE)
 
 
 def marginal_of(item: UncertainParameter, nominal: float) -> Marginal:

@@ -15,7 +15,7 @@ from pipeline.results.worst import number_error
 from pipeline.scene.schema import Scene
 from pipeline.scene.sweep import as_in_scene, key_value
 from pipeline.stages.curve.respond import CurveResult
-from pipeline.studies.optimum.checks import SOLVER_KEYS
+from pipeline.studies.optimum.checks import solver_keys
 from pipeline.studies.optimum.trials import per_unit
 from pipeline.studies.study import StudyError
 from pipeline.studies.uncertainty.quantiles import (
@@ -219,16 +219,16 @@ class _Computation:
             branch = (response, *response.detached)[facts.worst_branch]
             if not any(peak.located and peak.index == facts.worst_index for peak in branch.peaks):
                 return None
-            n = model.n_contacts
-            names = [SOLVER_KEYS[key] for key in self.keys]
+            nodes, known = model.n_contacts / len(model.interfaces), solver_keys(scene)
+            names = [known[key] for key in self.keys if key in known]
             found = peak_sensitivity(nonlinear_problem(scene, model), branch, facts.worst_index, names)
         if found is None:
             return None
-        factors = {m.key: m.centre if m.key == DAMPING else per_unit(m.key, scene, n) for m in self.marginals}
+        factors = {m.key: m.centre if m.key == DAMPING else per_unit(m.key, scene, nodes) for m in self.marginals}
         return {
-            key: (found.amplitude[SOLVER_KEYS[key]] / factor, found.frequency[SOLVER_KEYS[key]] / factor)
+            key: (found.amplitude[known[key]] / factor, found.frequency[known[key]] / factor)
             for key, factor in factors.items()
-            if SOLVER_KEYS[key] in found.amplitude and SOLVER_KEYS[key] in found.frequency
+            if known.get(key) in found.amplitude and known.get(key) in found.frequency
         }
 
     def _residual(self, curve: CurveResult) -> ResidualBand | None:

@@ -1,0 +1,264 @@
+"""Scenes with several contact interfaces: [interface.NAME], contact.interfaces, results by interface."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+from pipeline_support import ground_model, shroud, small_scene, summary_of, write_scene
+
+from nonlinear import LIFT_OFF, SLIP, STICK, nodal_contact
+from pipeline import run_scene
+from pipeline.scene.reading import read_scene
+from pipeline.scene.sweep import key_value
+from pipeline.stages.cache_keys import contact_inputs, stiffness_inputs
+from pipeline.stages.curve.curve_file import contacts_of_curve, read_curve
+from pipeline.stages.scene_to_solver import contact_on_model, nonlinear_problem, touching
+from rom import (
+    ContactInterface,
+    ReducedModel,
+    interfaces_of,
+    read_reduced_model,
+    with_interfaces,
+    write_reduced_model,
+)
+
+QUICK: dict[str, Any] = {"stability": "folds", "detached": False, "truncation": False, "search": "off"}
+FAR = -1.0  # m: an interface that never touches
+Tables = dict[str, dict[str, Any]]
+
+
+def scene(**interface: dict[str, Any]) -> dict[str, Any]:
+    """A scene for `ground_model` with numbers for whole faces."""
+    found: dict[str, Any] = {
+        "name": "ground",
+        "contact": {
+            "normal_stiffness": 2.4,
+            "tangential_stiffness": 1.2,
+            "friction": 0.5,
+            "preload": 1.2,
+        },
+        "excitation": {"engine_order": 0, "force": 0.5},
+        "response": {"frequency": [0.1, 0.3], "rayleigh": [0.0, 0.02], "harmonics": 3, **QUICK},
+    }
+    return found | ({"interface": interface} if interface else {})
+
+
+def cut(*names: str) -> ReducedModel:
+    """The model with a contact interface for each of its three nodes, or the last with all that are left."""
+    model = ground_model()
+    (whole,) = interfaces_of(model)
+    last = len(names) - 1
+    parts = [[k] if k < last else list(range(k, 3)) for k in range(len(names))]
+    return with_interfaces(
+        model,
+        *(
+            ContactInterface(
+                np.concatenate([whole.right[3 * k : 3 * k + 3] for k in nodes]), whole.position[nodes], name=name
+            )
+            for name, nodes in zip(names, parts, strict=True)
+        ),
+    )
+
+
+def solved(folder: Path, tables: dict[str, Any], model: ReducedModel) -> dict[str, Any]:
+    """Run the scene on the model through the command line; the content of summary.json."""
+    rom, path = folder / "rom.h5", write_scene(folder / "scene.toml", tables)
+    write_reduced_model(rom, model)
+    status, _, error = shroud("respond", path, "--rom", rom, "--out", folder / "out", "--quiet")
+    assert (status, error) == (0, "")
+    return summary_of(folder / "out")
+
+
+def test_a_face_cut_in_two_interfaces_is_the_same_face(tmp_path: Path) -> None:
+    """From rom.h5 through `shroud respond` to summary.json; the node counts and the work add up to the totals."""
+    (tmp_path / "whole").mkdir()
+    one = solved(tmp_path / "whole", scene(), ground_model())["curves"][0]
+    share = {"normal_stiffness": 0.8, "tangential_stiffness": 0.4}
+    rest = {"normal_stiffness": 1.6, "tangential_stiffness": 0.8}
+    summary = solved(tmp_path, scene(tip=share, foot=rest), cut("tip", "foot"))
+    (two,) = summary["curves"]
+    assert two["peak_amplitude_m"] == pytest.approx(one["peak_amplitude_m"], rel=1e-9)
+    assert two["peak_frequency_hz"] == pytest.approx(one["peak_frequency_hz"], rel=1e-9)
+    assert "interfaces" not in one
+    assert list(two["interfaces"]) == ["tip", "foot"]
+    assert [each["nodes"] for each in two["interfaces"].values()] == [1, 2]
+    stiffness = {name: each["normal_stiffness"] for name, each in summary["models"][0]["interfaces"].items()}
+    assert stiffness == pytest.approx({"tip": 0.8, "foot": 1.6})
+    with h5py.File(tmp_path / "out" / "response.h5") as file:
+        group = file["curve/0"]
+        at = int(group.attrs["peak_index"])
+        for name in ("sticking", "slipping", "separating", "dissipated_j"):
+            total = sum(each[name] for each in two["interfaces"].values())
+            assert total == pytest.approx(group[name][at], rel=1e-12)
+        assert [each.name for each in contacts_of_curve(group)] == ["tip", "foot"]
+        assert group.attrs["interface.foot.normal_stiffness"] == 1.6
+
+
+def test_an_interface_that_never_touches_changes_nothing(tmp_path: Path) -> None:
+    """Numbers of today to 1e-12, whether the second interface lies open or is left out of the model."""
+    (near,) = interfaces_of(ground_model())
+    far = ContactInterface(np.eye(3, 12, k=9), np.zeros((1, 3)), name="far")
+    model = with_interfaces(ground_model(), near, far)
+    found = []
+    for name, tables, case in (
+        ("alone", scene(), ground_model()),
+        ("open", scene(far={"interference": FAR, "preload": 0.0}), model),
+        ("out", scene(), model),
+    ):
+        (tmp_path / name).mkdir()
+        tables["contact"] |= {"interfaces": ["shroud"]} if name == "out" else {}
+        solved(tmp_path / name, tables, case)
+        with h5py.File(tmp_path / name / "out" / "response.h5") as file:
+            group = file["curve/0"]
+            ends = group["amplitude_m"][[0, -1]].tolist()
+            found.append(([float(group.attrs["peak_amplitude_m"]), *ends], group["contact_force"].shape[2]))
+    (alone, _), (opened, _), (out, _) = found
+    np.testing.assert_allclose(opened, alone, rtol=1e-12)
+    np.testing.assert_array_equal(out, alone)
+    assert [nodes for _, nodes in found] == [3, 4, 3]
+
+
+def test_each_interface_has_its_own_parameters_and_those_of_contact_otherwise(tmp_path: Path) -> None:
+    tables = scene(foot={"friction": 0.1, "interference": [1e-3, 2e-3]})
+    tables["material"] = {"young_modulus": 2.0, "poisson_ratio": 0.3, "density": 1.0}
+    tables["contact"]["normal_stiffness"] = "punch"
+    first = read_scene(write_scene(tmp_path / "s.toml", tables)).first
+    model = replace(cut("tip", "foot"), contact_area=np.array([1.0, 3.0, 1.0]))
+    contact = contact_on_model(first, model)
+    np.testing.assert_array_equal(contact.friction, [0.5, 0.1, 0.1])
+    np.testing.assert_array_equal(contact.interference, [0.0, 1e-3, 2e-3])
+    np.testing.assert_allclose(contact.tangential_stiffness, [1.2, 0.9, 0.3], rtol=1e-12)
+    # the stiffness of a punch goes with the root of the area of its own interface
+    assert contact.normal_stiffness[1:].sum() == pytest.approx(2.0 * contact.normal_stiffness[0])
+    assert key_value(first, "interface.foot.friction") == 0.1
+    assert key_value(first, "interface.tip.friction") == 0.5
+    assert key_value(first, "interface.foot.interference") == pytest.approx(1.5e-3)
+
+
+def test_scenes_without_the_tables_have_the_inputs_of_before(tmp_path: Path) -> None:
+    """Otherwise results kept in stores would be computed again; with them every value counts."""
+    plain, named = (
+        read_scene(write_scene(tmp_path / "s.toml", tables)).first
+        for tables in (scene(), scene(foot={"friction": 0.1}))
+    )
+    assert set(stiffness_inputs(plain)) == {"normal", "tangential"}
+    assert set(contact_inputs(plain)) == {"contact"}
+    assert "interfaces" not in contact_inputs(plain)["contact"]
+    assert contact_inputs(named)["interface"] == {"foot": {"friction": 0.1}}
+    assert stiffness_inputs(named)["interface"]["foot"]["normal_stiffness"] is None
+
+
+def test_keys_of_interfaces_are_swept(tmp_path: Path) -> None:
+    """As a grid, in tables, as points of a file; a swept contact.friction goes to those without a friction."""
+    swept = {"sweep": {"interface.foot.friction": [0.1, 0.5]}}
+    one = solved(tmp_path, scene() | swept, cut("tip", "foot"))["curves"]
+    assert [curve["parameters"] for curve in one] == [{"interface.foot.friction": mu} for mu in (0.1, 0.5)]
+    assert one[0]["peak_amplitude_m"] != pytest.approx(one[1]["peak_amplitude_m"], rel=1e-3)
+    header = (tmp_path / "out" / "response.csv").read_text().splitlines()[0]
+    assert header.startswith("curve,interface.foot.friction,frequency_hz")
+    (tmp_path / "points.csv").write_text(
+        "interface.foot.interference_m,interface.foot.friction\n1e-3,0.2\n2e-3,0.3\n"
+    )
+    for table, keys in (
+        ({"interface": {"foot": {"friction": [0.1, 0.5]}}}, ("interface.foot.friction",)),
+        ({"points": "points.csv"}, ("interface.foot.interference", "interface.foot.friction")),
+        (
+            {"latin_hypercube": {"samples": 2, "seed": 1, "ranges": {"interface.foot.preload": [1.0, 2.0]}}},
+            ("interface.foot.preload",),
+        ),
+    ):
+        file = read_scene(write_scene(tmp_path / "s.toml", scene(foot={"preload": 1.0}) | {"sweep": table}))
+        assert file.swept == keys
+        assert len(file.members) == 2
+    file = read_scene(
+        write_scene(tmp_path / "s.toml", scene(foot={"friction": 0.1}) | {"sweep": {"contact.friction": [0.2, 0.3]}})
+    )
+    frictions = [contact_on_model(member.scene, cut("tip", "foot")).friction for member in file.members]
+    np.testing.assert_array_equal(frictions, [[0.2, 0.1, 0.1], [0.3, 0.1, 0.1]])
+
+
+def test_values_given_in_python_replace_keys_of_interfaces(tmp_path: Path) -> None:
+    path = write_scene(
+        tmp_path / "s.toml", scene(foot={"friction": 0.1}) | {"sweep": {"interface.foot.preload": [1, 2]}}
+    )
+    rom = tmp_path / "rom.h5"
+    write_reduced_model(rom, cut("tip", "foot"))
+    given = {"interface.foot.friction": 0.3, "interface.tip": {"preload": 0.8}, "interface.foot.preload": 0.9}
+    run = run_scene(path, tmp_path / "out", overrides=given, rom=rom, quiet=True)
+    (curve,) = run.curves
+    with h5py.File(tmp_path / "out" / "response.h5") as file:
+        attributes = dict(file["curve/0"].attrs)
+    assert curve.parameters == {}
+    assert [each["name"] for each in curve.interfaces] == ["tip", "foot"]
+    frictions = [attributes[f"interface.{name}.friction"] for name in ("tip", "foot")]
+    assert frictions == [0.5, 0.3]
+    assert [attributes[f"interface.{name}.preload"] for name in ("tip", "foot")] == [0.8, 0.9]
+
+
+def test_states_and_work_of_each_node(tmp_path: Path) -> None:
+    """Together those of the curve, at every point."""
+    solved(tmp_path, scene(), cut("tip", "foot"))
+    first = read_scene(tmp_path / "scene.toml").first
+    model = touching(first, read_reduced_model(tmp_path / "rom.h5"))
+    problem = nonlinear_problem(first, model)
+    (file,) = (tmp_path / "out" / "store").rglob("curve.h5")
+    curve = read_curve(file)
+    for index in range(0, curve.points, 7):
+        found = nodal_contact(problem, curve, index)
+        counts = [int((found.state == state).sum()) for state in (STICK, SLIP, LIFT_OFF)]
+        assert counts == [curve.sticking[index], curve.slipping[index], curve.separating[index]]
+        assert found.dissipated_j.sum() == pytest.approx(curve.dissipated_j[index], rel=1e-9, abs=1e-15)
+
+
+KNOWN = "allowed: contact interfaces of the model: tip, foot"
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"interface": {"fot": {"friction": 0.1}}}, f"interface.fot: unknown name, {KNOWN}"),
+        ({"sweep": {"interface.fot.friction": [0.1]}}, f'sweep."interface.fot.friction": unknown name, {KNOWN}'),
+        ({"contact": scene()["contact"] | {"interfaces": ["tip", "fot"]}}, f'contact.interfaces: "fot", {KNOWN}'),
+        ({"interface": {"foot": {"interference": [0.0] * 3}}}, "interface.foot.interference: a list of 3, allowed: "),
+        (
+            {"contact": scene()["contact"] | {"interference": [0.0] * 2}},
+            "contact.interference: a list of 2, allowed: ",
+        ),
+        ({"interface": {"foot": {"friction": -0.1}}}, "interface.foot.friction: -0.1, allowed: a number, 0 to "),
+        ({"interface": {"foot": {"fricton": 0.1}}}, "interface.foot.fricton: unknown key, did you mean "),
+        ({"interface": {"foot": {"law": "cone"}}}, "interface.foot.law: unknown key, "),
+        (
+            {"interface": {"foot": {"normal_stiffness": "punch"}}},
+            'interface.foot.normal_stiffness: "punch", allowed: ',
+        ),
+        ({"interface": {"foot": 3}}, "interface"),
+        (
+            {"sweep": {"interface.foot.fricton": [0.1]}},
+            'sweep."interface.foot.fricton": unknown key, did you mean interface.foot.friction?',
+        ),
+        ({"sweep": {"contact.interfaces": [["tip"]]}}, 'sweep."contact.interfaces": unknown key'),
+        (
+            {"map": {"over": {"interface.fot.friction": [0.1, 0.2], "contact.friction": [0.1, 0.2]}}},
+            'map.over: "interface.fot.friction", unknown name fot, allowed: ',
+        ),
+    ],
+)
+def test_what_the_model_does_not_have_is_said_in_a_line(tmp_path: Path, changes: dict[str, Any], said: str) -> None:
+    rom, path = tmp_path / "rom.h5", write_scene(tmp_path / "s.toml", scene() | changes)
+    write_reduced_model(rom, cut("tip", "foot"))
+    status, _, error = shroud("respond", path, "--rom", rom, "--out", tmp_path / "out")
+    assert status == 2
+    assert len(error.splitlines()) == 1
+    assert said in error
+    assert ", allowed: " in error
+
+
+def test_names_of_a_blade_made_here_are_checked_without_a_model(tmp_path: Path) -> None:
+    for name, status in (("shroud", 0), ("snuber", 2)):
+        path = write_scene(tmp_path / "s.toml", small_scene() | {"interface": {name: {"friction": 0.2}}})
+        found, _, error = shroud("validate", path)
+        assert found == status
+        assert ("unknown name, allowed: contact interfaces of the model: shroud" in error) == (status == 2)
