@@ -54,7 +54,8 @@ def _expected(scene: Scene) -> float:
     """Estimated seconds for a curve of this scene, within a factor of about three."""
     response = scene.response
     number = _AUTO if isinstance(response.harmonics, str) else response.harmonics
-    nodes = 9 if scene.mesh is None else math.prod(scene.mesh.contact_grid)
+    faces = scene.contact.interfaces or scene.interfaces or ("",)
+    nodes = 9 if scene.mesh is None else math.prod(scene.mesh.contact_grid) * len(faces)
     extras = _EXTRAS if response.stability != "folds" or response.detached else 1.0
     return 0.07 * extras * number**1.7 * (nodes / 9.0) ** 2
 
