@@ -133,6 +133,8 @@ def _print_conclusion(request: Request, outcome: RunOutcome, curves: Sequence[Sh
     table = conclusion.conclusion_table(curves, shown, any(map(has_static_load, outcome.curves)))
     lines = conclusion.wrapped(conclusion.lines_of(outcome.summary), console.width)
     print("\n".join([*lines, *conclusion.table_lines(table, console.width, console)]))
+    for line in conclusion.interface_lines([curves[number] for number in shown], console.width):
+        print(line)
     if len(shown) < len(curves) and outcome.table is not None:
         lines, found = overview_lines(outcome.table)
         print(f"... {lines[0]}")

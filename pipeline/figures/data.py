@@ -188,6 +188,19 @@ class PlottedCurve(SweepPoint):
         return self.member.scene
 
     @property
+    def interfaces(self) -> dict[str, range]:
+        """The contact nodes of each interface, by its name."""
+        ends = np.cumsum([each.nodes for each in self.contacts]).tolist()
+        return {each.name: range(end - each.nodes, end) for each, end in zip(self.contacts, ends, strict=True)}
+
+    def node_name(self, node: int) -> str:
+        """`node 4`; of several interfaces `node 4 of the snubber`: each has numbers of its own."""
+        if len(self.contacts) < 2:
+            return f"node {node + 1}"
+        name, nodes = next(each for each in self.interfaces.items() if node in each[1])
+        return f"node {node - nodes.start + 1} of {name}"
+
+    @property
     def contact_parameters(self) -> ContactParameters:
         """Contact parameters of each of the contact nodes."""
         return contact_parameters(self.contacts, self.contact_area)

@@ -30,18 +30,20 @@ PANELS = (
 def node_figure(curve: PlottedCurve, title: str) -> Figure | None:
     """Loops of a few nodes of one curve at its peak: T1 and T2 against the relative displacement, N against v.
 
-    None without contact; a direction without a force has no panel. The legend has the nodes by friction work.
+    None without contact; a direction without a force has no panel. The legend has the nodes by friction work, of
+    several interfaces one node of each.
     """
     cycle, pressed = _cycle(curve)
     if not _touches(cycle):
         return None
-    nodes = _shown_nodes(cycle)
+    nodes = _shown_nodes(curve, cycle)
     shown = [panel for panel in PANELS if any(_acts(cycle, node, panel[0]) for node in nodes)]
     figure, panels = subplots(1, len(shown), size=(max(0.6 + 3.3 * len(shown), 6.6), 3.9), squeeze=False)
     lines = [(name, cycle, pressed, node) for node, name in nodes.items()]
     _draw(panels[0], lines, DISTINCT, shown)
-    for (_, heading, *_rest), axes in zip(shown, panels[0], strict=True):
-        axes.set_title(heading)
+    for (component, heading, *_rest), axes in zip(shown, panels[0], strict=True):
+        along = len(curve.contacts) > 1 and component < 2  # which is another direction on each interface
+        axes.set_title(f"along $t_{component + 1}$" if along else heading)
     handles, names = panels[0, 0].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside lower center", ncols=len(lines), fontsize=9)
     write_heading(figure, f"{title}: contact loops at the peak, {_peak_label(curve)}")
@@ -60,17 +62,18 @@ def sweep_figure(curves: Sequence[PlottedCurve], colours: Mapping[int, Any], tit
         return None
     cycles = [cycle for _, cycle in chosen]
     damped = most_damped([curve for curve, _ in chosen])
-    node = next(iter(_shown_nodes(next(cycle for curve, (cycle, _) in chosen if curve is damped or damped is None))))
+    first, (cycle, _) = next(each for each in chosen if each[0] is damped or damped is None)
+    node = _by_work(cycle)[0]
     shown = [panel for panel in PANELS if panel[0] == 2 or any(_acts(cycle, node, panel[0]) for cycle, _ in cycles)]
     size = (1.2 + 2.1 * len(chosen), 0.6 + 2.1 * len(shown))
     figure, rows = subplots(len(shown), len(chosen), size=size, squeeze=False)
     for (curve, (cycle, v0)), column in zip(chosen, rows.T, strict=True):
         _draw(column, [(curve.label, cycle, v0, node)], [colours[curve.index]], shown)
-        first = next(axes for axes in column if axes.figure is not None)
-        first.set_title(curve.label.replace(", ", "\n"), fontsize=9)
+        top = next(axes for axes in column if axes.figure is not None)
+        top.set_title(curve.label.replace(", ", "\n"), fontsize=9)
     still = "" if len(shown) > 1 else " (nothing slides)"
     without = f"; {len(known) - len(touching)} without contact" if len(touching) < len(known) else ""
-    heading = f"{title}: contact loops of node {node + 1}, each curve at its peak{still}{without}"
+    heading = f"{title}: contact loops of {first.node_name(node)}, each curve at its peak{still}{without}"
     write_heading(figure, heading)
     return figure
 
@@ -96,15 +99,29 @@ def _cycle(curve: PlottedCurve) -> tuple[ContactCycle, Array]:
     return contact_cycle(curve.peak_displacement, contact, samples=_SAMPLES), contact.interference
 
 
-def _shown_nodes(cycle: ContactCycle) -> dict[int, str]:
-    """Nodes and their names, by friction work: the largest, the median and the smallest, without repeats."""
+def _by_work(cycle: ContactCycle) -> list[int]:
+    """The nodes by friction work, the largest first."""
     velocity = np.roll(cycle.displacement, -1, axis=0) - np.roll(cycle.displacement, 1, axis=0)
     work = np.sum(cycle.force[:, :, :2] * velocity[:, :, :2] / 2.0, axis=(0, 2))
-    order = np.argsort(-work, kind="stable").tolist()
-    found: dict[int, str] = {}
+    order: list[int] = np.argsort(-work, kind="stable").tolist()
+    return order
+
+
+def _shown_nodes(curve: PlottedCurve, cycle: ContactCycle) -> dict[int, str]:
+    """Nodes and their names, by friction work: the largest, the median and the smallest, without repeats.
+
+    Of several interfaces the one with the largest of each that touches.
+    """
+    order, found = _by_work(cycle), {}
+    if len(curve.contacts) > 1:
+        for nodes in curve.interfaces.values():
+            node = next(each for each in order if each in nodes)
+            if np.abs(cycle.force[:, nodes]).max() > 0.0:
+                found[node] = f"{curve.node_name(node)}, largest friction work"
+        return {node: found[node] for node in order if node in found}
     places = (0, "largest friction work"), (len(order) // 2, "median"), (len(order) - 1, "smallest")
     for place, name in places:
-        found.setdefault(order[place], f"node {order[place] + 1}, {name}")
+        found.setdefault(order[place], f"{curve.node_name(order[place])}, {name}")
     return found
 
 

@@ -187,27 +187,21 @@ class NodeCycle:
 class FaceCycle:
     """The nodes of a contact face at the peak of one curve; `work_j` is their friction work per cycle, J."""
 
-    curve: PlottedCurve
+    name: str  # its interface
     columns: int
     rows: int
     nodes: tuple[NodeCycle, ...]
     work_j: float
 
-    @property
-    def shares(self) -> dict[str, float]:
-        """Share of nodes and time in each state."""
-        return {name: float(np.mean([node.shares[name] for node in self.nodes])) for name in self.nodes[0].shares}
 
+def face_cycles(curve: PlottedCurve, grid: tuple[int, int] | None) -> list[FaceCycle]:
+    """The cycle at the peak of a curve on the face of each interface, of `grid` nodes (along segment, radius).
 
-def face_cycle(curve: PlottedCurve, grid: tuple[int, int] | None) -> FaceCycle:
-    """The cycle at the peak of a curve on a face of `grid` nodes (along segment, radius).
-
-    Without a grid the nodes stand in one row.
+    Without a grid, or with another number of nodes, they stand in one row.
     """
     from nonlinear import LIFT_OFF, SLIP, STICK, contact_cycle
 
     names = {STICK: "stick", SLIP: "slip", LIFT_OFF: "open"}
-    grid = grid or (curve.peak_displacement.shape[1], 1)
     contact = curve.contact_parameters
     cycle = contact_cycle(curve.peak_displacement, contact, samples=SAMPLES)
     velocity = np.roll(cycle.displacement, -1, axis=0) - np.roll(cycle.displacement, 1, axis=0)
@@ -215,22 +209,25 @@ def face_cycle(curve: PlottedCurve, grid: tuple[int, int] | None) -> FaceCycle:
     # the path of a node that only sticks is a line in force and displacement: its work is round-off
     line = np.abs(cycle.force[:, :, :2]).max(axis=(0, 2)) * np.ptp(cycle.displacement[:, :, :2], axis=0).max(axis=1)
     work = np.where(work > NOTHING * line, work, 0.0)
-    nodes = []
-    for k, done in enumerate(work):
-        states = [names[int(value)] for value in cycle.state[:, k]]
-        shares = {name: states.count(name) / SAMPLES for name in names.values()}
-        nodes.append(
-            NodeCycle(
-                number=k + 1,
-                row=k // grid[0],
-                column=k % grid[0],
-                intervals=_intervals(states),
-                shares=shares,
-                work_j=float(done),
-                largest_normal_n=float(cycle.force[:, k, 2].max()),
+    faces = []
+    for interface, own in curve.interfaces.items():
+        columns, rows = grid if grid is not None and grid[0] * grid[1] == len(own) else (len(own), 1)
+        nodes = []
+        for number, k in enumerate(own):
+            states = [names[int(value)] for value in cycle.state[:, k]]
+            nodes.append(
+                NodeCycle(
+                    number=number + 1,
+                    row=number // columns,
+                    column=number % columns,
+                    intervals=_intervals(states),
+                    shares={name: states.count(name) / SAMPLES for name in names.values()},
+                    work_j=float(work[k]),
+                    largest_normal_n=float(cycle.force[:, k, 2].max()),
+                )
             )
-        )
-    return FaceCycle(curve, grid[0], grid[1], tuple(nodes), sum(node.work_j for node in nodes))
+        faces.append(FaceCycle(interface, columns, rows, tuple(nodes), sum(node.work_j for node in nodes)))
+    return faces
 
 
 def _intervals(states: list[str]) -> tuple[tuple[str, float, float], ...]:

@@ -28,7 +28,7 @@ from pipeline.report.details import (
     FaceCycle,
     campbell_table,
     crossing_tables,
-    face_cycle,
+    face_cycles,
     stress_details,
     study_sections,
 )
@@ -48,6 +48,7 @@ from pipeline.report.rows import (
     over_sweep,
 )
 from pipeline.report.viewer import MOST_MODELS, ViewerData, chosen_evenly
+from pipeline.results.conclusion import INTERFACES_SAID, interface_rows, screen_curves, shown_numbers
 from pipeline.results.publishing import Attempts
 from pipeline.results.run_folder import origin
 from pipeline.results.stress import SPOT_HEADINGS
@@ -77,12 +78,23 @@ class ContactDetail:
 
     label: str
     peak: str
-    face: FaceCycle
+    faces: list[FaceCycle]
     factor: float
     unit: str
     total: str
     loops: str | None
     open: bool
+
+    @property
+    def shares(self) -> dict[str, float]:
+        """Share of nodes and time in each state."""
+        nodes = [node for face in self.faces for node in face.nodes]
+        return {name: sum(node.shares[name] for node in nodes) / len(nodes) for name in nodes[0].shares}
+
+    @property
+    def most_work(self) -> float:
+        """Largest friction work of a node, J."""
+        return max((node.work_j for face in self.faces for node in face.nodes), default=0.0)
 
 
 def page(source: ReportSource, attempts: Attempts) -> str:
@@ -136,6 +148,8 @@ def _content(source: ReportSource, attempts: Attempts) -> dict[str, Any]:
         "shapes": [] if viewer is None else [(shape["group"], shape["name"]) for shape in viewer.shapes],
         "contacts": details,
         "contacts_of": of_curves,
+        "by_interface": _by_interface(source),
+        "by_interface_said": INTERFACES_SAID,
         "errors": errors,
         "costs": cost_rows(source),
         "style": (TEMPLATES / "report.css").read_text(encoding="utf-8"),
@@ -301,6 +315,12 @@ def _springs(model: BuiltModel, scene: Scene) -> dict[str, dict[str, Any]]:
     return {state: states[state] for state in ("free", "stuck")}
 
 
+def _by_interface(source: ReportSource) -> tuple[list[str], list[list[str]]]:
+    """Headings and rows of the table of friction work by interface; no rows with one interface."""
+    curves = screen_curves(source.curves, {})
+    return interface_rows([curves[number] for number in shown_numbers([curve.height for curve in curves])])
+
+
 def _contacts(
     source: ReportSource, shown: Sequence[PlottedCurve], attempts: Attempts
 ) -> tuple[list[ContactDetail], int]:
@@ -311,17 +331,18 @@ def _contacts(
     for place in chosen_evenly(len(shown), MOST_CONTACTS, also):
         curve = shown[place]
         mesh = curve.scene.mesh
-        face = face_cycle(curve, None if mesh is None else mesh.contact_grid)
-        factor, unit = prefixed(face.work_j, "J")
+        faces = face_cycles(curve, None if mesh is None else mesh.contact_grid)
+        work = sum(face.work_j for face in faces)
+        factor, unit = prefixed(work, "J")
         drawn = attempts.result(f"loops of curve {curve.index}", partial(loops_drawing, curve, source.title))
         details.append(
             ContactDetail(
                 label=curve.label,
                 peak=f"{curve.peak[0]:.5g} Hz, {with_unit(curve.peak[1])}",
-                face=face,
+                faces=faces,
                 factor=factor,
                 unit=unit,
-                total=with_unit(face.work_j, "J"),
+                total=with_unit(work, "J"),
                 loops=None if drawn is None else inline_vector(drawn),
                 open=curve is damped,
             )

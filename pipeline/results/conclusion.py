@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     from pipeline.stages.request import Run, RunOutcome
 
 ROW = ("contact", "free_blade_m")  # what summary.json adds to the entry of a curve that has a row
+NOTHING = 1e-9  # of the largest friction work: round-off of nodes that stick
 MOST_MODES = 3  # modes in the line about them
 
 
@@ -226,6 +227,51 @@ def conclusion_table(curves: Sequence[ShownCurve], shown: Sequence[int], static:
         contact = CONTACT_SAID.get(curve.contact or "", "-")
         table.add_row(str(curve.number), *values, *cells, contact, *open_share, escape(said))
     return table
+
+
+INTERFACES_SAID = "Friction work per cycle by contact interface, and its nodes, at the peak of the main branch"
+_STATES = {"sticking": "stick", "slipping": "slip", "separating": "open"}
+
+
+def interface_rows(curves: Sequence[ShownCurve]) -> tuple[list[str], list[list[str]]]:
+    """Headings and a row for each curve: friction work and states of each interface; none with one interface."""
+    known = [curve for curve in curves if curve.facts is not None and curve.facts.interfaces]
+    found = {curve.number: {each["name"]: each for each in curve.facts.interfaces} for curve in known if curve.facts}
+    names = list(dict.fromkeys(name for entries in found.values() for name in entries))
+    work = [each.get("dissipated_j", 0.0) for entries in found.values() for each in entries.values()]
+    factor, unit = prefixed(max(work, default=0.0), "J")
+    headings = ["#", *(quantity(key).axis() for key in curves[0].parameters)] if curves else []
+    rows = []
+    for curve in known:
+        values = [short_value(key, value) for key, value in curve.parameters.items()]
+        cells = [_of_interface(found[curve.number].get(name, {}), factor, max(work)) for name in names]
+        rows.append([str(curve.number), *values, *cells])
+    return [*headings, *(f"{name} [{unit}]" for name in names)], rows
+
+
+def _of_interface(entry: Mapping[str, Any], factor: float, largest: float) -> str:
+    """Friction work and states of an interface: `1.43, 3 stick, 6 slip`; "-" where it is not known."""
+    if "dissipated_j" not in entry:
+        return "-"
+    work = entry["dissipated_j"] if abs(entry["dissipated_j"]) > NOTHING * largest else 0.0
+    states = [f"{entry[name]} {said}" for name, said in _STATES.items() if entry[name]]
+    return ", ".join([f"{work * factor:.3g}", *states])
+
+
+def interface_lines(curves: Sequence[ShownCurve], width: int) -> list[str]:
+    """`interface_rows` as lines of text; none with one interface."""
+    from rich.markup import escape
+    from rich.table import Table
+
+    headings, rows = interface_rows(curves)
+    if not rows:
+        return []
+    table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
+    for name in headings:
+        table.add_column(escape(name), justify="right")
+    for row in rows:
+        table.add_row(*row)
+    return [f"{INTERFACES_SAID}:", *table_lines(table, width)]
 
 
 def technical_table(curves: Sequence[ShownCurve], static: bool) -> Table:

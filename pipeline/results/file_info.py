@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +22,7 @@ from pipeline.results.conclusion import (
     ROW,
     ShownCurve,
     conclusion_table,
+    interface_lines,
     lines_of,
     lowest_line,
     open_lines,
@@ -40,7 +41,7 @@ from pipeline.stages.curve.curve_table import TABLE, CurveTable, read_table
 if TYPE_CHECKING:
     import h5py
 
-    from rom import ReducedModel
+    from rom import ContactInterface, ReducedModel
 
 WAVES = "nodal_diameter"  # group of a reduced model with a superelement for each nodal diameter
 _ALLOWED = "an HDF5 file with a response (response.h5) or a reduced model (rom.h5)"
@@ -88,6 +89,7 @@ def described(found: dict[str, Any], width: int = 120) -> list[str]:
         f"{found['file']}: reduced model by {found['producer']}, {found['coordinates']} coordinates",
         f"ring: {'single structure' if blades is None else f'{blades} blades'}",
         f"contact: {found['contact_nodes']} nodes {'against ground' if found['against'] == 'ground' else 'a face'}",
+        *_interface_lines(found["interfaces"]),
         f"outputs: {', '.join(found['outputs'])}",
         f"optional: {', '.join(found['optional']) or 'none'}",
         *_joined_lines(found),
@@ -175,6 +177,7 @@ def _curve_lines(found: dict[str, Any], width: int) -> Iterator[str]:
     shown = shown_numbers([curve.height for curve in curves])
     yield from lines_of(found)
     yield from table_lines(conclusion_table(curves, shown, loads), width)
+    yield from interface_lines([curves[place] for place in shown], width)
     if len(shown) < len(curves):
         yield f"... {len(curves)} curves: --json, or curves.csv beside the file"
         yield from end_lines(found["statistics"])
@@ -265,7 +268,7 @@ def _value(attribute: Any) -> Any:
 
 
 def _reduced_model(path: Path, model: ReducedModel) -> dict[str, Any]:
-    from rom import ReducedModelError, natural_frequencies
+    from rom import ReducedModelError, interfaces_of, natural_frequencies
 
     try:
         free = natural_frequencies(model, 0.0, count=min(10, model.size))
@@ -278,6 +281,7 @@ def _reduced_model(path: Path, model: ReducedModel) -> dict[str, Any]:
         "coordinates": model.size,
         "n_blades": model.n_blades,
         "contact_nodes": model.n_contacts,
+        "interfaces": {each.name: {"nodes": len(each.position), **_against(each)} for each in interfaces_of(model)},
         "against": "ground" if model.contact_left is None else "neighbour",
         "outputs": list(model.outputs),
         "optional": _optional(model),
@@ -285,6 +289,17 @@ def _reduced_model(path: Path, model: ReducedModel) -> dict[str, Any]:
         "nodal_diameters": sorted(model.wave_blocks),
         "free_hz": [float(hz) for hz in free],
     }
+
+
+def _against(interface: ContactInterface) -> dict[str, str]:
+    """What an interface touches; of the same sector or the ground the file does not tell which."""
+    return {"against": "ground or sector" if interface.left is None else "neighbour"}
+
+
+def _interface_lines(interfaces: Mapping[str, Mapping[str, Any]]) -> list[str]:
+    """A line about the contact interfaces, where there are several."""
+    said = (f"{name} {each['nodes']} (against {each['against']})" for name, each in interfaces.items())
+    return [f"contact interfaces, with their nodes: {', '.join(said)}"] if len(interfaces) > 1 else []
 
 
 def _optional(model: ReducedModel) -> list[str]:

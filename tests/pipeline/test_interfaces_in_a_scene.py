@@ -7,14 +7,18 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from pipeline_support import ground_model, shroud, small_scene, summary_of, write_scene
+from pipeline_support import ground_model, overlapping_texts, shroud, small_scene, summary_of, write_scene
 
 from nonlinear import LIFT_OFF, SLIP, STICK, nodal_contact
 from pipeline import run_scene
+from pipeline.figures.data import plotted_curves
+from pipeline.figures.hysteresis import node_figure
 from pipeline.scene.reading import read_scene
 from pipeline.scene.sweep import key_value
 from pipeline.stages.cache_keys import contact_inputs, stiffness_inputs
 from pipeline.stages.curve.curve_file import contacts_of_curve, read_curve
+from pipeline.stages.curve.curve_summary import kept_summary
+from pipeline.stages.curve.respond import CurveResult
 from pipeline.stages.scene_to_solver import contact_on_model, nonlinear_problem, touching
 from rom import (
     ContactInterface,
@@ -95,6 +99,44 @@ def test_a_face_cut_in_two_interfaces_is_the_same_face(tmp_path: Path) -> None:
             assert total == pytest.approx(group[name][at], rel=1e-12)
         assert [each.name for each in contacts_of_curve(group)] == ["tip", "foot"]
         assert group.attrs["interface.foot.normal_stiffness"] == 1.6
+
+
+def test_results_are_told_by_interface(tmp_path: Path) -> None:
+    """On the screen, by `shroud info` of folder, response and model, in the report, in the loops."""
+    write_reduced_model(tmp_path / "rom.h5", cut("tip", "foot"))
+    path = write_scene(tmp_path / "scene.toml", scene(foot={"friction": 0.1}))
+    arguments = path, "--rom", tmp_path / "rom.h5", "--out", tmp_path / "out"
+    status, said, _ = shroud("respond", *arguments)
+    assert status == 0
+    (curve,) = summary_of(tmp_path / "out")["curves"]
+    lines = said.splitlines()
+    at = next(number for number, line in enumerate(lines) if line.startswith("Friction work per cycle"))
+    assert lines[at + 1].split() == ["#", "tip", "[mJ]", "foot", "[mJ]"]
+    told = [cell.strip() for cell in lines[at + 2].split("  ") if cell.strip()]
+    assert told == ["0", "0, 1 stick", f"{1e3 * curve['interfaces']['foot']['dissipated_j']:.3g}, 2 slip"]
+    for what in (tmp_path / "out", tmp_path / "out" / "response.h5"):
+        assert lines[at + 2] in shroud("info", what)[1]
+    assert (
+        "contact interfaces, with their nodes: tip 1 (against ground or sector), foot 2"
+        in shroud("info", tmp_path / "rom.h5")[1]
+    )
+    run = run_scene(path, tmp_path / "out", rom=tmp_path / "rom.h5", until="report", quiet=True)
+    assert run.summary["problems"] == []
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "<h3>tip</h3>" in page
+    assert "<h3>foot</h3>" in page
+    assert "interface foot" in page
+    file = next((tmp_path / "out" / "store").rglob("curve.h5"))
+    rom = next((tmp_path / "out" / "store").rglob("rom.h5"))
+    result = CurveResult(read_scene(path).members[0], rom, file, kept_summary(file), "")
+    (plotted,) = plotted_curves([result])
+    assert [plotted.node_name(node) for node in range(3)] == ["node 1 of tip", "node 1 of foot", "node 2 of foot"]
+    figure = node_figure(plotted, "cut")
+    assert figure is not None
+    names = [text.get_text().partition(",")[0] for text in figure.legends[0].get_texts()]
+    assert len(names) == 2
+    assert "node 1 of tip" in names
+    assert overlapping_texts(figure) == []
 
 
 def test_an_interface_that_never_touches_changes_nothing(tmp_path: Path) -> None:
