@@ -84,7 +84,7 @@ def main(arguments: list[str] | None = None) -> int:
         cases = [cases[options.replay]]
     models = models_by_angle(options.scene, (case.angle for case in cases), options.out / "models")
     results: list[Comparison] = []
-    for result in each(compare, cases, models, options.limit, options.jobs):
+    for result in each(compare, cases, [models[case.angle] for case in cases], options.limit, options.jobs):
         results.append(result)
         found = f"{result.solutions} solutions, {result.on_detached} on {result.detached} detached branches"
         text = f"{found}, {result.missed} missed, {result.missed_stable} of them stable"

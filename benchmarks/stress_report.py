@@ -48,6 +48,28 @@ def summary_text(results: Results) -> str:
     return "\n\n".join(parts) + "\n"
 
 
+def interfaces_text(results: Results) -> str:
+    """Counts, times and every incomplete case of random blades with several interfaces."""
+    incomplete = [result for result in results if not result.complete]
+    by_number: dict[int, list[StressResult]] = {}
+    for result in results:
+        by_number.setdefault(len(result.case.drawn().interfaces), []).append(result)
+    rows = [
+        (number, len(found), sum(r.complete for r in found), f"{np.median([r.seconds for r in found]):.2f}")
+        for number, found in sorted(by_number.items())
+    ]
+    told = (f"`{r.case.replay}`: {r.ending}: {r.message} ({r.points} points, {r.seconds:.1f} s)" for r in incomplete)
+    parts = [
+        f"# Random contact interfaces, seed {results[0].case.seed}",
+        f"{len(results)} curves, {len(results) - len(incomplete)} complete; {sum(r.seconds for r in results):.0f} s "
+        f"of solving, {sum(r.points for r in results)} points.",
+        markdown_table(("interfaces", "curves", "complete", "median s"), rows),
+        "## Incomplete",
+        "\n\n".join(told) or "None.",
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
 def _by_harmonics(results: Results) -> str:
     times = ("median points", "median s", "largest s", "median ms a point", "iterations a point")
     rows = []

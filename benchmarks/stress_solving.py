@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from stress_cases import TANGENTIAL_RATIO, StressCase
+from stress_interfaces import InterfaceCase
 
 if TYPE_CHECKING:
     from nonlinear import ContactParameters, Excitation, ResponseCurve, SolverOptions
@@ -21,6 +22,8 @@ BELOW_FREE, ABOVE_STUCK = 0.8, 1.2
 OUT_OF_TIME, RAISED = "out of time", "raised an exception"
 THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 NAN = float("nan")
+Case = StressCase | InterfaceCase
+AnyCase = TypeVar("AnyCase", StressCase, InterfaceCase)
 Result = TypeVar("Result")
 
 
@@ -28,7 +31,7 @@ Result = TypeVar("Result")
 class StressResult:
     """Result of a case; `ending` is the termination reason, or why there is none; errors are NaN without a curve."""
 
-    case: StressCase
+    case: Case
     low_hz: float
     high_hz: float
     complete: bool
@@ -53,15 +56,15 @@ class OutOfTimeError(Exception):
     """The time that a case may take is over."""
 
 
-def solve_case(case: StressCase, model: Path, limit: float) -> StressResult:
+def solve_case(case: Case, model: Path | None, limit: float) -> StressResult:
     """Solve one curve on one BLAS thread; an exception becomes part of the result.
 
-    `limit`: seconds after which the curve is given up at the next solved point.
+    `model`: of a case that has none of its own; `limit`: seconds after which the curve is given up at the next point.
     """
     return attempt(case, model, limit)[0]
 
 
-def attempt(case: StressCase, model: Path, limit: float) -> tuple[StressResult, ResponseCurve | None]:
+def attempt(case: Case, model: Path | None, limit: float) -> tuple[StressResult, ResponseCurve | None]:
     """As `solve_case`, with the curve, if there is one."""
     from nonlinear import forced_response
     from rom import one_blas_thread
@@ -78,8 +81,13 @@ def attempt(case: StressCase, model: Path, limit: float) -> tuple[StressResult, 
 
     with one_blas_thread():
         try:
-            low, high = frequency_range(case, model)
-            curve = forced_response(*posed(case, model, (low, high)), watch)
+            if isinstance(case, InterfaceCase):
+                problem = case.posed()
+            else:
+                assert model is not None
+                problem = posed(case, model, frequency_range(case, model))
+            low, high = problem[3].frequency_hz
+            curve = forced_response(*problem, watch)
         except OutOfTimeError as error:
             ending, message = OUT_OF_TIME, str(error)
         except Exception as error:  # a case that breaks is a finding, not the end of the run
@@ -90,7 +98,7 @@ def attempt(case: StressCase, model: Path, limit: float) -> tuple[StressResult, 
     return StressResult(case, low, high, False, ending, message, reached, seconds), None
 
 
-def _result(case: StressCase, low: float, high: float, curve: ResponseCurve) -> StressResult:
+def _result(case: Case, low: float, high: float, curve: ResponseCurve) -> StressResult:
     return StressResult(
         case,
         low,
@@ -148,16 +156,16 @@ def posed(
 
 
 def each(
-    solve: Callable[[StressCase, Path, float], Result],
-    cases: Sequence[StressCase],
-    models: dict[float, Path],
+    solve: Callable[[AnyCase, Path | None, float], Result],
+    cases: Sequence[AnyCase],
+    models: Sequence[Path | None],
     limit: float,
     jobs: int,
 ) -> Iterator[Result]:
     """solve(case, model, limit) of every case as it comes, by `jobs` processes with one BLAS thread each."""
     if jobs == 1:
-        for case in cases:
-            yield solve(case, models[case.angle], limit)
+        for case, model in zip(cases, models, strict=True):
+            yield solve(case, model, limit)
         return
     import multiprocessing
     from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -165,7 +173,7 @@ def each(
     for name in THREAD_VARIABLES:
         os.environ[name] = "1"  # the workers inherit it before they load any library
     with ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn")) as pool:
-        futures = [pool.submit(solve, case, models[case.angle], limit) for case in cases]
+        futures = [pool.submit(solve, *each, limit) for each in zip(cases, models, strict=True)]
         for future in as_completed(futures):
             yield future.result()
 

@@ -108,7 +108,7 @@ def main(arguments: list[str] | None = None) -> int:
         cases = [cases[options.replay]]
     models = models_by_angle(options.scene, (case.angle for case in cases), options.out / "models")
     results: list[Validation] = []
-    for result in each(validate, cases, models, options.limit, options.jobs):
+    for result in each(validate, cases, [models[case.angle] for case in cases], options.limit, options.jobs):
         results.append(result)
         found = result.left_out or f"error {result.error:.2g}, estimate {result.estimate:.2g}, {result.branch}"
         print(f"{len(results)} of {len(cases)}, case {result.case.index}: {found}", file=sys.stderr)

@@ -53,7 +53,6 @@ if TYPE_CHECKING:
     from pipeline.stages.request import Run, RunOutcome
 
 ROW = ("contact", "free_blade_m")  # what summary.json adds to the entry of a curve that has a row
-NOTHING = 1e-9  # of the largest friction work: round-off of nodes that stick
 MOST_MODES = 3  # modes in the line about them
 
 
@@ -238,24 +237,27 @@ def interface_rows(curves: Sequence[ShownCurve]) -> tuple[list[str], list[list[s
     known = [curve for curve in curves if curve.facts is not None and curve.facts.interfaces]
     found = {curve.number: {each["name"]: each for each in curve.facts.interfaces} for curve in known if curve.facts}
     names = list(dict.fromkeys(name for entries in found.values() for name in entries))
-    work = [each.get("dissipated_j", 0.0) for entries in found.values() for each in entries.values()]
-    factor, unit = prefixed(max(work, default=0.0), "J")
+    factor, unit = prefixed(max((_work(each) for of in found.values() for each in of.values()), default=0.0), "J")
     headings = ["#", *(quantity(key).axis() for key in curves[0].parameters)] if curves else []
     rows = []
     for curve in known:
         values = [short_value(key, value) for key, value in curve.parameters.items()]
-        cells = [_of_interface(found[curve.number].get(name, {}), factor, max(work)) for name in names]
+        cells = [_of_interface(found[curve.number].get(name, {}), factor) for name in names]
         rows.append([str(curve.number), *values, *cells])
     return [*headings, *(f"{name} [{unit}]" for name in names)], rows
 
 
-def _of_interface(entry: Mapping[str, Any], factor: float, largest: float) -> str:
+def _work(entry: Mapping[str, Any]) -> float:
+    """Friction work of an interface, J; nodes that stick all the time have none but round-off."""
+    return 0.0 if entry.get("sticking") == entry.get("nodes") else entry.get("dissipated_j", 0.0)
+
+
+def _of_interface(entry: Mapping[str, Any], factor: float) -> str:
     """Friction work and states of an interface: `1.43, 3 stick, 6 slip`; "-" where it is not known."""
     if "dissipated_j" not in entry:
         return "-"
-    work = entry["dissipated_j"] if abs(entry["dissipated_j"]) > NOTHING * largest else 0.0
     states = [f"{entry[name]} {said}" for name, said in _STATES.items() if entry[name]]
-    return ", ".join([f"{work * factor:.3g}", *states])
+    return ", ".join([f"{_work(entry) * factor:.3g}", *states])
 
 
 def interface_lines(curves: Sequence[ShownCurve], width: int) -> list[str]:

@@ -104,9 +104,21 @@ def touching(scene: Scene, model: ReducedModel) -> ReducedModel:
     return with_interfaces(model, *(each for each in interfaces_of(model) if each.name in chosen))
 
 
-def interface_facts(scene: Scene, model: ReducedModel) -> dict[str, Any]:
-    """For `facts.json` of a model: numbers of nodes of its interfaces, and of all that touch in a scene."""
-    return {"n_contacts": touching(scene, model).n_contacts, "interfaces": dict(model.interfaces)}
+def touching_sector(scene: Scene, sector: SectorMesh) -> SectorMesh:
+    """A sector without the pairs of faces that the scene leaves out, so that they are no boundary of its models."""
+    chosen = scene.contact.interfaces
+    names = [name for name in sector.views if chosen is not None and name in chosen]
+    if not names or len(names) == len(sector.views):
+        return sector
+    return replace(sector.seen_from(names[0]), pairs={name: sector.pairs[name] for name in names[1:]})
+
+
+def interface_facts(scene: Scene, model: ReducedModel, sector: SectorMesh | None = None) -> dict[str, Any]:
+    """For `facts.json` of a model: numbers of nodes of all interfaces, also of faces of the sector that are left out
+    of the model, and of those that touch in a scene.
+    """
+    faces = {} if sector is None else {name: len(view.right.nodes) for name, view in sector.views.items()}
+    return {"n_contacts": touching(scene, model).n_contacts, "interfaces": {**faces, **model.interfaces}}
 
 
 STATES = ("free", "sliding", "stuck")

@@ -26,7 +26,7 @@ from pipeline.stages.model.build_reduced_model import at_speed, boundary_choice
 from pipeline.stages.model.model_files import is_joined
 from pipeline.stages.model.scene_loads import temperature_rise
 from pipeline.stages.model.scene_materials import scene_materials
-from pipeline.stages.scene_to_solver import InterfaceContact, damped_modes, section_excitation
+from pipeline.stages.scene_to_solver import InterfaceContact, damped_modes, section_excitation, touching_sector
 
 if TYPE_CHECKING:
     import h5py
@@ -166,7 +166,7 @@ def make_operating_stress(
     if point is None:
         raise ValueError("the curve has no solved point")
     settings = scene.stress or Stress()
-    sector, materials = load_sector(sector_file), scene_materials(scene, sector_file)
+    sector, materials = touching_sector(scene, load_sector(sector_file)), scene_materials(scene, sector_file)
     full = at_speed(load_full_model(full_file), sector, scene, materials)
     model = read_reduced_model(rom)
     modal = damped_modes(model, response, load)

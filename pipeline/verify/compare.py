@@ -29,6 +29,7 @@ from pipeline.stages.scene_to_solver import (
     linear_operation,
     linear_operation_on_face,
     linear_operation_on_model,
+    touching_sector,
 )
 from pipeline.verify.model_errors import JointErrors, ModelErrors, OtherMesh, fitted_order
 
@@ -54,7 +55,7 @@ def other_sector(scene: Scene, elements: int) -> tuple[float, str, SectorMesh]:
     most = _MOST_ELEMENTS if scene.disk is None else _OF_DISK * _MOST_ELEMENTS
     for steps in range(1, _MOST_STEPS + 1):
         size = own * _STEP**steps
-        sector = sector_of(scene, size=size)
+        sector = touching_sector(scene, sector_of(scene, size=size))
         if sector.n_elements > most:
             break
         if sector.n_elements >= _LEAST_GAIN * elements:
@@ -62,7 +63,7 @@ def other_sector(scene: Scene, elements: int) -> tuple[float, str, SectorMesh]:
             return size, "hex20" if element == "hex8" else element, sector
     for steps in range(1, _MOST_STEPS + 1):
         size = own / _STEP**steps
-        sector = sector_of(scene, size=size)
+        sector = touching_sector(scene, sector_of(scene, size=size))
         if _LEAST_GAIN * sector.n_elements <= elements:
             return size, element, sector
     raise RuntimeError("element sizes nearby give the same mesh")
@@ -281,7 +282,7 @@ def _loaded(scene: Scene, files: BladeFiles) -> tuple[SectorMesh, FullModel]:
     """Mesh and full model at the scene's speed."""
     from rom import load_full_model, load_sector
 
-    sector = load_sector(files.sector)
+    sector = touching_sector(scene, load_sector(files.sector))
     return sector, at_speed(load_full_model(files.full), sector, scene, scene_materials(scene, files.sector))
 
 

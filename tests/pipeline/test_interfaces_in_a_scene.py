@@ -304,3 +304,18 @@ def test_names_of_a_blade_made_here_are_checked_without_a_model(tmp_path: Path) 
         found, _, error = shroud("validate", path)
         assert found == status
         assert ("unknown name, allowed: contact interfaces of the model: shroud" in error) == (status == 2)
+
+
+def test_faces_that_are_left_out_are_no_boundary_of_the_model(tmp_path: Path) -> None:
+    """A blade made here with a snubber: the shroud touches alone, or the snubber; both are known names."""
+    snubber = {"radius": 0.38, "thickness": 0.005, "width": 0.012}
+    tables = small_scene(response__frequency=[380.0, 420.0]) | {"snubber": snubber}
+    sizes = {}
+    for chosen in (["shroud"], ["snubber"], ["shroud", "snubber"]):
+        tables["contact"]["interfaces"] = chosen
+        path = write_scene(tmp_path / "s.toml", tables | {"interface": {"snubber": {"friction": 0.2}}})
+        run = run_scene(path, tmp_path / "out", until="reduce", quiet=True)
+        model = read_reduced_model(tmp_path / "out" / run.summary["models"][0]["rom"])
+        assert list(model.interfaces) == chosen
+        sizes[tuple(chosen)] = model.size
+    assert sizes["shroud",] == sizes["snubber",] == sizes["shroud", "snubber"] - 24

@@ -118,3 +118,17 @@ def test_a_curve_out_of_time_leaves_a_truncation_error_without_a_truth(
     command = ["--replay", "0", "--limit", "0", "--scene", str(scene), "--out", str(tmp_path / "out")]
     assert truncation.main(command) == 1
     assert "given up at" in capsys.readouterr().out
+
+
+def test_random_interfaces_are_known_by_seed_and_index_and_have_all_kinds(stress_cases: Any) -> None:
+    import stress_interfaces
+
+    cases = stress_interfaces.draw_interface_cases(60, seed=1)
+    assert stress_interfaces.draw_interface_cases(3, seed=1) == cases[:3]
+    drawn = [case.drawn() for case in cases]
+    assert {each.kind for case in drawn for each in case.interfaces} == set(stress_interfaces.KINDS)
+    assert {len(case.interfaces) for case in drawn} == {1, 2, 3}
+    modal, contact, _, options = cases[0].posed()
+    assert contact.n_contacts == sum(each.nodes for each in drawn[0].interfaces)
+    assert options.frequency_hz[0] < options.frequency_hz[1]
+    assert modal.n_blades == drawn[0].n_blades

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from pipeline.stages.model.model_files import CUTS, FAMILIES, REDUCED_MODEL, is_joined
 from pipeline.stages.model.scene_loads import scene_loads, with_modal_excitation, with_static_loads
 from pipeline.stages.model.scene_materials import scene_materials
-from pipeline.stages.scene_to_solver import interface_facts, linear_operation, touching
+from pipeline.stages.scene_to_solver import interface_facts, linear_operation, touching, touching_sector
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
@@ -99,7 +99,8 @@ def make_reduced_model(
         write_reduced_model,
     )
 
-    sector, materials = load_sector(sector_file), scene_materials(scene, sector_file)
+    whole, materials = load_sector(sector_file), scene_materials(scene, sector_file)
+    sector = touching_sector(scene, whole)
 
     def full() -> FullModel:
         return at_speed(assembled.pop() if assembled else load_full_model(full_file), sector, scene, materials)
@@ -124,16 +125,16 @@ def make_reduced_model(
     if made.augmented is not None:
         augmented = with_modal_excitation(scene, made.augmented)
         write_reduced_model(folder / AUGMENTED_MODEL, touching(scene, augmented))
-    (folder / FACTS).write_text(json.dumps(_facts(scene, made, boundary)))
+    (folder / FACTS).write_text(json.dumps(_facts(scene, made, boundary, whole)))
 
 
-def _facts(scene: Scene, made: Reduction, boundary: BoundaryChoice) -> dict[str, Any]:
+def _facts(scene: Scene, made: Reduction, boundary: BoundaryChoice, sector: SectorMesh) -> dict[str, Any]:
     """Sizes of a reduced model; of the sector of a disk also the error of its waves."""
     from rom import wave_errors
 
     model = made.model
     facts: dict[str, Any] = {"dofs": made.dofs, "reduced_dofs": model.size}
-    facts |= {**interface_facts(scene, model), "modes": made.modes, "highest_mode_hz": made.highest_mode_hz}
+    facts |= {**interface_facts(scene, model, sector), "modes": made.modes, "highest_mode_hz": made.highest_mode_hz}
     if model.cyclic_right is not None:
         waves = wave_errors(model, boundary.interface, FREQUENCIES)
         facts |= {MOTIONS: len(model.cyclic_right), "wave_error": waves.largest}
