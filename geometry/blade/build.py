@@ -22,6 +22,7 @@ from geometry.blade.planform import Planform, is_mirrored
 from geometry.blade.planform_mesh import PlanformMesh
 from geometry.blade.remedies import rounded
 from geometry.blade.solid import swept_planform
+from geometry.blade.unshrouded import with_scaffold, without_scaffold
 from geometry.blade.wings import Flanks, Wing, add_wings, wing_radii
 from geometry.elements import ElementBlock, ElementSides, sides_on
 from geometry.errors import GeometryError
@@ -71,7 +72,7 @@ def _outline(quads: IntArray, foot: IntArray) -> IntArray:
 
 def build_sector(
     blade: BladeParameters,
-    shroud: ShroudParameters,
+    shroud: ShroudParameters | None,
     mesh: MeshParameters,
     disk: DiskParameters | None = None,
     *,
@@ -89,8 +90,8 @@ def build_sector(
     ----------
     blade : BladeParameters
         The airfoil.
-    shroud : ShroudParameters
-        The shroud.
+    shroud : ShroudParameters or None
+        The shroud; None: a blade without one, whose snubber, or else platform, has the faces `right` and `left`.
     mesh : MeshParameters
         The mesh density.
     disk : DiskParameters, optional
@@ -134,6 +135,8 @@ def build_sector(
     if platform is not None:
         wings["platform"] = platform
     check_parameters(blade, shroud, mesh, disk, snubber=snubber, platform=platform)
+    if shroud is None:
+        return _built(*with_scaffold(blade), mesh, disk, wings, scaffold=True)
     return _built(blade, shroud, mesh, disk, wings)
 
 
@@ -143,8 +146,10 @@ def _built(
     mesh: MeshParameters,
     disk: DiskParameters | None,
     wings: dict[str, Wing],
+    *,
+    scaffold: bool = False,
 ) -> SectorMesh:
-    """As `build_sector`, of parameters that are checked."""
+    """As `build_sector`, of parameters that are checked; `scaffold`: the shroud is one, and left out."""
     mirrored = is_mirrored(shroud)
     upright = replace(blade, root_stagger=-blade.root_stagger, twist=-blade.twist) if mirrored else blade
     try:
@@ -162,6 +167,9 @@ def _built(
         right, left = (levels[:, outline[name]] for name in ("suction_side", "pressure_side"))
         flanks = Flanks(right, left, np.hypot(*points[levels[:, 0], 1:].T))
         sector = add_wings(sector, flanks, blade, mesh, wings)
+    if scaffold:
+        layers = len(contact_fractions(mesh.contact_grid[1], shroud.thickness, mesh.size)) - 1
+        sector = without_scaffold(sector, flat, layers * len(flat.quads))
     return (
         sector if disk is None else add_disk(sector, (plan, flat), upright, (shroud, mesh, disk), mirrored=mirrored)
     )

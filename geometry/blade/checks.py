@@ -217,7 +217,7 @@ def _nearest_angle(
 
 def check_parameters(
     blade: BladeParameters,
-    shroud: ShroudParameters,
+    shroud: ShroudParameters | None,
     mesh: MeshParameters,
     disk: DiskParameters | None = None,
     *,
@@ -233,8 +233,8 @@ def check_parameters(
     ----------
     blade : BladeParameters
         The airfoil.
-    shroud : ShroudParameters
-        The shroud.
+    shroud : ShroudParameters or None
+        The shroud; None: a blade without one.
     mesh : MeshParameters
         The mesh density.
     disk : DiskParameters, optional
@@ -259,6 +259,12 @@ def check_parameters(
     geometry.errors.GeometryError: shroud.angle = 200.0: must be above 0 and at most 180 degrees
     """
     _check_blade(blade)
+    if shroud is None:
+        from geometry.blade.unshrouded import with_scaffold
+
+        told = "must be given where there is neither a snubber nor a platform"
+        _require(snubber is not None or platform is not None, "shroud", "angle", None, told)
+        blade, shroud = with_scaffold(blade)
     _check_shroud(shroud)
     _check_fillets(blade, shroud)
     _check_mesh(mesh)

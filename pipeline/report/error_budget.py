@@ -349,9 +349,10 @@ def _computed(source: ReportSource, points: Sequence[SweepPoint]) -> str:
     scene, count = source.first, len(source.curves)
     low, high = scene.response.frequency
     of = ""
-    if scene.blade is not None and scene.shroud is not None:
+    if scene.blade is not None:
         disk = " on a disk" if scene.disk is not None else ""
-        of = f" of a ring of {scene.blade.n_blades} blades{disk}, shroud angle {scene.shroud.angle:g}°"
+        of = f" of a ring of {scene.blade.n_blades} blades{disk}"
+        of += "" if scene.shroud is None else f", shroud angle {scene.shroud.angle:g}°"
     elif scene.model is not None:
         of = f" of a ring of {scene.model.n_blades} blades, matrices of another program"
     elif scene.mesh_file is not None:

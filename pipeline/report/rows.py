@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -316,14 +316,11 @@ def _own_values(source: ReportSource, rom: str) -> list[str]:
 
 
 def blade_rows(scene: Scene) -> list[tuple[str, str]]:
-    """The blade, its shroud and its material."""
-    from geometry import side_edge_angle
-
+    """The blade, what touches its neighbours, and its material."""
     if scene.mesh_file is not None:
         return _rows_of_file(scene)
-    blade, shroud, material = scene.blade, scene.shroud, scene.material
+    blade, material = scene.blade, scene.material
     assert blade is not None
-    assert shroud is not None
     assert material is not None
     return [
         ("blades of the ring", str(blade.n_blades)),
@@ -334,13 +331,29 @@ def blade_rows(scene: Scene) -> list[tuple[str, str]]:
             "stagger at root, at shroud, camber",
             f"{blade.root_stagger:g}°, {blade.root_stagger + blade.twist:g}°, {blade.camber:g}°",
         ),
-        ("shroud angle, side edges", f"{shroud.angle:g}°, {side_edge_angle(*geometry_parameters(scene)[:2]):g}°"),
-        ("shroud", f"{_mm(shroud.thickness)} thick, {_mm(shroud.axial_width)} wide, gap {_mm(shroud.gap)}"),
-        ("fillets at root, at shroud", f"{_mm(blade.fillet_radius)}, {_mm(shroud.fillet_radius)}"),
+        *_contact_part_rows(scene),
         ("material", f"E = {material.young_modulus / 1e9:g} GPa, {material.density:g} kg/m³"),
         *_disk_rows(scene),
         ("speed", f"{scene.load.speed_rpm:g} rev/min"),
     ]
+
+
+def _contact_part_rows(scene: Scene) -> Iterator[tuple[str, str]]:
+    """Shroud, snubber and platform, those that there are."""
+    from geometry import side_edge_angle
+
+    blade, shroud, _ = geometry_parameters(scene)
+    if shroud is not None:
+        yield "shroud angle, side edges", f"{shroud.angle:g}°, {side_edge_angle(blade, shroud):g}°"
+        wide = f"{_mm(shroud.thickness)} thick, {_mm(shroud.axial_width)} wide, gap {_mm(shroud.gap)}"
+        yield "shroud", wide
+    tip = 0.0 if shroud is None else shroud.fillet_radius
+    yield "fillets at root, at shroud", f"{_mm(blade.fillet_radius)}, {_mm(tip)}"
+    if (snubber := scene.snubber) is not None:
+        wide = f"{_mm(snubber.thickness)} thick, {_mm(snubber.width)} wide, gap {_mm(snubber.gap)}"
+        yield "snubber", f"at {_mm(snubber.radius)}, {wide}, {snubber.angle:g}°"
+    if (platform := scene.platform) is not None:
+        yield "platform", f"at {_mm(platform.radius)}, {_mm(platform.thickness)} thick, {platform.flank_angle:g}°"
 
 
 def _disk_rows(scene: Scene) -> list[tuple[str, str]]:

@@ -132,7 +132,9 @@ def _absent_sections(scene: Scene) -> set[str]:
     """The sections of a blade that a scene lacks; a mesh from a file or matrices take the place of all others."""
     if scene.model is not None:
         return set()
-    needed = ("mesh",) if scene.mesh_file is not None else BLADE_SECTIONS
+    needed: tuple[str, ...] = ("mesh",) if scene.mesh_file is not None else BLADE_SECTIONS
+    if scene.snubber is not None or (scene.platform is not None and scene.has_damper):
+        needed = tuple(name for name in needed if name != "shroud")
     return {name for name in needed if getattr(scene, name) is None}
 
 

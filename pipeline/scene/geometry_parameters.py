@@ -10,17 +10,16 @@ if TYPE_CHECKING:
     from pipeline.scene.schema import Scene
 
 
-def geometry_parameters(scene: Scene) -> tuple[BladeParameters, ShroudParameters, MeshParameters]:
-    """Parameters of the blade, the shroud and the mesh, metres and degrees."""
+def geometry_parameters(scene: Scene) -> tuple[BladeParameters, ShroudParameters | None, MeshParameters]:
+    """Parameters of the blade, of its shroud where it has one, and of the mesh, metres and degrees."""
     from geometry import BladeParameters, MeshParameters, ShroudParameters
 
     assert scene.blade is not None  # a scene that describes a blade has all of these
-    assert scene.shroud is not None
     assert scene.mesh is not None
     assert scene.mesh.size is not None
     return (
         BladeParameters(**scene.blade.model_dump()),
-        ShroudParameters(**scene.shroud.model_dump()),
+        None if scene.shroud is None else ShroudParameters(**scene.shroud.model_dump()),
         MeshParameters(scene.mesh.size, scene.mesh.contact_grid, scene.mesh.grading),
     )
 

@@ -146,12 +146,12 @@ def estimated_elements(scene: Scene) -> float:
     if scene.mesh_file is not None:
         return file_size(scene.mesh_file) / BYTES_OF_AN_ELEMENT
     assert scene.blade is not None
-    assert scene.shroud is not None
     assert scene.mesh is not None
     assert scene.mesh.size is not None
     blade, shroud, size = scene.blade, scene.shroud, scene.mesh.size
     airfoil = [max(side / size, 1.0) for side in (blade.chord, blade.thickness, blade.length)]
-    platform = [max(side / size, 1.0) for side in (_pitch(scene), shroud.axial_width, shroud.thickness)]
+    width, thickness = (blade.chord, 0.0) if shroud is None else (shroud.axial_width, shroud.thickness)
+    platform = [max(side / size, 1.0) for side in (_pitch(scene), width, thickness)]
     wings = sum(_wing_elements(scene, wing, size) for wing in (scene.snubber, scene.platform) if wing is not None)
     layers = _disk_layers(scene, size)
     return math.prod(airfoil) + math.prod(platform) + math.prod(platform[:2]) * layers + wings
@@ -189,10 +189,12 @@ def _half_extents(scene: Scene) -> tuple[float, float]:
     from geometry import side_edge_angle
 
     assert scene.blade is not None
-    assert scene.shroud is not None
-    wide = max(scene.shroud.axial_width, scene.blade.chord)
-    slant = math.radians(side_edge_angle(*geometry_parameters(scene)[:2]))
-    return wide / 2.0, _pitch(scene) + wide + scene.shroud.axial_width / 2.0 * abs(math.tan(slant))
+    blade, shroud, _ = geometry_parameters(scene)
+    if shroud is None:
+        return blade.chord / 2.0, _pitch(scene) + blade.chord
+    wide = max(shroud.axial_width, blade.chord)
+    slant = math.radians(side_edge_angle(blade, shroud))
+    return wide / 2.0, _pitch(scene) + wide + shroud.axial_width / 2.0 * abs(math.tan(slant))
 
 
 def _near_the_blade(scene: Scene, at: tuple[float, float, float]) -> bool:

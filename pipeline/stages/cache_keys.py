@@ -17,7 +17,7 @@ MESH_CODE = "pipeline.stages.model.build_mesh"
 FULL_MODEL_CODE = "pipeline.stages.model.build_full_model"
 REDUCED_MODEL_CODE = "pipeline.stages.model.build_reduced_model"
 MATRICES_CODE = "pipeline.stages.model.build_from_matrices"
-OPTIONAL_PARTS = ("disk", "snubber", "platform")  # of a blade
+OPTIONAL_PARTS = ("shroud", "disk", "snubber", "platform")  # of a blade
 CURVE_CODE = "pipeline.stages.curve.solve_curve"
 EXTENSION_CODE = "pipeline.stages.curve.extend_curve"
 CARRIED_CODE = "pipeline.stages.curve.carry_branches"
@@ -77,11 +77,9 @@ def _mesh_inputs(scene: Scene) -> dict[str, Any]:
         choice = scene.mesh.model_dump(exclude={"file", "size", "element", "grading"})
         return {"file": _content(scene, scene.mesh_file), "mesh": choice, "materials": sorted(scene.materials)}
     assert scene.blade is not None
-    assert scene.shroud is not None
     made_here = {"size", "contact_grid", "grading"}
     return {
         "blade": scene.blade.model_dump(),
-        "shroud": scene.shroud.model_dump(),
         **{name: part.model_dump() for name in OPTIONAL_PARTS if (part := getattr(scene, name)) is not None},
         **({"damper": True} if scene.has_damper else {}),
         "mesh": scene.mesh.model_dump(include=made_here),

@@ -157,3 +157,28 @@ def test_wings_that_do_not_fit_are_refused_with_what_does(changes, key):
         build_sector(**given)
     assert str(error.value).startswith(f"{key} = ")
     assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("disk", [None, DiskParameters(0.1, 0.04)])
+def test_a_blade_without_shroud_is_its_airfoil_with_wings(disk):
+    blade = replace(BLADE, root_stagger=20.0, camber=20.0)
+    found = build_sector(blade, None, MESH, disk, snubber=SNUBBER, platform=PLATFORM)
+    assert (found.main, list(found.pairs)) == ("snubber", ["platform"])
+    assert hexahedron_scaled_jacobian(found.points, found.hexahedra).min() > 0.1
+    assert len(np.unique(found.hexahedra)) == len(found.points)
+    radius = np.hypot(found.points[:, 1], found.points[:, 2])
+    top = np.flatnonzero(np.isclose(radius, BLADE.hub_radius + BLADE.length))
+    assert set(found.node_sets["tip_surface"]) == set(top)
+    assert found.node_sets["tip"][0] in top
+    assert radius.max() == pytest.approx(BLADE.hub_radius + BLADE.length)
+    for view in found.views.values():
+        for side in ("right", "left"):
+            face = getattr(view, side)
+            assert np.array_equal(view.points[face.nodes], face.position)
+            assert face_area(view, side)[0] == pytest.approx(face.area.sum(), rel=2e-3)
+    corners = np.array(found.blocks[0].topology.sides)
+    sides = found.surfaces["suction_side"]
+    nodes = found.blocks[0].nodes[sides.element[:, None], corners[sides.side]]
+    assert radius[nodes].max() == pytest.approx(BLADE.hub_radius + BLADE.length)
+    with pytest.raises(GeometryError, match="neither a snubber nor a platform"):
+        build_sector(blade, None, MESH)
