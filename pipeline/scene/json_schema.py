@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from pipeline.scene.contact_section import PER_NODE
+from pipeline.scene.dotted_keys import INTERFACE
 from pipeline.scene.presets import PRESETS, SIZE
 from pipeline.scene.reading import DEPRECATED_VALUES
 from pipeline.scene.schema import NOT_SWEPT, NOT_SWEPT_KEYS, SECTIONS, Scene
 from pipeline.scene.sweep import LARGEST_SWEEP, takes_fractions
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
+OF_INTERFACE = rf"^{INTERFACE}\..+\.({'|'.join(PER_NODE)})$"  # dotted keys, for whatever interfaces a model has
 Schemas = Mapping[str, Mapping[str, dict[str, Any]]]  # section -> key -> schema of its value
 BY_PRESET = {SIZE, *(key for preset in PRESETS.values() for key in preset.values)}
 
@@ -49,17 +52,27 @@ def _sweep(sections: dict[str, Any]) -> dict[str, Any]:
         if name not in NOT_SWEPT
     }
     lists = _by_key(values, lambda value: {"type": "array", "minItems": 1, "items": value})
-    point = {"type": "object", "minProperties": 1, "properties": _by_key(values, dict), "additionalProperties": False}
+    point = {"minProperties": 1, **_keys(_by_key(values, dict), {})}
     points = {
         "anyOf": [{"type": "array", "minItems": 1, "items": point}, {"type": "string"}],
         "description": "one curve for each point: a list of tables with the same keys, or a CSV file with a column "
         "for each key",
     }
     return {
-        "type": "object",
-        "properties": {**lists, "points": points, "latin_hypercube": _latin_hypercube(values)},
-        "additionalProperties": False,
+        **_keys(
+            {**lists, "points": points, "latin_hypercube": _latin_hypercube(values)}, {"type": "array", "minItems": 1}
+        ),
         "description": "dotted keys with lists: one curve for every combination; or points; or latin_hypercube",
+    }
+
+
+def _keys(properties: dict[str, Any], of_interface: dict[str, Any]) -> dict[str, Any]:
+    """Schema of a table of swept keys, dotted keys of interfaces among them."""
+    return {
+        "type": "object",
+        "properties": properties,
+        "patternProperties": {OF_INTERFACE: of_interface},
+        "additionalProperties": False,
     }
 
 
@@ -83,15 +96,15 @@ def _latin_hypercube(values: Schemas) -> dict[str, Any]:
         name: {key: value for key, value in keys.items() if takes_fractions(f"{name}.{key}")}
         for name, keys in values.items()
     }
-    ranges = {"type": "object", "minProperties": 1, "properties": _by_key(numbers, lambda _: pair)}
+    ranges = {"minProperties": 1, **_keys(_by_key(numbers, lambda _: pair), pair)}
     names = [f"{name}.{key}" for name, keys in numbers.items() for key in keys]
     properties = {
         "samples": {"type": "integer", "minimum": 1, "maximum": LARGEST_SWEEP, "description": "number of points"},
         "seed": {"type": "integer", "minimum": 0, "description": "the same seed gives the same points"},
-        "ranges": {**ranges, "additionalProperties": False, "description": "dotted keys with [low, high]"},
+        "ranges": {**ranges, "description": "dotted keys with [low, high]"},
         "logarithmic": {
             "type": "array",
-            "items": {"enum": names},
+            "items": {"anyOf": [{"enum": names}, {"type": "string", "pattern": OF_INTERFACE}]},
             "description": "keys of ranges whose logarithm is sampled",
         },
     }

@@ -7,12 +7,14 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
+from jsonschema import Draft202012Validator
 from pipeline_support import ground_model, overlapping_texts, shroud, small_scene, summary_of, write_scene
 
 from nonlinear import LIFT_OFF, SLIP, STICK, nodal_contact
 from pipeline import run_scene
 from pipeline.figures.data import plotted_curves
 from pipeline.figures.hysteresis import node_figure
+from pipeline.scene.json_schema import scene_schema
 from pipeline.scene.reading import read_scene
 from pipeline.scene.sweep import key_value
 from pipeline.stages.cache_keys import contact_inputs, stiffness_inputs
@@ -204,6 +206,7 @@ def test_keys_of_interfaces_are_swept(tmp_path: Path) -> None:
     (tmp_path / "points.csv").write_text(
         "interface.foot.interference_m,interface.foot.friction\n1e-3,0.2\n2e-3,0.3\n"
     )
+    schema = Draft202012Validator(scene_schema()["properties"]["sweep"])
     for table, keys in (
         ({"interface": {"foot": {"friction": [0.1, 0.5]}}}, ("interface.foot.friction",)),
         ({"points": "points.csv"}, ("interface.foot.interference", "interface.foot.friction")),
@@ -215,6 +218,8 @@ def test_keys_of_interfaces_are_swept(tmp_path: Path) -> None:
         file = read_scene(write_scene(tmp_path / "s.toml", scene(foot={"preload": 1.0}) | {"sweep": table}))
         assert file.swept == keys
         assert len(file.members) == 2
+        assert schema.is_valid(table) or "interface" in table
+    assert not schema.is_valid({"interface.foot.law": ["cone"]})
     file = read_scene(
         write_scene(tmp_path / "s.toml", scene(foot={"friction": 0.1}) | {"sweep": {"contact.friction": [0.2, 0.3]}})
     )
