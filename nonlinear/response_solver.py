@@ -15,7 +15,7 @@ from nonlinear.continuation.arclength_continuation import Continuation, Progress
 from nonlinear.continuation.point_stability import PointStability
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.continuation.step_control import find_resonances
-from nonlinear.harmonic_balance.initial_solution import TruncatedBalances, static_displacement
+from nonlinear.harmonic_balance.initial_solution import TruncatedBalances, on_support, static_displacement
 from nonlinear.harmonic_balance.residual import HarmonicBalance, has_odd_harmonics_only
 from nonlinear.harmonic_selection.adaptive_harmonics import (
     HarmonicSelection,
@@ -305,7 +305,7 @@ def _parts(
 ) -> tuple[RelativeReceptance, ContactElement]:
     """The two parts of a balance: structure and contact."""
     n_harmonics = options.fixed_harmonics
-    receptance = _receptance(modal, excitation, n_harmonics)
+    receptance = on_support(_receptance(modal, excitation, n_harmonics), contact, options)
     highest = receptance.excited_harmonics[-1]
     if n_harmonics < highest:
         raise OptionsError(

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
         natural_frequencies,
         natural_modes,
     )
-    from rom.cyclic.receptance import RelativeReceptance
+    from rom.cyclic.receptance import RelativeReceptance, Support
     from rom.cyclic.reduced_model import (
         ContactInterface,
         ReducedModel,
@@ -147,6 +147,7 @@ __all__ = [
     "SolvedPoint",
     "SpringSupportedMotion",
     "StressCycle",
+    "Support",
     "Surroundings",
     "WaveErrors",
     "WaveModes",
@@ -291,6 +292,7 @@ _PLACES = {
     "Reduction": "rom.reduction.craig_bampton",
     "ReductionOptions": "rom.reduction.craig_bampton",
     "RelativeReceptance": "rom.cyclic.receptance",
+    "Support": "rom.cyclic.receptance",
     "RingModes": "rom.cyclic.sector_modes",
     "SectorModes": "rom.cyclic.sector_modes",
     "WaveModes": "rom.cyclic.modal_model",

@@ -293,6 +293,7 @@ class CompiledCorrector:
             odd=balance.odd,
             floor=balance.tiny + balance.static_resolution,
             defect=np.zeros(balance.size) if balance.defect is None else balance.defect,
+            floating=np.ascontiguousarray(balance.floating_motions.T),
             path=self._path,
         )
 
@@ -322,6 +323,7 @@ class CompiledCorrector:
             tangent=np.empty(size),
             unsolved=np.empty(size),
             of_dof=np.empty(2 * n_h - 1),
+            shares=np.empty(len(self._structure.floating)),
             other_shift=np.empty(self.balance.n_contacts),
             other_defect_rate=np.empty(size),
             condensed=self.condensed,

@@ -16,6 +16,7 @@ from nonlinear.continuation.corrector_state import Iterate, Plane, Structure, Wo
 from nonlinear.harmonic_balance.newton_decisions import (
     MAX_CORRECTIONS,
     SMALLEST_VIBRATION,
+    SOFT,
     has_converged,
     stagnations_after,
 )
@@ -49,7 +50,7 @@ def correct_in_plane(
     previous, stagnations, factors = np.inf, 0, (NO_FACTORS, 0)
     for iteration in range(MAX_CORRECTIONS + 1):
         _write_residual(structure, laws, at, work, scratch)
-        error = _relative_error(at.residual, at.unknown, structure.floor, at.motion.shape[1])
+        error = _relative_error(at.residual, at.unknown, structure, work.shares)
         stagnations = _stagnations_after(error, previous, stagnations)
         converged = wanted == RATE or _has_converged(error, plane.tolerance, plane.round_off, stagnations)
         if not converged and (iteration == MAX_CORRECTIONS or not np.isfinite(error)):
@@ -88,16 +89,24 @@ def _take_step(plane: Plane, at: Iterate) -> bool:
 
 
 @inner
-def _relative_error(residual: Array, unknown: Array, floor: float, n_contacts: int) -> float:
+def _relative_error(residual: Array, unknown: Array, structure: Structure, shares: Array) -> float:
     """`HarmonicBalance.relative_error`."""
     static_residual, static, dynamic_residual, dynamic = 0.0, 0.0, 0.0, 0.0
-    for i in range(3 * n_contacts):
-        static_residual += residual[i] * residual[i]
+    floating, bodies = structure.floating, structure.floating.shape[0]
+    for k in range(bodies):
+        shares[k] = 0.0
+        for i in range(floating.shape[1]):
+            shares[k] += (1.0 - SOFT) * floating[k, i] * residual[i]
+    for i in range(floating.shape[1]):
+        value = residual[i]
+        for k in range(bodies):
+            value -= shares[k] * floating[k, i]
+        static_residual += value * value
         static += unknown[i] * unknown[i]
-    for i in range(3 * n_contacts, unknown.shape[0]):
+    for i in range(floating.shape[1], unknown.shape[0]):
         dynamic_residual += residual[i] * residual[i]
         dynamic += unknown[i] * unknown[i]
-    total = math.sqrt(static + dynamic) + floor
+    total = math.sqrt(static + dynamic) + structure.floor
     vibration = max(math.sqrt(dynamic), SMALLEST_VIBRATION * total)
     return max(math.sqrt(dynamic_residual) / vibration, math.sqrt(static_residual + dynamic_residual) / total)
 

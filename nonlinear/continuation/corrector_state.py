@@ -37,6 +37,7 @@ class Structure(NamedTuple):
     odd: bool  # no even harmonics (see `HarmonicBalance`)
     floor: float  # added to the norm of the displacement in the relative error, m
     defect: Array  # (n,), residual that counts as zero, m
+    floating: Array  # (r, 3 n_c), see `HarmonicBalance.floating_motions`
     path: Path  # what the parameter is
 
 
@@ -107,6 +108,7 @@ class Workspace(NamedTuple):
     tangent: Array
     unsolved: Array  # (n,), the residual that a solution is sought for
     of_dof: Array  # (2H+1,), coefficients of one displacement
+    shares: Array  # (r,), parts of a residual in motions of bodies that contacts alone hold
     # `other_shift`: (n_c,), `other_defect_rate`: (n,); another parameter, see `InterferenceChange`
     other_shift: Array
     other_defect_rate: Array

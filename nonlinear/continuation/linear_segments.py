@@ -20,6 +20,7 @@ from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK, Array, ContactFo
 from nonlinear.continuation.response_quantities import amplitude_derivative
 from nonlinear.continuation.solution_point import LinearState, Metric, SolutionPoint
 from nonlinear.continuation.zero_bracket import closed_bracket
+from nonlinear.harmonic_balance.newton_decisions import SOFT
 from nonlinear.harmonic_balance.residual import HarmonicBalance
 from rom import RelativeReceptance, SpringSupportedMotion, contact_springs
 
@@ -75,17 +76,38 @@ class LinearSegmentSystem:
         """Harmonic 0 with the sliders at their origin, (n_c, 3)."""
         if self.balance.frozen_static is not None:
             return self.balance.frozen_static
-        system = SpringSupportedMotion(self._at_rest.matrix(0.0)[0].real * self.springs.reshape(-1))
-        return system.solve(self._static_response(self._rest_force)).reshape(-1, 3)
+        weights, flexibility = self._weighted
+        system = weights + flexibility * self.springs.reshape(-1)
+        return np.asarray(np.linalg.solve(system, self._static_response(self._rest_force))).reshape(-1, 3)
 
     @cached_property
     def _at_rest(self) -> RelativeReceptance:
         """The receptance of harmonic 0."""
         return replace(self.balance.receptance, harmonics=(0,))
 
+    @cached_property
+    def _weighted(self) -> tuple[Array, Array]:
+        """Weights of harmonic 0 (see `HarmonicBalance.weighted`), and these times its flexibility."""
+        motions, rest = self.balance.floating_motions, self._at_rest
+        weights = np.eye(len(motions)) - (1.0 - SOFT) * motions @ motions.T
+        if not rest.floating:
+            return weights, rest.matrix(0.0)[0].real
+        return weights, (self._weighted_motion / rest.waves.angular_frequency[0] ** 2) @ rest.relative[0].real.T
+
+    @cached_property
+    def _weighted_motion(self) -> Array:
+        """Weighted relative motion of the modes of harmonic 0, that of soft supports without round-off."""
+        motion, motions = self._at_rest.relative[0].real, self.balance.floating_motions
+        found = motion - (1.0 - SOFT) * motions @ (motions.T @ motion)
+        found[:, : self._at_rest.floating] = SOFT * motion[:, : self._at_rest.floating]
+        return found
+
     def _static_response(self, force: Array) -> Array:
-        """Harmonic 0 under contact forces (n_c, 3)."""
-        return np.asarray(self._at_rest.response(0.0, force.reshape(1, -1).astype(complex))[0][0].real)
+        """Weighted harmonic 0 under contact forces (n_c, 3)."""
+        given = force.reshape(1, -1).astype(complex)
+        if not self._at_rest.floating:
+            return np.asarray(self._at_rest.response(0.0, given)[0][0].real)
+        return self._weighted_motion @ self._at_rest.modal_response(0.0, given)[0][0].real
 
     def _settle(self, rows: Array) -> bool:
         """Change harmonic 0 of a motion and its derivative (2, 2H+1, n_c, 3) to that with the sliders in their place.
@@ -93,16 +115,16 @@ class LinearSegmentSystem:
         The place is that of the contact element, which the vibration decides on. Newton's method; False if it fails.
         """
         motion, derivative = rows
-        receptance = self._at_rest.matrix(0.0)[0].real
+        weights, flexibility = self._weighted
         for _ in range(MOST_ITERATIONS):
             forces = self.balance.forces_of(motion)
             change = forces.jacobian[:, :, :, 0, 0]
-            nodes = [receptance[:, 3 * k : 3 * k + 3] @ block for k, block in enumerate(change)]
-            matrix = np.eye(motion[0].size) - np.concatenate(nodes, axis=1)
+            nodes = [flexibility[:, 3 * k : 3 * k + 3] @ block for k, block in enumerate(change)]
+            matrix = weights - np.concatenate(nodes, axis=1)
             moving = np.einsum("kabj,jkb->ka", forces.jacobian[:, :, :, 0, 1:], derivative[1:]).reshape(-1)
-            residual = motion[0].reshape(-1) - self._static_response(forces.force[0])
+            residual = weights @ motion[0].reshape(-1) - self._static_response(forces.force[0])
             try:
-                found = np.linalg.solve(matrix, np.stack([residual, receptance @ moving], axis=1)).T
+                found = np.linalg.solve(matrix, np.stack([residual, flexibility @ moving], axis=1)).T
             except np.linalg.LinAlgError:
                 return False
             correction, derivative[0] = found.reshape(2, *motion[0].shape)

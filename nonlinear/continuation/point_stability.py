@@ -26,6 +26,7 @@ from nonlinear.stability.ring_stability import (
 )
 from rom import ModalModel, RingModes, coupled_frequencies, relative_contact_motion, spring_stiffness
 
+FLOATING = 1e-11  # square of the frequency of a body that slides over the highest one: round-off
 SAMPLED = 7  # nodal diameters of a ring at which a search starts
 
 
@@ -39,20 +40,18 @@ def least_damped_pole(modal: RingModes, phase: float, springs: Array) -> complex
     Shapes: `springs` (n_c, 3).
     """
     own = modal.at_phase(phase)
-    elastic = own.angular_frequency > 0.0  # rigid motions of a disk do not move the contacts
-    damping, squared = own.damping[elastic], own.angular_frequency[elastic] ** 2
     if not springs.any():
-        half = damping / 2.0
+        elastic = own.angular_frequency > 0.0
+        half, squared = own.damping[elastic] / 2.0, own.angular_frequency[elastic] ** 2
         return _leading(-half + np.sqrt((half**2 - squared).astype(complex)))
-    motion = _relative_motion(own, phase)[:, elastic]
-    size = damping.size
-    stiffness = np.diag(squared) + spring_stiffness(motion, springs)
+    stiffness, damping = _sprung(own, phase, springs)
+    size = len(stiffness)
     # velocities in units of this frequency, so that all entries are of one size
     scale = float(np.sqrt(np.abs(np.diag(stiffness)).max()))
     system = np.zeros((2 * size, 2 * size), dtype=stiffness.dtype)
     system[:size, size:] = np.eye(size)
     system[size:, :size] = -stiffness / scale**2
-    system[size:, size:] = -np.diag(damping) / scale
+    system[size:, size:] = -damping / scale
     return _leading((scale * np.linalg.eigvals(system)).astype(complex))
 
 
@@ -80,11 +79,24 @@ def least_damped_of_ring(modal: RingModes, springs: Array) -> tuple[complex, int
 
 def _undamped_decay(modal: RingModes, phase: float, springs: Array) -> float:
     """The least x^H diag(c_m) x / 2 over the undamped modes x at one phase, 1/s."""
-    own = modal.at_phase(phase)
-    elastic = own.angular_frequency > 0.0
-    motion, squared = _relative_motion(own, phase)[:, elastic], own.angular_frequency[elastic] ** 2
-    _, shapes = np.linalg.eigh(np.diag(squared) + spring_stiffness(motion, springs))
-    return float((own.damping[elastic] @ np.abs(shapes) ** 2).min()) / 2.0
+    stiffness, damping = _sprung(modal.at_phase(phase), phase, springs)
+    _, shapes = np.linalg.eigh(stiffness)
+    return float(np.sum(shapes.conj() * (damping @ shapes), axis=0).real.min()) / 2.0
+
+
+def _sprung(own: ModalModel, phase: float, springs: Array) -> tuple[ComplexArray | Array, ComplexArray | Array]:
+    """Stiffness diag(omega_m^2) + B^H k B and damping in coordinates without motions that nothing holds.
+
+    Those are rigid motions of a disk, which do not move the contacts, and those of bodies that slide.
+    """
+    felt = own.is_felt
+    motion, damping = _relative_motion(own, phase)[:, felt], np.diag(own.damping[felt])
+    stiffness = np.diag(own.angular_frequency[felt] ** 2) + spring_stiffness(motion, springs)
+    if own.floating:
+        values, shapes = np.linalg.eigh(stiffness)
+        held = shapes[:, values > FLOATING * values[-1]]
+        stiffness, damping = held.conj().T @ stiffness @ held, held.conj().T @ damping @ held
+    return stiffness, damping
 
 
 def _relative_motion(modal: ModalModel, phase: float) -> ComplexArray | Array:

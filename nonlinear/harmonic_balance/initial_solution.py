@@ -10,17 +10,18 @@ from typing import Protocol
 import numpy as np
 
 from nonlinear.contact.element_choice import contact_element
-from nonlinear.contact.parameters import Array, ContactParameters
-from nonlinear.harmonic_balance.newton_decisions import has_converged, stagnations_after
+from nonlinear.contact.parameters import Array, ContactError, ContactParameters
+from nonlinear.harmonic_balance.newton_decisions import SOFT, has_converged, stagnations_after
 from nonlinear.harmonic_balance.residual import HarmonicBalance, LinearisedResidual
 from nonlinear.options import SolverOptions
 from nonlinear.response_curve import StaticContact
-from rom import RelativeReceptance, RingModes
+from rom import RelativeReceptance, RingModes, Support, contact_springs
 
 MAX_ITERATIONS = 40
 SMALLEST_DAMPING = 1.0 / 256.0
 FIRST_INCREMENT = 0.1  # of the homotopy parameter, which goes from 0 to 1
 SMALLEST_INCREMENT = 1e-5
+PASSES = 3  # of the static equilibrium
 Homotopy = Callable[[float], HarmonicBalance]  # the balance asked for at parameter 1, an easier one at 0
 
 
@@ -73,14 +74,15 @@ def newton(
     guess: Array,
     *,
     error: Callable[[Array, Array], float],
+    weighted: Callable[[Array], Array],
     tolerance: float,
     round_off: float,
     max_iterations: int = MAX_ITERATIONS,
 ) -> NewtonResult:
     """Solve R(x) = 0 by damped Newton steps.
 
-    A step that does not reduce the norm of R is halved, down to 1/256. The shortest step is taken in any case: so
-    the iteration can leave a kink of a piecewise smooth residual.
+    A step that does not reduce the norm of the `weighted` R is halved, down to 1/256. The shortest step is taken in
+    any case: so the iteration can leave a kink of a piecewise smooth residual.
     Shapes: `guess` (n,).
     """
     monitor = ConvergenceMonitor(tolerance, round_off)
@@ -94,12 +96,13 @@ def newton(
         step = linearised.solve(-linearised.residual)
         if not np.isfinite(step).all():
             return NewtonResult(x, False, iteration, relative)
-        norm = np.linalg.norm(linearised.residual)
+        norm = np.linalg.norm(weighted(linearised.residual))
         damping = 1.0
         while True:
             trial = x + damping * step
             linearised = linearise(trial)
-            if np.linalg.norm(linearised.residual) < (1.0 - 0.25 * damping) * norm or damping <= SMALLEST_DAMPING:
+            left = np.linalg.norm(weighted(linearised.residual))
+            if left < (1.0 - 0.25 * damping) * norm or damping <= SMALLEST_DAMPING:
                 break
             damping /= 2.0
         x = trial
@@ -137,6 +140,36 @@ class TruncatedBalances:
 def pad_or_truncate(unknown: Array, balance: HarmonicBalance) -> Array:
     """An unknown of any number of harmonics in the size of `balance`: zeros added, or the highest harmonics cut."""
     return np.concatenate([unknown[: balance.size], np.zeros(max(balance.size - unknown.size, 0))])
+
+
+def on_support(
+    receptance: RelativeReceptance, contact: ContactParameters, options: SolverOptions
+) -> RelativeReceptance:
+    """The receptance with bodies that contacts alone hold on soft springs in harmonic 0.
+
+    The springs have `SOFT` of the stiffness of the contacts, and bear nothing in static equilibrium: its position is
+    found by the method of multipliers, each pass of which leaves `SOFT` of the load of the springs. A mean position
+    of the vibration that differs from it by some of the contacts' deflection d loads them by SOFT d.
+    """
+    still = replace(receptance, harmonics=(0,), force=0.0)
+    if not (floating := still.floating):
+        return receptance
+    motion = still.relative[0].real[:, :floating]
+    springs = contact_springs(contact.n_contacts, contact.normal_stiffness, contact.tangential_stiffness)
+    stiffness = SOFT * float(np.sum(motion**2 * springs.reshape(-1, 1))) / floating
+    if not stiffness > 0.0:
+        raise ContactError("normal_stiffness: 0, allowed: above 0 where contacts alone hold a body")
+    support = Support(stiffness, np.zeros(floating))
+    for _ in range(PASSES):
+        held = replace(still, support=support)
+        try:
+            displacement = static_displacement(held, contact, options)
+        except ArithmeticError:  # said by who asks for the static equilibrium
+            break
+        force = contact_element(contact, 0, options).evaluate(displacement[None]).force.reshape(1, -1)
+        position = held.modal_response(0.0, force.astype(complex))[0][0, :floating].real
+        support = Support(stiffness, position)
+    return replace(receptance, support=support)
 
 
 def static_displacement(receptance: RelativeReceptance, contact: ContactParameters, options: SolverOptions) -> Array:
@@ -187,7 +220,7 @@ def static_contact(modal: RingModes, contact: ContactParameters, options: Solver
     >>> static_contact(modal, contact, options).force_n
     2.0
     """
-    receptance = RelativeReceptance(modal, 0.0, (0,), 0.0)
+    receptance = on_support(RelativeReceptance(modal, 0.0, (0,), 0.0), contact, options)
     return StaticContact.of(contact, static_displacement(receptance, contact, options))
 
 
@@ -271,6 +304,7 @@ def solve_at(
         linearise,
         guess,
         error=balance.relative_error,
+        weighted=balance.weighted,
         tolerance=options.tolerance,
         round_off=options.round_off,
         max_iterations=max_iterations,

@@ -1,6 +1,7 @@
 """Decisions of Newton's iterations, written once: the kernels of the corrector compile these very functions."""
 
 MAX_CORRECTIONS = 12
+SOFT = 1e-6  # stiffness of the supports of bodies that contacts hold over that of the contacts: a static error
 SMALLEST_VIBRATION = 1e-6  # relative to the whole displacement; a smaller one is lost in round-off of the forces
 MANY_UNKNOWNS = 120  # a factorisation costs as much as ten evaluations, not as three
 SAME_SYSTEM = 1e-3  # contraction of the error by a step, below which its Jacobian also gives the tangent

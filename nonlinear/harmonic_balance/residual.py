@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from nonlinear.contact.fourier import ComplexArray, to_complex, to_real
 from nonlinear.contact.parameters import Array, ContactElement, ContactForces, ContactParameters
 from nonlinear.harmonic_balance.condensed_factors import SMALLEST_PROBLEM, CondensedFactors, DenseFactors
-from nonlinear.harmonic_balance.newton_decisions import SMALLEST_VIBRATION
+from nonlinear.harmonic_balance.newton_decisions import SMALLEST_VIBRATION, SOFT
 from rom import RelativeReceptance
 
 STATIC_RESOLUTION = 1e-3  # a tolerance of 1e-13 of it is the round-off of the motion of one side
@@ -340,7 +340,8 @@ class HarmonicBalance:
     def relative_error(self, residual: Array, unknown: Array) -> float:
         """Norm of a residual (n,) relative to the displacement.
 
-        The static rows count relative to the whole displacement, the dynamic rows relative to the vibration. A
+        The static rows count relative to the whole displacement, the dynamic rows relative to the vibration. On a
+        soft support the residual is that share of a force that moves a body as far as a contact: see `weighted`. A
         vibration a million times smaller than the static displacement is not resolved further: round-off of the
         contact forces does not allow it.
 
@@ -353,8 +354,31 @@ class HarmonicBalance:
         """
         total = math.sqrt(unknown @ unknown) + self.tiny + self.static_resolution
         vibration = max(self.vibration(unknown), SMALLEST_VIBRATION * total)
-        dynamic = self.vibration(residual) / vibration
-        return max(dynamic, math.sqrt(residual @ residual) / total)
+        dynamic, weighted = self.vibration(residual) / vibration, self.weighted(residual)
+        return max(dynamic, math.sqrt(weighted @ weighted) / total)
+
+    def weighted(self, residual: Array) -> Array:
+        """A residual (n,) in which a force on a body counts by its displacement on the contacts, not on the support.
+
+        Parameters
+        ----------
+        residual : (n,) float
+            R, m.
+        """
+        motions = self.floating_motions
+        if not motions.shape[1]:
+            return residual
+        found, size = residual.copy(), len(motions)
+        found[:size] -= (1.0 - SOFT) * motions @ (motions.T @ found[:size])
+        return found
+
+    @cached_property
+    def floating_motions(self) -> Array:
+        """Orthonormal motions (3 n_c, r) of the contacts by bodies that these alone hold."""
+        receptance = self.receptance
+        if receptance.support is None or self.frozen_static is not None:
+            return np.zeros((3 * self.n_contacts, 0))
+        return np.linalg.qr(receptance.relative[0].real[:, : receptance.floating])[0]
 
     @cached_property
     def static_resolution(self) -> float:
@@ -366,6 +390,7 @@ class HarmonicBalance:
         if receptance.harmonics[0] != 0 or self.frozen_static is not None:
             return 0.0
         free = np.abs(receptance.modal_force[0] / receptance.waves.angular_frequency[0] ** 2)
+        free[: receptance.floating] = 0.0
         right = np.abs(receptance.modal.at(0).right)
         return STATIC_RESOLUTION * float(np.linalg.norm(right @ free[: right.shape[1]]))
 

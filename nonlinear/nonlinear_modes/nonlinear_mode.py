@@ -19,7 +19,7 @@ from nonlinear.contact.element_choice import contact_element
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK, Array, ContactParameters
 from nonlinear.continuation.response_quantities import largest_amplitude
-from nonlinear.harmonic_balance.initial_solution import static_displacement
+from nonlinear.harmonic_balance.initial_solution import on_support, static_displacement
 from nonlinear.nonlinear_modes.extended_motion import (
     ExtendedMotion,
     MotionState,
@@ -396,6 +396,7 @@ def nonlinear_mode(
     _check(modal.at(nodal_diameter).angular_frequency.size, amplitudes_m, options, number)
     harmonics = tuple(range(options.fixed_harmonics + 1))
     receptance = RelativeReceptance(modal, modal.phase(nodal_diameter), harmonics, 0.0)
+    receptance = on_support(receptance, contact, options)
     static = static_displacement(receptance, contact, options)
     every_harmonic = damping == "all_harmonics"
     first = FirstMotion(receptance, contact, static, options, number, amplitudes_m[0], every_harmonic)

@@ -88,7 +88,7 @@ class FloquetAnalysis:
     ) -> "FloquetAnalysis":
         """For a balance of these parts."""
         harmonics = max(receptance.harmonics)
-        problem = HillProblem(receptance.modal, receptance.phase, harmonics, kappa, static)
+        problem = HillProblem(receptance.modal.softly_held, receptance.phase, harmonics, kappa, static)
         return cls(problem, MemorySampler(contact, harmonics))
 
     def point(self, displacement: Array, jacobian: Array, omega: float) -> PointContact:

@@ -99,6 +99,7 @@ class BladeSystem(NamedTuple):
     left_modes: Array  # (m, r)
     output_modes: Array  # (m,)
     output_forces: Array  # (s, 2, r): residual flexibility of the output to forces on its right and its left pair
+    push: Array  # (m,): static modal force on bodies that contacts alone hold
 
 
 class RingWork(NamedTuple):
@@ -170,6 +171,7 @@ class DiskSystem(NamedTuple):
     far: WaveMatrices  # r to r, m/N
     output: WaveMatrices  # k to 1: output of the modes
     residual_output: WaveMatrices  # r to 1: residual flexibility of the output, m/N
+    push: Array  # (k,): static modal force on bodies that contacts alone hold, in the wave 0
     is_far: bool  # whether any pair of faces is no neighbour: q > 3
 
 

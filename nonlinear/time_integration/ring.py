@@ -176,7 +176,25 @@ class Ring:
             Excitation frequency, rad/s.
         """
         shape = len(self.excited.harmonics), self.frequency_ratio.size, 3 * self.modal.n_contacts
-        return self.coordinates(omega, np.zeros(shape, dtype=complex))
+        found = self.coordinates(omega, np.zeros(shape, dtype=complex))
+        found[0, :, : self.excited.floating] = 0.0  # bodies that contacts alone hold: see `static_push`
+        return found
+
+    @cached_property
+    def static_push(self) -> Array:
+        """Static modal force on bodies that contacts alone hold, (r,): without contact there is no equilibrium."""
+        return self.excited.modal_force[0, : self.excited.floating].real
+
+    def floating_position(self, displacement: Array, coordinates: ComplexArray) -> Array:
+        """Mean modal coordinates (r,) of bodies that contacts alone hold.
+
+        Shapes: `displacement` (3 n_c,), the mean relative one; `coordinates` (m,), mean ones of all other modes.
+        """
+        still = self.excited
+        motion, elastic = still.relative[0].real, coordinates.real.copy()
+        elastic[: still.floating] = 0.0
+        found: Array = np.linalg.lstsq(motion[:, : still.floating], displacement - motion @ elastic, rcond=None)[0]
+        return found
 
     def relative(self, coordinates: ComplexArray) -> ComplexArray:
         """Relative displacements (n_h, s, 3 n_c) of modal coordinates.
@@ -245,6 +263,7 @@ def whole_ring(modal: ModalModel, excitation: Excitation, frequency_ratio: Array
         area=None if modal.area is None else np.tile(modal.area, count),
         n_blades=None,
         harmonic_forces={h: forces(h) for h in sorted(excited)},
+        floating=count * modal.floating,
     )
 
 
@@ -353,8 +372,8 @@ class RetainedModes:
     @classmethod
     def of(cls, ring: Ring, omega: float, retention: float = RETENTION) -> "RetainedModes":
         """Choose the modes."""
-        lowest = ring.modal.at(ring.excitation.engine_order).angular_frequency[0]
-        return cls(ring, max(retention * omega, float(lowest)))
+        frequency = ring.modal.at(ring.excitation.engine_order).angular_frequency
+        return cls(ring, max(retention * omega, float(frequency[frequency > 0.0][0])))
 
     def are_retained(self, angular_frequency: Array) -> NDArray[np.bool_]:
         """Whether modes of natural frequencies w (...), rad/s, are integrated."""

@@ -340,7 +340,11 @@ class RingIntegrator:
         options = SolverOptions((1.0, 2.0), harmonics=len(order) - 1)
         force = contact_element(self.ring.contact, len(order) - 1, options).evaluate(displacement).force
         by_pair = to_complex(force).reshape(len(order), self.ring.frequency_ratio.size, -1)
-        return self.ring.coordinates(self.omega, by_pair), order
+        coordinates = self.ring.coordinates(self.omega, by_pair)
+        if count := self.ring.static_push.size:
+            mean = self.ring.floating_position(displacement[0].ravel(), coordinates[0, 0])
+            coordinates[0, :, :count] = mean
+        return coordinates, order
 
     def contact_free(self, theta: float) -> tuple[Array, Array]:
         """Modal coordinates and rates of all modes in the response to the excitation without contact.

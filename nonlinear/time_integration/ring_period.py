@@ -191,7 +191,7 @@ def apply_forces(system: RingSystem, blades: BladeSystem, work: RingWork) -> Non
         modal = work.modal_force[j]
         position, rate = system.position[j * system.each], system.rate[j * system.each]
         for m in range(modal.size):
-            modal[m] = 0.0
+            modal[m] = blades.push[m]
         if is_loaded(work.force[j]):
             add_rows(1.0, work.force[j], blades.right, modal)
         behind = (j - 1) % n_blades
@@ -352,6 +352,8 @@ def apply_in_waves(system: RingSystem, disk: DiskSystem, work: RingWork, scratch
     """Add the forces at the end of the step to coordinates and rates."""
     transform(disk.turn, work.force, scratch.force)
     clear(scratch.modal_force)
+    for m in range(disk.push.size):
+        scratch.modal_force[0, m] = disk.push[m]
     add_waves(disk.force, scratch.force, scratch.modal_force)
     for m in range(work.modal_force.shape[1]):
         work.coordinates[0, m] += system.position[0, 3, m] * work.modal_force[0, m]

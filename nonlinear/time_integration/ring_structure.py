@@ -95,7 +95,7 @@ class RingStructure(ABC):
 
     @abstractmethod
     def modal_force(self, force: Array) -> Array:
-        """Modal forces (q, m) of contact forces (q, r) on the right nodes."""
+        """Modal forces (q, m) of contact forces (q, r) on the right nodes, and of static ones: see `push`."""
 
     @abstractmethod
     def kernel(self, omega: float, steps: int) -> "Kernel":
@@ -105,6 +105,13 @@ class RingStructure(ABC):
     def retained(self) -> NDArray[np.bool_]:
         """Modes that are integrated, (m,) or, wave by wave, (J, m)."""
         return self.modes.are_retained(self.angular_frequency)
+
+    @cached_property
+    def push(self) -> Array:
+        """Static modal force on bodies that contacts alone hold, (m,): 0 on all other modes."""
+        found, given = np.zeros(self.angular_frequency.shape[-1]), self.modes.ring.static_push
+        found[: given.size] = given
+        return found
 
     @cached_property
     def flexibility(self) -> Array:
@@ -186,7 +193,7 @@ class ClampedBlades(RingStructure):
         found: Array = force @ self.modal.right
         if self.modal.left is not None:
             found = found - np.roll(force, 1, axis=0) @ self.modal.left
-        return found
+        return found + self.push
 
     def kernel(self, omega: float, steps: int) -> "BladeKernel":
         """The kernel that marches the ring at `omega` (rad/s) with `steps` a period."""
@@ -213,6 +220,7 @@ class ClampedBlades(RingStructure):
             right_modes=padded(right[:, kept].T, 2),
             left_modes=padded(left[:, kept].T, 2),
             output_modes=padded(output[kept], 1),
+            push=padded(self.push[kept], 1),
             output_forces=padded(np.stack([right @ follows, -left @ follows]).transpose(2, 0, 1), 1),
         )
         return BladeKernel(self.system(omega, (position, rate), (own, previous, following)), blades)
@@ -285,7 +293,7 @@ class JoinedSectors(RingStructure):
     def modal_force(self, force: Array) -> Array:
         """Modal forces (q, m) of contact forces (q, r) on the right nodes."""
         adjoint = self.waves.relative.conj().transpose(0, 2, 1)
-        return self._in_time((adjoint @ self._in_waves(force)[..., None])[..., 0])
+        return self._in_time((adjoint @ self._in_waves(force)[..., None])[..., 0]) + self.push
 
     def kernel(self, omega: float, steps: int) -> "SectorKernel":
         """The kernel that marches the ring at `omega` (rad/s) with `steps` a period."""
@@ -308,6 +316,7 @@ class JoinedSectors(RingStructure):
             far=wave_matrices(far),
             output=wave_matrices((self.output[:, :count] * self._kept)[:, None]),
             residual_output=wave_matrices((self.output * residual)[:, None] @ adjoint),
+            push=np.sqrt(self.n_blades) * self.push[:count],
             is_far=self.n_blades > 3,
         )
         each = [part[None] for part in near]

@@ -20,7 +20,7 @@ from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.response_quantities import amplitude_derivative, largest_amplitude, output_under_forces
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.continuation.step_control import ContinuationParameters
-from nonlinear.harmonic_balance.initial_solution import TruncatedBalances
+from nonlinear.harmonic_balance.initial_solution import TruncatedBalances, on_support
 from nonlinear.harmonic_balance.residual import HarmonicBalance, has_odd_harmonics_only
 from nonlinear.options import TRUNCATION_TOLERATED, SolverOptions
 from nonlinear.stability.floquet import FloquetAnalysis
@@ -79,7 +79,9 @@ class RingBalances:
         """The balance with few harmonics."""
         excitation = self.ring.excitation
         modal = whole_ring(self.ring.modal.at(0), excitation, np.ones(self.blades))
-        receptance = Ring(modal, self.contact, excitation).receptance(HARMONICS)
+        receptance = on_support(
+            Ring(modal, self.contact, excitation).receptance(HARMONICS), self.contact, self.options
+        )
         element = contact_element(self.contact, HARMONICS, self.options)
         return HarmonicBalance(receptance, element, odd=has_odd_harmonics_only(receptance, self.contact))
 

@@ -11,6 +11,8 @@ from rom.cyclic.cyclic_symmetry import inter_blade_phase, relative_contact_motio
 from rom.cyclic.reduced_model import Array, ComplexArray
 from rom.errors import ReducedModelError
 
+SOFT = 1e-3  # natural frequency of softly held bodies over the first one: its square is the error
+
 
 @dataclass(frozen=True)
 class WaveModes:
@@ -67,11 +69,12 @@ class ModalDamping:
             ratios = np.atleast_1d(np.asarray(self.ratio, dtype=float))
             if ratios.ndim != 1 or ratios.size == 0:
                 raise ReducedModelError("damping_ratio: allowed: a number or a list of numbers, one a mode")
-            if ratios.size > frequency.size:
-                allowed = f"allowed: at most one for each of the {frequency.size} modes"
+            elastic = np.flatnonzero(frequency)  # a ratio of a rigid motion means nothing
+            if ratios.size > elastic.size:
+                allowed = f"allowed: at most one for each of the {elastic.size} modes"
                 raise ReducedModelError(f"damping_ratio: {ratios.size} values, {allowed}")
             zeta = np.full(frequency.size, ratios[-1])
-            zeta[: ratios.size] = ratios
+            zeta[elastic[: ratios.size]] = ratios
             damping = 2.0 * zeta * frequency
         if not np.all(np.isfinite(damping)) or np.any(damping < 0.0):
             raise ReducedModelError("damping: negative or not finite in some mode, allowed: 0 or more in every mode")
@@ -109,6 +112,8 @@ class ModalModel:
         Number of blades of the ring.
     harmonic_forces : mapping of int to (m,) array
         Modal forces of 1 N of excitation in harmonics 2 and more that have a force of their own.
+    floating : int
+        Number of the first modes that are rigid motions of bodies that contacts alone hold: w = 0.
 
     Examples
     --------
@@ -134,11 +139,17 @@ class ModalModel:
     area: Array | None
     n_blades: int | None
     harmonic_forces: Mapping[int, NDArray[Any]] = field(default_factory=dict)
+    floating: int = 0
 
     @property
     def n_contacts(self) -> int:
         """Number of contact nodes on a face."""
         return self.right.shape[0] // 3
+
+    @property
+    def is_felt(self) -> NDArray[np.bool_]:
+        """Modes that are elastic or that contacts hold, (m,): all but rigid motions of a disk."""
+        return (self.angular_frequency > 0.0) | (np.arange(self.angular_frequency.size) < self.floating)
 
     def phase(self, engine_order: int) -> float:
         """Inter-blade phase angle psi, rad; see `inter_blade_phase`.
@@ -190,6 +201,15 @@ class ModalModel:
         """
         return self
 
+    @property
+    def softly_held(self) -> "ModalModel":
+        """The same with bodies that contacts alone hold on springs so soft that no vibration notices them."""
+        if not self.floating:
+            return self
+        frequency = self.angular_frequency.copy()
+        frequency[: self.floating] = SOFT * frequency[frequency > 0.0].min()
+        return replace(self, angular_frequency=frequency, floating=0)
+
     def with_damping_times(self, factor: float) -> "ModalModel":
         """The same modes with all damping coefficients times a factor.
 
@@ -208,7 +228,7 @@ class ModalModel:
         phases : (J,) array
             Phases from one blade to the next, rad.
         rigid : bool or (J,) sequence of bool
-            Not used: a blade alone has no rigid motions. See `SectorModes.waves`.
+            Not used: see `SectorModes.waves`.
         """
         relative = relative_contact_motion(self.right, self.left, phases)
         shape = len(phases), self.angular_frequency.size

@@ -12,7 +12,7 @@ from rom.cyclic.contact_springs import SpringSupportedMotion, contact_springs, s
 from rom.cyclic.cyclic_symmetry import in_wave, relative_contact_motion
 from rom.cyclic.receptance import SMALLEST_FACE, RelativeReceptance
 from rom.cyclic.reduced_model import Array, ComplexArray, ReducedModel, expand_to_mesh
-from rom.cyclic.sector_modes import RingModes
+from rom.cyclic.sector_modes import RIGID_IN_WAVE, RingModes
 from rom.errors import ReducedModelError
 from rom.linear_algebra.threads import one_blas_thread
 from rom.units import angular_speed
@@ -57,7 +57,7 @@ def coupled_frequencies(
     springs = contact_springs(modal.n_contacts, normal, tangential)
     modal = modal.at_phase(phase)
     if not springs.any():
-        return modal.angular_frequency
+        return modal.angular_frequency[modal.floating :]
     relative = relative_contact_motion(modal.right, modal.left, phase)
     few = (
         modal.angular_frequency[0] > 0.0
@@ -67,7 +67,9 @@ def coupled_frequencies(
         found = supported_frequencies(modal.angular_frequency, relative, springs, highest)
         if found is not None:
             return found
-    return np.sqrt(np.linalg.eigvalsh(np.diag(modal.angular_frequency**2) + spring_stiffness(relative, springs)))
+    squared = np.linalg.eigvalsh(np.diag(modal.angular_frequency**2) + spring_stiffness(relative, springs))
+    # bodies that slide without friction float
+    return np.sqrt(squared[squared > RIGID_IN_WAVE * squared[-1]] if modal.floating else squared)
 
 
 def linear_response(

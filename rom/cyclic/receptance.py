@@ -15,7 +15,7 @@ frequencies, the eigenvectors of B W B^H with the largest eigenvalues. Outside t
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -116,6 +116,31 @@ class ReceptanceSeries:
         return result
 
 
+@dataclass(frozen=True)
+class Support:
+    """Soft springs that hold bodies in harmonic 0 which contacts alone hold, so that they have a static response.
+
+    In modal coordinates of their rigid motions the force is -stiffness (q - position): none at the position.
+
+    Attributes
+    ----------
+    stiffness : float
+        Square of a natural frequency, (rad/s)^2; far below that of the bodies on their contacts.
+    position : (r,) array
+        Modal coordinates of the rigid motions in static equilibrium, where the springs bear nothing.
+
+    Examples
+    --------
+    >>> from rom import Support
+    >>> Support(1e4, np.zeros(6)).stiffness
+    10000.0
+    """
+
+    stiffness: float
+    position: Array
+
+
+NOT_HELD = 1e8  # frequency of rigid motions in harmonic 0 that nothing holds there, times the highest one
 BANDS = 4.0  # frequency bands of the interface modes in an octave
 
 
@@ -142,6 +167,8 @@ class RelativeReceptance:
     harmonic_factors : tuple of (int, complex)
         Harmonics h of the excitation and their complex amplitudes relative to `force`. Harmonic 1, and the harmonics
         with a force of their own in `modal`, have the factor 1 where none is given; the others are not excited.
+    support : Support or None
+        What holds bodies in harmonic 0 that contacts alone hold; None: there they do not move.
 
     Examples
     --------
@@ -161,6 +188,7 @@ class RelativeReceptance:
     harmonics: tuple[int, ...]
     force: float
     harmonic_factors: tuple[tuple[int, complex], ...] = ()
+    support: Support | None = None
     _last: dict[float, tuple[ComplexArray, ComplexArray]] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
@@ -178,8 +206,19 @@ class RelativeReceptance:
 
     @cached_property
     def waves(self) -> WaveModes:
-        """The modes of the wave of each harmonic; rigid motions have no static response."""
-        return self.modal.waves(self._phases, [h != 0 for h in self.harmonics])
+        """The modes of the wave of each harmonic; rigid motions have no static response but that on a support."""
+        waves, still = self.modal.waves(self._phases, [h != 0 for h in self.harmonics]), self.floating
+        if not still or 0 not in self.harmonics:
+            return waves
+        frequency, row = waves.angular_frequency.copy(), self.harmonics.index(0)
+        held = NOT_HELD * frequency.max() if self.support is None else np.sqrt(self.support.stiffness)
+        frequency[row, :still] = held
+        return replace(waves, angular_frequency=frequency)
+
+    @property
+    def floating(self) -> int:
+        """Number of the first modes of harmonic 0 that are rigid motions which contacts alone hold."""
+        return self.modal.at(0).floating if 0 in self.harmonics else 0
 
     @property
     def _phases(self) -> Array:
@@ -199,6 +238,8 @@ class RelativeReceptance:
             if h == 0:
                 static = self.modal.at(0).static_force
                 forces[row, : static.size] = static
+                if self.support is not None:
+                    forces[row, : self.floating] += self.support.stiffness * self.support.position
             elif h in self.excited_harmonics:
                 unit = self.unit_force(h)
                 forces[row] = self.force * unit if h not in factors else self.force * factors[h] * unit

@@ -22,13 +22,25 @@ RIGID_IN_WAVE = 1e-11  # the same in a wave: coordinates of cut faces leave more
 
 
 def projected_modes(
-    model: ReducedModel, damping: ModalDamping, static: Array, wave: NDArray[Any] | None = None
+    model: ReducedModel,
+    damping: ModalDamping,
+    static: Array,
+    wave: NDArray[Any] | None = None,
+    phase: float = 0.0,
 ) -> ModalModel:
     """All modes of a reduced model.
 
-    Shapes: `static` (n,), `wave` (n, k).
+    Shapes: `static` (n,), `wave` (n, k), the coordinates in the wave of a `phase`.
     """
     squared, shapes = _modes(model, wave)
+    floating = _floating_first(model, squared, shapes, phase)
+    rigid = np.count_nonzero(squared == 0.0)
+    if wave is None and floating < rigid:
+        raise ReducedModelError(
+            f"stiffness: {rigid - floating} rigid motions that contacts do not hold even where they stick, allowed: "
+            "positive definite, or rigid motions that contacts hold; a structure that floats freely has no static "
+            "response"
+        )
     frequency = np.sqrt(squared)
     adjoint = shapes.conj().T
     return ModalModel(
@@ -44,7 +56,21 @@ def projected_modes(
         area=model.contact_area,
         n_blades=model.n_blades,
         harmonic_forces={h: adjoint @ vector for h, vector in model.force_harmonics.items()},
+        floating=floating,
     )
+
+
+def _floating_first(model: ReducedModel, squared: Array, shapes: NDArray[Any], phase: float) -> int:
+    """Number of rigid motions that contacts feel; combines the rigid shapes (n, r) so that these come first."""
+    rigid = squared == 0.0
+    if not rigid.any():
+        return 0
+    right = model.contact_right @ shapes[:, rigid]
+    left = np.zeros_like(right) if model.contact_left is None else model.contact_left @ shapes[:, rigid]
+    relative = relative_contact_motion(right, left, phase)
+    _, felt, combined = np.linalg.svd(relative if np.iscomplexobj(shapes) else relative.real)
+    shapes[:, rigid] = shapes[:, rigid] @ combined.conj().T
+    return int(np.count_nonzero(felt > FELT * max(np.linalg.norm(right), np.linalg.norm(left))))
 
 
 def _modes(model: ReducedModel, wave: NDArray[Any] | None) -> tuple[Array, NDArray[Any]]:
@@ -60,23 +86,21 @@ def _modes(model: ReducedModel, wave: NDArray[Any] | None) -> tuple[Array, NDArr
         squared, shapes = eigh(stiffness, mass)
     except LinAlgError:
         raise ReducedModelError("mass: not positive definite, allowed: positive definite") from None
-    floor = -RIGID_IN_WAVE if wave is not None else RIGID
-    if squared[0] <= floor * squared[-1]:
+    round_off = RIGID if wave is None else RIGID_IN_WAVE
+    if squared[0] <= -round_off * squared[-1]:
         raise ReducedModelError(
-            f"stiffness: smallest w^2 is {squared[0]:.3g} (largest {squared[-1]:.3g}), allowed: positive definite; "
-            "a structure that floats freely has no static response"
+            f"stiffness: smallest w^2 is {squared[0]:.3g} (largest {squared[-1]:.3g}), allowed: positive definite"
         )
     if squared[-1] > HIGHEST_SQUARED:
         raise ReducedModelError(
             f"mass: too small for its stiffness: the largest w^2 is {squared[-1]:.3g} (rad/s)^2, "
             f"allowed: {HIGHEST_SQUARED:g} at most"
         )
-    if wave is None:
-        return squared, shapes
-    rigid = squared <= RIGID_IN_WAVE * squared[-1]
-    return np.where(rigid, 0.0, squared), sparse_wave(wave) @ shapes
+    squared = np.where(squared <= round_off * squared[-1], 0.0, squared)
+    return squared, shapes if wave is None else sparse_wave(wave) @ shapes
 
 
+FELT = 1e-6  # relative motion of a rigid motion over that of a face, below which it is round-off
 NO_STATIC_FORCE = 1e-6  # of the static force: part of it on rigid motions that is round-off
 ABOVE = 10.0  # frequency of modes that fill a row, as a multiple of the highest one
 WHOLE = 1e-6  # distance of n from a whole number
@@ -97,6 +121,8 @@ class SectorModes:
         Damping of the modes of every wave.
     static : (n,) array
         Static force, N.
+    are_softly_held : bool
+        Whether bodies that contacts alone hold are on soft springs, see `ModalModel.softly_held`.
 
     Raises
     ------
@@ -122,6 +148,7 @@ class SectorModes:
     model: ReducedModel
     modal_damping: ModalDamping
     static: Array
+    are_softly_held: bool = False
     _known: dict[int, ModalModel] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -131,7 +158,7 @@ class SectorModes:
         if self.model.wave_blocks and 0 not in self.model.wave_blocks and not self.static.any():
             return  # a model of linear vibration in some waves
         still = self.at(0)
-        rigid = still.angular_frequency == 0.0
+        rigid = ~still.is_felt
         pushed = np.linalg.norm(still.shapes[:, rigid] @ still.static_force[rigid]) * np.sqrt(
             np.trace(self.model.mass) * np.abs(self.model.mass).max()
         )
@@ -198,7 +225,7 @@ class SectorModes:
         return inter_blade_phase(engine_order, self.n_blades)
 
     def at(self, nodal_diameter: int) -> ModalModel:
-        """The modes in a wave of a number of nodal diameters. Rigid motions of the disk have w = 0.
+        """The modes in a wave of a number of nodal diameters. Rigid motions have w = 0.
 
         Parameters
         ----------
@@ -229,6 +256,11 @@ class SectorModes:
             raise ValueError(f"phase: {phase} rad, allowed: multiples of 2 pi / {self.n_blades}")
         return self.at(round(n))
 
+    @property
+    def softly_held(self) -> "SectorModes":
+        """The same with bodies that contacts alone hold on springs so soft that no vibration notices them."""
+        return replace(self, are_softly_held=True) if self.at(0).floating else self
+
     def with_damping_times(self, factor: float) -> "SectorModes":
         """The same modes with all damping coefficients times a factor.
 
@@ -247,7 +279,7 @@ class SectorModes:
         phases : (J,) array
             Phases from one blade to the next, rad, multiples of 2 pi / N_b.
         rigid : bool or (J,) sequence of bool
-            Whether rigid motions, which no contact feels, are free to move.
+            Whether rigid motions of the disk, which no contact feels, are free to move.
         """
         found = [self.at_phase(float(phase)) for phase in phases]
         size = max(each.angular_frequency.size for each in found)
@@ -259,7 +291,7 @@ class SectorModes:
             zip(found, phases, np.broadcast_to(rigid, len(found)), strict=True)
         ):
             own, count = each.angular_frequency, each.angular_frequency.size
-            frequency[row, :count] = own if moves else np.where(own == 0.0, still, own)
+            frequency[row, :count] = np.where(each.is_felt | bool(moves), own, still)
             damping[row, :count] = each.damping
             relative[row, :, :count] = relative_contact_motion(each.right, each.left, phase)
         return WaveModes(frequency, damping, relative)
@@ -294,10 +326,12 @@ class SectorModes:
         return np.stack([row[: own.shape[1]] @ own.T for row, own in zip(coordinates, shapes, strict=True)])
 
     def _solved(self, n: int) -> ModalModel:
-        wave = self.model.wave(2.0 * np.pi * n / self.n_blades)
+        phase = 2.0 * np.pi * n / self.n_blades
+        wave = self.model.wave(phase)
         assert wave is not None
         real = 2 * n % self.n_blades == 0
-        return projected_modes(self.model, self.modal_damping, self.static, wave.real if real else wave)
+        found = projected_modes(self.model, self.modal_damping, self.static, wave.real if real else wave, phase)
+        return found.softly_held if self.are_softly_held else found
 
     def _conjugate(self, modes: ModalModel) -> ModalModel:
         """The modes of -n from those of n; the forces may be complex themselves."""
