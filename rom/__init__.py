@@ -99,6 +99,7 @@ if TYPE_CHECKING:
         linear_responses,
     )
     from rom.reduction.reference_model import FullReference, full_reference, held_frequencies, static_error
+    from rom.reduction.rigid_body import RigidBody, with_damper, with_rigid_body
     from rom.stress.fatigue import FatigueLimits, StressCycle, stress_cycle
     from rom.stress.hot_spots import Surroundings, hot_spots, singular_vertices
     from rom.stress.mesh_motion import SolvedPoint
@@ -141,6 +142,7 @@ __all__ = [
     "ReductionOptions",
     "RelativeReceptance",
     "ResonanceCrossing",
+    "RigidBody",
     "RingModes",
     "RomParameterError",
     "SectorModes",
@@ -234,8 +236,10 @@ __all__ = [
     "wave_errors",
     "wave_reference",
     "why_unreadable",
+    "with_damper",
     "with_interfaces",
     "with_modal_forces",
+    "with_rigid_body",
     "write_matrices",
     "write_reduced_model",
 ]
@@ -293,6 +297,9 @@ _PLACES = {
     "ReductionOptions": "rom.reduction.craig_bampton",
     "RelativeReceptance": "rom.cyclic.receptance",
     "Support": "rom.cyclic.receptance",
+    "RigidBody": "rom.reduction.rigid_body",
+    "with_damper": "rom.reduction.rigid_body",
+    "with_rigid_body": "rom.reduction.rigid_body",
     "RingModes": "rom.cyclic.sector_modes",
     "SectorModes": "rom.cyclic.sector_modes",
     "WaveModes": "rom.cyclic.modal_model",

@@ -23,7 +23,7 @@ from pipeline.scene.model_section import unfit_beside_matrices, unfit_matrix_key
 from pipeline.scene.plausibility import far_beyond, hints_first
 from pipeline.scene.presets import SIZE
 from pipeline.scene.reading import Member, SceneFile, parameter_error, scene_of_tables
-from pipeline.scene.schema import INTERFACES, MAIN_INTERFACE, SECTIONS, Scene
+from pipeline.scene.schema import DAMPER, INTERFACES, MAIN_INTERFACE, SECTIONS, Scene
 from pipeline.scene.size_limits import check_balance, check_modes, check_size, check_speed, check_sweep
 from pipeline.scene.sweep import read_sweep
 from pipeline.scene.toml_text import key_lines, line_of, load_tables, plain_key, with_line
@@ -62,7 +62,8 @@ def unfit_disk_keys(path: Path, member: Member) -> Iterator[InputError]:
         yield input_error(path, place, shown(list(waves)), allowed)
 
 
-PARTS = ("blade", "shroud", "snubber", "platform", "disk")  # of a blade made here
+LEAST_FLANK_ANGLE = 1.0  # degrees
+PARTS = ("blade", "shroud", "snubber", "platform", "damper", "disk")  # of a blade made here
 BLADE_SECTIONS = ("blade", "shroud", "material", "mesh")
 Unfit = Iterator[InputError]
 
@@ -173,8 +174,11 @@ def _unfit_sizes(path: Path, member: Member, wrong: Set[str]) -> Unfit:
         return
     assert member.scene.mesh is not None  # checked above; for the type checker
     along, radial = member.scene.mesh.contact_grid
-    names = member.scene.interfaces or (MAIN_INTERFACE,)
-    of_grid = {name: along * radial for name in names if name in INTERFACES}
+    names, damper = member.scene.interfaces or (MAIN_INTERFACE,), member.scene.damper
+    of_damper = along if damper is not None and damper.form == "cylinder" else along * radial
+    of_grid = {name: of_damper if name in INTERFACES[DAMPER] else along * radial for name in names}
+    if damper is not None and not wrong & {"platform", "damper"}:
+        yield from _unfit_damper(path, member, radial)
     n_contacts = sum(of_grid.values())
     if not wrong & {CONTACT, INTERFACE}:
         if member.scene.interfaces is not None:
@@ -184,6 +188,23 @@ def _unfit_sizes(path: Path, member: Member, wrong: Set[str]) -> Unfit:
         yield from _raised(check_modes, path, member, n_contacts)
     if "response" not in wrong:
         yield from _raised(check_balance, path, member, n_contacts)
+
+
+def _unfit_damper(path: Path, member: Member, rows: int) -> Unfit:
+    """A damper without flanks to lie on, or with flanks that it cannot lie on."""
+    damper, platform = member.scene.damper, member.scene.platform
+    assert damper is not None
+    if platform is None:
+        yield input_error(path, "platform", "missing", "a table [platform], under whose flanks the damper lies")
+    elif platform.flank_angle < LEAST_FLANK_ANGLE:
+        place, allowed = member.key_in_file("platform.flank_angle"), f"{LEAST_FLANK_ANGLE:g} or more with [damper]"
+        yield input_error(path, place, shown(platform.flank_angle), f"{allowed}: the flanks face the same way")
+    elif damper.form == "cylinder" and rows % 2 == 0:
+        grid, allowed = (
+            list(member.scene.mesh.contact_grid),
+            "an odd second number: a cylinder touches the middle row",
+        )
+        yield input_error(path, member.key_in_file("mesh.contact_grid"), shown(grid), allowed)
 
 
 def _raised(check: Callable[..., Any], *arguments: Any) -> Unfit:
@@ -224,7 +245,7 @@ def unfit_interfaces(path: Path, member: Member, known: Collection[str]) -> Unfi
     for name in scene.contact.interfaces or ():
         if name not in known:
             yield input_error(path, member.key_in_file("contact.interfaces"), shown(name), allowed)
-    for name in scene.interface:
+    for name in set(scene.interface) - ({DAMPER} if set(INTERFACES[DAMPER]) <= set(known) else set()):
         if name not in known:
             swept = next((key for key in member.parameters if interface_of(key) == name), "")
             key = member.key_in_file(swept) if swept else f"{INTERFACE}.{shown_key(name)}"

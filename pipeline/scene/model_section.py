@@ -100,7 +100,7 @@ class Model(Section):
         return self.model_copy(update={name: os.path.abspath(folder / value) for name, value in self.files.items()})
 
 
-_BESIDE = ("blade", "shroud", "snubber", "platform", "disk", "materials", "mesh")
+_BESIDE = ("blade", "shroud", "snubber", "platform", "damper", "disk", "materials", "mesh")
 
 
 def unfit_beside_matrices(file: SceneFile) -> Iterator[InputError]:

@@ -72,7 +72,20 @@ def _note(path: Path, key: str, old: str, new: str) -> str:
 
 
 IGNORED_WITH_MODEL = (
-    *("blade", "shroud", "snubber", "platform", "disk", "materials", "mesh", "model", "rom", "stress", "fatigue"),
+    *(
+        "blade",
+        "shroud",
+        "snubber",
+        "platform",
+        "damper",
+        "disk",
+        "materials",
+        "mesh",
+        "model",
+        "rom",
+        "stress",
+        "fatigue",
+    ),
     "render",
 )
 WITHOUT_EFFECT_ON_MODEL = ("excitation.direction", "excitation.at", "load.equilibrium")

@@ -107,10 +107,11 @@ class Figures(Section):
 
 DEFAULT_MODES = 30
 MAIN_INTERFACE = "shroud"
+DAMPER = "damper"
 INTERFACES = {  # contact interfaces that the sections of a blade made here make
     "shroud": (MAIN_INTERFACE,),
     "snubber": ("snubber",),
-    "damper": ("damper_right", "damper_left"),
+    DAMPER: ("damper_right", "damper_left"),
 }
 
 
@@ -208,6 +209,27 @@ class Platform(Section):
     )
     gap: Annotated[Number, Field(ge=0.0, le=1.0)] | None = _key(
         "gap between neighbours, circumferential, m; by default 2 % of the pitch", "a number, {bounds}", None
+    )
+
+
+class Damper(Section):
+    """[damper]: a rigid body under the flanks of neighbouring platforms, which contacts alone hold."""
+
+    mass: Positive = _key("mass, kg", POSITIVE)
+    form: Literal["wedge", "cylinder"] = _key(
+        "a wedge touches the flanks, a cylinder a line on each", "{words}", "wedge"
+    )
+    radius: Length | None = _key(
+        "radius of its centre of mass, m; by default that of the form between the flanks", LENGTH, None
+    )
+    inertia: tuple[Positive, Positive, Positive] | None = _key(
+        "moments of inertia about the engine axis, the circumference and the radius through its centre, kg m^2; by "
+        "default those of the form between the flanks",
+        "three numbers above 0, {below}",
+        None,
+    )
+    axial_stiffness: NotNegative = _key(
+        "stiffness of what locates it along the engine axis, N/m", "a number, {bounds}", 0.0
     )
 
 
@@ -388,6 +410,7 @@ class Scene(Section):
     shroud: Shroud | None = _key("", "a table", None)
     snubber: Snubber | None = _key("", "a table", None)
     platform: Platform | None = _key("", "a table", None)
+    damper: Damper | None = _key("", "a table", None)
     disk: Disk | None = _key("", "a table", None)
     material: Material | None = _key("", "a table", None)
     materials: dict[str, NamedMaterial] = _key(
@@ -447,7 +470,7 @@ class Scene(Section):
 
     def contact_of(self, interface: str) -> Contact:
         """The contact parameters of an interface: its own, and for keys that it does not give those of [contact]."""
-        own = self.interface.get(interface)
+        own = self.interface.get(interface, self.interface.get(DAMPER) if interface in INTERFACES[DAMPER] else None)
         return self.contact if own is None else self.contact.model_copy(update=own.given)
 
     def section(self, table: str) -> Any:
@@ -485,7 +508,7 @@ class Scene(Section):
     @property
     def has_damper(self) -> bool:
         """Whether a damper lies under the platforms."""
-        return getattr(self, "damper", None) is not None
+        return self.damper is not None
 
     @property
     def studies(self) -> tuple[str, ...]:

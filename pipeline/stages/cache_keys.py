@@ -52,6 +52,7 @@ def model_keys(scene: Scene) -> ModelKeys:
             "direction": scene.excitation.unit_direction,
             "at": scene.excitation.at,
             **load_inputs(scene),
+            **({} if scene.damper is None else {"damper": scene.damper.model_dump()}),
             "code": code_fingerprint(REDUCED_MODEL_CODE),
         }
     )

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from pipeline.scene.contact_section import PER_NODE
+from pipeline.scene.schema import DAMPER, INTERFACES
 
 if TYPE_CHECKING:
     import numpy as np
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from rom import LinearOperation, ReducedModel, RingModes
 
 
+PLATFORM = "platform"  # pair of faces under which a damper lies
 NO_CONTACT = {"normal_stiffness": 0.0, "tangential_stiffness": 0.0, "friction": 0.0, "preload": 0.0}
 
 
@@ -107,6 +109,8 @@ def touching(scene: Scene, model: ReducedModel) -> ReducedModel:
 def touching_sector(scene: Scene, sector: SectorMesh) -> SectorMesh:
     """A sector without the pairs of faces that the scene leaves out, so that they are no boundary of its models."""
     chosen = scene.contact.interfaces
+    if chosen is not None and set(chosen) & set(INTERFACES[DAMPER]):
+        chosen = (*chosen, PLATFORM)
     names = [name for name in sector.views if chosen is not None and name in chosen]
     if not names or len(names) == len(sector.views):
         return sector
@@ -118,6 +122,8 @@ def interface_facts(scene: Scene, model: ReducedModel, sector: SectorMesh | None
     of the model, and of those that touch in a scene.
     """
     faces = {} if sector is None else {name: len(view.right.nodes) for name, view in sector.views.items()}
+    if set(INTERFACES[DAMPER]) & set(model.interfaces):
+        faces.pop(PLATFORM, None)
     return {"n_contacts": touching(scene, model).n_contacts, "interfaces": {**faces, **model.interfaces}}
 
 

@@ -70,7 +70,9 @@ def _floating_first(model: ReducedModel, squared: Array, shapes: NDArray[Any], p
     relative = relative_contact_motion(right, left, phase)
     _, felt, combined = np.linalg.svd(relative if np.iscomplexobj(shapes) else relative.real)
     shapes[:, rigid] = shapes[:, rigid] @ combined.conj().T
-    return int(np.count_nonzero(felt > FELT * max(np.linalg.norm(right), np.linalg.norm(left))))
+    rows = model.contact_right if model.contact_left is None else np.hstack([model.contact_right, model.contact_left])
+    scale = float(np.linalg.norm(rows, axis=1).max(initial=0.0) * np.linalg.norm(shapes[:, rigid], axis=0).max())
+    return int(np.count_nonzero(felt > FELT * scale))
 
 
 def _modes(model: ReducedModel, wave: NDArray[Any] | None) -> tuple[Array, NDArray[Any]]:
@@ -89,7 +91,8 @@ def _modes(model: ReducedModel, wave: NDArray[Any] | None) -> tuple[Array, NDArr
     round_off = RIGID if wave is None else RIGID_IN_WAVE
     if squared[0] <= -round_off * squared[-1]:
         raise ReducedModelError(
-            f"stiffness: smallest w^2 is {squared[0]:.3g} (largest {squared[-1]:.3g}), allowed: positive definite"
+            f"stiffness: smallest w^2 is {squared[0]:.3g} (largest {squared[-1]:.3g}), allowed: positive definite; "
+            "a structure that floats freely has no static response"
         )
     if squared[-1] > HIGHEST_SQUARED:
         raise ReducedModelError(
@@ -100,7 +103,7 @@ def _modes(model: ReducedModel, wave: NDArray[Any] | None) -> tuple[Array, NDArr
     return squared, shapes if wave is None else sparse_wave(wave) @ shapes
 
 
-FELT = 1e-6  # relative motion of a rigid motion over that of a face, below which it is round-off
+FELT = 1e-9  # relative motion of contacts over the largest that a rigid motion may cause, below which it is round-off
 NO_STATIC_FORCE = 1e-6  # of the static force: part of it on rigid motions that is round-off
 ABOVE = 10.0  # frequency of modes that fill a row, as a multiple of the highest one
 WHOLE = 1e-6  # distance of n from a whole number

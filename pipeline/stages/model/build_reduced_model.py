@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any
 from pipeline.stages.model.model_files import CUTS, FAMILIES, REDUCED_MODEL, is_joined
 from pipeline.stages.model.scene_loads import scene_loads, with_modal_excitation, with_static_loads
 from pipeline.stages.model.scene_materials import scene_materials
-from pipeline.stages.scene_to_solver import interface_facts, linear_operation, touching, touching_sector
+from pipeline.stages.scene_to_solver import PLATFORM, interface_facts, linear_operation, touching, touching_sector
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
     from pipeline.scene.schema import Scene
-    from rom import BoundaryChoice, FullModel, Material, ReducedModel, Reduction
+    from rom import BoundaryChoice, FullModel, Material, ReducedModel, Reduction, RigidBody
 
 
 def with_interface(full: FullModel, sector: SectorMesh, scene: Scene, boundary: BoundaryChoice) -> BoundaryChoice:
@@ -116,30 +116,82 @@ def make_reduced_model(
         made = reduce_to_tolerance(source, sector, scene.rom.tolerance, operations, boundary)
     else:
         made = reduce_sector(source, sector, ReductionOptions(modes, limit), boundary, augment=True)
-    model = with_modal_excitation(scene, made.model)
+    model = with_damper_of(scene, sector, with_modal_excitation(scene, made.model))
     if joined is not None:
         model = with_blade_stiffness(joined, sector, materials, model)
     write_families(folder, joined, sector, materials, model)
     model = model if store_basis else replace(model, basis=None)
     write_reduced_model(folder / REDUCED_MODEL, touching(scene, model))
     if made.augmented is not None:
-        augmented = with_modal_excitation(scene, made.augmented)
+        augmented = with_damper_of(scene, sector, with_modal_excitation(scene, made.augmented))
         write_reduced_model(folder / AUGMENTED_MODEL, touching(scene, augmented))
-    (folder / FACTS).write_text(json.dumps(_facts(scene, made, boundary, whole)))
+    (folder / FACTS).write_text(json.dumps(_facts(scene, made, boundary, whole, model)))
 
 
-def _facts(scene: Scene, made: Reduction, boundary: BoundaryChoice, sector: SectorMesh) -> dict[str, Any]:
+def _facts(
+    scene: Scene, made: Reduction, boundary: BoundaryChoice, sector: SectorMesh, model: ReducedModel
+) -> dict[str, Any]:
     """Sizes of a reduced model; of the sector of a disk also the error of its waves."""
     from rom import wave_errors
 
-    model = made.model
     facts: dict[str, Any] = {"dofs": made.dofs, "reduced_dofs": model.size}
     facts |= {**interface_facts(scene, model, sector), "modes": made.modes, "highest_mode_hz": made.highest_mode_hz}
     if model.cyclic_right is not None:
-        waves = wave_errors(model, boundary.interface, FREQUENCIES)
+        waves = wave_errors(made.model, boundary.interface, FREQUENCIES)
         facts |= {MOTIONS: len(model.cyclic_right), "wave_error": waves.largest}
         facts["wave_error_at"] = list(waves.nodal_diameters)
     return facts
+
+
+def with_damper_of(scene: Scene, sector: SectorMesh, model: ReducedModel) -> ReducedModel:
+    """The model with the damper of a scene between the flanks of its platforms; the same where none touches."""
+    if scene.damper is None or PLATFORM not in model.interfaces:
+        return model
+    from rom import with_damper
+
+    assert scene.mesh is not None
+    return with_damper(
+        model,
+        sector,
+        _body(scene, sector),
+        element=scene.mesh.element,
+        contact_dofs=scene.rom.contact_dofs,
+        line=scene.damper.form == "cylinder",
+    )
+
+
+def _body(scene: Scene, sector: SectorMesh) -> RigidBody:
+    """The damper: by default a wedge that fills the roof of the flanks, or a cylinder on their middle lines.
+
+    The flanks rise towards the plane midway between two blades, where the ridge of the roof would be. The section of
+    the wedge is the triangle below it, of base b and height h; its centre lies h / 3 above the base.
+    """
+    import numpy as np
+
+    from rom import RigidBody
+
+    damper, platform = scene.damper, scene.platform
+    assert damper is not None  # the checks see to both
+    assert platform is not None
+    view, middle = sector.seen_from(PLATFORM), np.pi / sector.n_blades
+    across = np.array([0.0, -np.cos(middle), np.sin(middle)])  # from the plane midway towards the blade
+    upward = np.array([0.0, np.sin(middle), np.cos(middle)])
+    points = sector.points[view.node_sets["face_right"]]
+    length, slope = float(np.ptp(points[:, 0])), np.tan(np.deg2rad(platform.flank_angle))
+    half, outer = float((points @ across).max()), float((points @ upward).min())
+    if damper.form == "wedge":
+        b, h = 2.0 * half, half * slope
+        radius = outer + h / 3.0
+        inertia = [h**2 / 18.0 + b**2 / 24.0, length**2 / 12.0 + h**2 / 18.0, length**2 / 12.0 + b**2 / 24.0]
+    else:
+        line = view.right.position.mean(axis=0)
+        a = float(line @ across) / np.sin(np.arctan(slope))
+        radius = float(line @ upward) - a * np.cos(np.arctan(slope))
+        inertia = [a**2 / 2.0, *[(3.0 * a**2 + length**2) / 12.0] * 2]
+    centre = (radius if damper.radius is None else damper.radius) * upward
+    centre[0] = points[:, 0].mean()
+    moments = damper.mass * np.array(inertia) if damper.inertia is None else damper.inertia
+    return RigidBody(damper.mass, centre, moments, [damper.axial_stiffness, 0.0, 0.0, 0.0, 0.0, 0.0])
 
 
 def boundary_choice(scene: Scene, sector: SectorMesh, materials: Material | dict[str, Material]) -> BoundaryChoice:
