@@ -192,8 +192,9 @@ def _unfit_sizes(path: Path, member: Member, wrong: Set[str]) -> Unfit:
 
 def _unfit_damper(path: Path, member: Member, rows: int) -> Unfit:
     """A damper without flanks to lie on, or with flanks that it cannot lie on."""
-    damper, platform = member.scene.damper, member.scene.platform
+    damper, platform, mesh = member.scene.damper, member.scene.platform, member.scene.mesh
     assert damper is not None
+    assert mesh is not None  # the checks see to both
     if platform is None:
         yield input_error(path, "platform", "missing", "a table [platform], under whose flanks the damper lies")
     elif platform.flank_angle < LEAST_FLANK_ANGLE:
@@ -201,7 +202,7 @@ def _unfit_damper(path: Path, member: Member, rows: int) -> Unfit:
         yield input_error(path, place, shown(platform.flank_angle), f"{allowed}: the flanks face the same way")
     elif damper.form == "cylinder" and rows % 2 == 0:
         grid, allowed = (
-            list(member.scene.mesh.contact_grid),
+            list(mesh.contact_grid),
             "an odd second number: a cylinder touches the middle row",
         )
         yield input_error(path, member.key_in_file("mesh.contact_grid"), shown(grid), allowed)

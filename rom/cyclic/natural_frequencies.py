@@ -12,7 +12,7 @@ from rom.cyclic.contact_springs import SpringSupportedMotion, contact_springs, s
 from rom.cyclic.cyclic_symmetry import in_wave, relative_contact_motion
 from rom.cyclic.receptance import SMALLEST_FACE, RelativeReceptance
 from rom.cyclic.reduced_model import Array, ComplexArray, ReducedModel, expand_to_mesh
-from rom.cyclic.sector_modes import RIGID_IN_WAVE, RingModes
+from rom.cyclic.sector_modes import FELT, RIGID_IN_WAVE, RingModes
 from rom.errors import ReducedModelError
 from rom.linear_algebra.threads import one_blas_thread
 from rom.units import angular_speed
@@ -332,7 +332,10 @@ def _omega(squared: NDArray[np.float64]) -> NDArray[np.float64]:
 def _cyclic_modes(
     model: ReducedModel, phase: float, springs: NDArray[np.float64], count: int
 ) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
-    """Lowest eigenvalues (count,) [(rad/s)^2] and mass-normalised vectors (n, count) with springs (n_c, 3) N/m."""
+    """Lowest eigenvalues (count,) [(rad/s)^2] and mass-normalised vectors (n, count) with springs (n_c, 3) N/m.
+
+    Rigid motions of bodies that only contacts hold are left out.
+    """
     from scipy.linalg import LinAlgError, eigh
 
     wave, motion = model.wave(phase), relative_contact_motion(model.contact_right, model.contact_left, phase)
@@ -341,9 +344,20 @@ def _cyclic_modes(
     if wave is not None:
         stiffness, mass, motion = in_wave(stiffness, wave), in_wave(mass, wave), motion @ wave
     stiffness = stiffness + spring_stiffness(motion, springs)
-    last = min(count, len(mass)) - 1
-    try:
-        squared, shapes = eigh(stiffness, mass, subset_by_index=(0, last))
-    except LinAlgError:
-        raise ReducedModelError("mass: not positive definite, allowed: positive definite") from None
+    ratios = np.diag(stiffness).real / np.maximum(np.diag(mass).real, np.finfo(float).tiny)
+    still = RIGID_IN_WAVE * float(ratios.max())
+    bodies = wave is None or not model.stiffness.any(axis=0).all()  # else the rigid motions of a disk
+    reach, rows, floating = FELT * float(np.abs(motion).max(initial=0.0)), len(mass), 0
+    while True:
+        last = min(count + floating, rows) - 1
+        try:
+            squared, shapes = eigh(stiffness, mass, subset_by_index=(0, last))
+        except LinAlgError:
+            raise ReducedModelError("mass: not positive definite, allowed: positive definite") from None
+        felt = np.abs(motion @ shapes).max(axis=0, initial=0.0) > reach * np.abs(shapes).max(axis=0)
+        elastic = ~((squared < still) & felt & bodies)
+        if np.count_nonzero(elastic) >= count or last + 1 == rows:
+            break
+        floating += count - int(np.count_nonzero(elastic))
+    squared, shapes = squared[elastic], shapes[:, elastic]
     return squared, shapes if wave is None else wave @ shapes

@@ -50,6 +50,7 @@ WRONG: dict[str, Any] = {
 WHOLE: dict[str, dict[str, Any]] = {  # sections that the small scene lacks
     "snubber": {"radius": 0.39, "thickness": 0.006, "width": 0.014},
     "platform": {"radius": 0.312, "thickness": 0.006},
+    "damper": {"mass": 0.02, "radius": 0.3, "inertia": [1e-6, 1e-6, 1e-6]},
     "disk": {"bore_radius": 0.2, "rim_width": 0.05, "profile": [[0.25, 0.02]]},
     "model": {"stiffness": "K.mtx", "mass": "M.mtx", "nodes": "nodes.csv", "n_blades": 12},
     "stress": {},

@@ -1,0 +1,211 @@
+"""Bodies that contacts alone hold: a published wedge damper, closed forms, all blades in one structure, and time."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from lumped import lumped_blade
+
+from nonlinear import (
+    ContactParameters,
+    Excitation,
+    Ring,
+    RingIntegrator,
+    SolverOptions,
+    build_harmonic_balance,
+    forced_response,
+)
+from nonlinear.harmonic_balance.initial_solution import periodic_start, static_displacement
+from nonlinear.stability.floquet import FloquetAnalysis
+from rom import (
+    ContactInterface,
+    ReducedModel,
+    RigidBody,
+    coupled_frequencies,
+    modal_model,
+    natural_frequencies,
+    with_interfaces,
+    with_rigid_body,
+)
+
+NOWHERE = np.zeros((1, 3))
+
+
+def pair(stiffness, friction, nodes=2, tangential=1.0, law="two_sliders"):
+    values = {"normal_stiffness": [stiffness] * nodes, "tangential_stiffness": [tangential * stiffness] * nodes}
+    return ContactParameters.shared(nodes, **values, friction=friction, law=law)
+
+
+@pytest.fixture(scope="module")
+def modal():
+    """The wedge damper of Balaji and Ferhatoglu (2025)."""
+    stiffness, select = np.diag([1e5, 1e5, 1e5, 1e5, 0.0, 0.0]), np.eye(6)
+    for first, k in ((0, 9e5), (2, 3e5), (4, 1e6)):
+        stiffness[first : first + 2, first : first + 2] += k * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    force = -1j * np.array([0.0, -20.0, 5.0, 0.0, 0.0, 0.0])
+    bare = ReducedModel(
+        np.diag([10.0, 10.0, 10.0, 10.0, 0.1, 0.1]),
+        stiffness,
+        np.zeros((3, 6)),
+        NOWHERE,
+        force,
+        {"tip": select[3]},
+        force_static=240.0 * select[5],
+    )
+    c, s = np.cos(np.deg2rad(40.0)), np.sin(np.deg2rad(40.0))
+    frames = ([[c, s], [-s, c]], [[c, -s], [s, c]])
+    contacts = []
+    for frame, (x, y) in zip(frames, ((0, 1), (2, 3)), strict=True):
+        right, left = np.zeros((2, 3, 6))
+        right[[0, 2]], left[[0, 2]] = frame @ select[[4, 5]], frame @ select[[x, y]]
+        contacts.append(ContactInterface(right, NOWHERE, left, inside=True))
+    model = with_interfaces(bare, *contacts)
+    elastic = 2.0 * np.pi * natural_frequencies(model, 0.0)  # the rigid motion of the damper is left out
+    return modal_model(model, damping_ratio=[1.0 / w if w < 1e3 else 0.0 for w in elastic])  # 2 zeta w = 20 / 10
+
+
+def test_stuck_frequencies(modal):
+    assert modal.floating == 1
+    found = coupled_frequencies(modal, 0.0, normal=3e5, tangential=3e5) / (2.0 * np.pi)
+    assert found == pytest.approx([15.87579, 31.83099, 49.42141, 74.07305, 390.82342, 811.64284], rel=1e-6)
+
+
+# Balaji and Ferhatoglu (2025): the residual traction of the first contact decides on the peak
+@pytest.mark.parametrize(("start", "peak", "at"), [(-1, 4.48698e-4, 49.418), (1, 3.371e-4, 49.424)])
+def test_peaks_between_which_the_start_of_a_slider_decides(modal, start, peak, at):
+    contact, excitation = pair(3e5, 0.9), Excitation(0, 1.0)
+    options = SolverOptions((48.0, 51.0), harmonics=5, search="off", stability="folds", detached=False)
+    for _ in range(60):  # the first slider starts at T = m mu N
+        balance = build_harmonic_balance(modal, contact, excitation, options)
+        still = static_displacement(balance.receptance, contact, options)
+        origin = still[:, :2].copy()
+        origin[0, 0] -= start * 0.9 * contact.normal_load(still[:, 2])[0] / 3e5
+        contact = replace(contact, slider_origin=origin)
+    curve = forced_response(modal, contact, excitation, options)
+    first = np.abs(curve.harmonic_m[:, 0])
+    assert first.max() == pytest.approx(peak, rel=2e-4)
+    assert curve.frequency_hz[first.argmax()] == pytest.approx(at, abs=0.01)
+
+
+@pytest.mark.parametrize("form", ["wedge", "cylinder"])
+@pytest.mark.parametrize("friction", [0.0, 0.3])
+@pytest.mark.parametrize("stiffness", [1e5, 1e9])
+def test_normal_forces_of_a_damper_between_two_planes(form, friction, stiffness):
+    """A pull W between planes at the angle b: both contacts slide outward, W = 2 N (cos b + mu sin b)."""
+    angle, pull, along = np.deg2rad(35.0), 100.0, np.array([-0.01, 0.0, 0.01])
+    one = np.ones(1)
+    blade = ReducedModel(
+        np.eye(1), 1e6 * np.eye(1), np.zeros((3, 1)), NOWHERE, one, {"tip": one}, force_static=np.zeros(1)
+    )
+    model = with_rigid_body(blade, RigidBody(0.01, np.zeros(3), np.full(3, 1e-7)))
+    heights = [-0.002, 0.002] if form == "wedge" else [0.0]
+    contacts = []
+    for side in (1.0, -1.0):
+        normal = np.array([0.0, side * np.sin(angle), np.cos(angle)])
+        upward = np.array([0.0, -side * np.cos(angle), np.sin(angle)])
+        frame = np.stack([[1.0, 0.0, 0.0], upward, normal])
+        points = np.array([0.005 * normal + h * upward + [x, 0.0, 0.0] for h in heights for x in along])
+        rows = np.zeros((3 * len(points), model.size))
+        rows[:, 1:] = RigidBody(0.01, np.zeros(3), np.full(3, 1e-7)).rows(points, np.tile(frame, (len(points), 1, 1)))
+        contacts.append(ContactInterface(rows, points))
+    model = replace(with_interfaces(model, *contacts), force_static=pull * np.eye(model.size)[3])
+    modal = modal_model(model, damping_ratio=0.01)
+    assert modal.floating == 6
+    nodes = model.n_contacts
+    contact = pair(2.0 * stiffness / nodes, friction, nodes)
+    options = SolverOptions((10.0, 20.0))
+    balance = build_harmonic_balance(modal, contact, Excitation(0, 1.0), options)
+    load = contact.normal_load(static_displacement(balance.receptance, contact, options)[:, 2])
+    expected = pull / (2.0 * (np.cos(angle) + friction * np.sin(angle)))
+    assert [load[: nodes // 2].sum(), load[nodes // 2 :].sum()] == pytest.approx([expected] * 2, rel=1e-5)
+
+
+N, OMEGA = 6, 1.79  # rad/s, below the resonance
+SMALL = lumped_blade(N)
+
+
+def sector(law):
+    """A blade with a damper of two coordinates between its right face and the left face of the next one."""
+    n = SMALL.size
+
+    def wider(rows):
+        return np.concatenate([rows, np.zeros((*rows.shape[:-1], 2))], axis=-1)
+
+    blade = replace(
+        SMALL,
+        mass=np.diag([*np.diag(SMALL.mass), 0.05, 0.05]),
+        stiffness=np.pad(SMALL.stiffness, (0, 2)),
+        contact_right=wider(SMALL.contact_right),
+        contact_left=wider(SMALL.contact_left),
+        force_excitation=wider(SMALL.force_excitation),
+        force_static=np.eye(n + 2)[n + 1],
+        outputs={name: wider(row) for name, row in SMALL.outputs.items()},
+    )
+    damper = np.vstack([np.zeros(n + 2), np.eye(n + 2)[n:]])
+    c, s = np.cos(np.deg2rad(40.0)), np.sin(np.deg2rad(40.0))
+    own, next_one = (np.array([[1.0, 0.0, 0.0], [0.0, c, k * s], [0.0, -k * s, c]]) for k in (1.0, -1.0))
+    right = ContactInterface(own @ damper, NOWHERE, own @ wider(SMALL.contact_right[:3]), inside=True)
+    left = ContactInterface(next_one @ damper, NOWHERE, next_one @ wider(SMALL.contact_left[:3]))
+    return with_interfaces(blade, right, left), pair(5.0, 0.3, tangential=0.7, law=law), Excitation(1, 0.2)
+
+
+def whole_ring(model, contact):
+    """All blades and dampers as one structure: each pair of nodes is one against the ground."""
+    every, wave = np.eye(N), np.exp(2j * np.pi * np.arange(N) / N)
+    rows = [
+        np.kron(every[j], model.contact_right) - np.kron(every[(j + 1) % N], model.contact_left) for j in range(N)
+    ]
+    ring = ReducedModel(
+        np.kron(every, model.mass),
+        np.kron(every, model.stiffness),
+        np.concatenate(rows),
+        np.zeros((2 * N, 3)),
+        np.kron(wave, model.force_excitation),
+        {"tip": np.kron(every[0], model.outputs["tip"])},
+        force_static=np.tile(model.force_static, N),
+    )
+    return ring, ContactParameters.joined(*[contact] * N)
+
+
+def solved(model, contact, excitation, harmonics):
+    modal = modal_model(model, damping_ratio=0.02)
+    options = SolverOptions((0.1, 0.4), harmonics=harmonics)
+    balance = build_harmonic_balance(modal, contact, excitation, options)
+    start = periodic_start(
+        balance, OMEGA, static_displacement(balance.receptance, contact, options), options, contact
+    )
+    assert start.converged
+    return balance, balance.displacement(start.solution)
+
+
+@pytest.mark.parametrize(("law", "harmonics"), [("two_sliders", 1), ("two_sliders", 3), ("cone", 1)])
+def test_the_wave_is_that_of_all_blades_and_dampers(law, harmonics):
+    model, contact, excitation = sector(law)
+    balance, own = solved(model, contact, excitation, harmonics)
+    ring, every = whole_ring(model, contact)
+    whole, found = solved(ring, every, excitation, harmonics)
+    assert balance.forces_of(own).state.max() == 1  # slip
+    assert (balance.receptance.floating, whole.receptance.floating) == (2, 2 * N)
+    assert found[:, :2] == pytest.approx(own, abs=1e-9)
+
+
+def test_the_ring_in_time_stays_on_the_wave_and_its_damper_where_it_is():
+    model, contact, excitation = sector("two_sliders")
+    balance, motion = solved(model, contact, excitation, 11)
+    ring = Ring(modal_model(model, damping_ratio=0.02), contact, excitation)
+    integrator = RingIntegrator.of(ring, OMEGA, retention=200.0)
+    start, balanced = integrator.on_wave(motion), integrator.wave_output(motion)
+    record = integrator.march(start, 20)
+    assert record.output_m[-1] == pytest.approx(balanced, abs=5e-3 * np.abs(balanced).max())
+    size = np.abs(start.coordinates[:, :2]).max()
+    assert record.final.coordinates[:, :2] == pytest.approx(start.coordinates[:, :2], abs=1e-2 * size)
+    jacobian = balance.element.evaluate(motion).jacobian
+    exponents = FloquetAnalysis.of(balance.receptance, contact).exponents(motion, jacobian, OMEGA)
+    assert exponents.real.max() < 1e-6 * OMEGA  # it does not leave the wave
+
+
+def test_a_body_that_no_contact_spring_holds_is_refused():
+    model, contact, excitation = sector("two_sliders")
+    loose = replace(contact, normal_stiffness=np.zeros(2), tangential_stiffness=np.zeros(2))
+    with pytest.raises(ValueError, match="contacts alone hold a body"):
+        build_harmonic_balance(modal_model(model, damping_ratio=0.02), loose, excitation, SolverOptions((0.1, 0.4)))

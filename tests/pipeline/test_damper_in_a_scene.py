@@ -1,0 +1,83 @@
+"""Scenes with a damper under the platforms: its statics, its limits, and what does not go with it."""
+
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+from pipeline_support import shroud, small_scene, summary_of, write_scene
+
+from rom import read_reduced_model
+
+FLANK_ANGLE, SPEED = 35.0, 3000.0
+QUICK: dict[str, Any] = {"stability": "folds", "detached": False, "truncation": False, "search": "off"}
+
+
+def damped(**changes: dict[str, Any]) -> dict[str, Any]:
+    """The small scene with a platform and a damper, which alone touches."""
+    scene = small_scene()
+    hub = scene["blade"]["hub_radius"]
+    found: dict[str, Any] = scene | {
+        "platform": {"radius": hub + 0.03, "thickness": 0.008, "flank_angle": FLANK_ANGLE},
+        "damper": {"mass": 0.01},
+        "load": {"speed_rpm": SPEED, "equilibrium": "linear"},
+        "contact": {
+            "normal_stiffness": 1e7,
+            "tangential_stiffness": 8e6,
+            "friction": 0.3,
+            "interfaces": ["damper_right", "damper_left"],
+        },
+        "response": scene["response"] | QUICK | {"harmonics": 1},
+    }
+    found["mesh"] = found["mesh"] | {"contact_grid": [2, 2]}
+    found.pop("sweep", None)
+    return {
+        name: {**found.get(name, {}), **changes.get(name, {})} if name in changes else found[name] for name in found
+    }
+
+
+def test_mean_normal_forces_bear_the_centrifugal_force(tmp_path: Path) -> None:
+    """Without friction W = 2 N cos b, whatever the vibration."""
+    tables = damped(contact={"friction": 0.0}, damper={"mass": 0.03, "radius": 0.4})
+    status, _, error = shroud(
+        "run", write_scene(tmp_path / "scene.toml", tables), "--out", tmp_path / "out", "--quiet"
+    )
+    assert (status, error) == (0, "")
+    summary = summary_of(tmp_path / "out")
+    rom = read_reduced_model(tmp_path / "out" / summary["models"][0]["rom"], with_basis=False)
+    assert rom.interfaces == {"damper_right": 4, "damper_left": 4}
+    with h5py.File(tmp_path / "out" / "response.h5") as file:
+        force = file["curve/0/contact_force"][0, 0, :, 2].real
+    pull = 0.03 * 0.4 * (2.0 * np.pi * SPEED / 60.0) ** 2
+    expected = -pull / (2.0 * np.cos(np.deg2rad(FLANK_ANGLE)))
+    assert [force[:4].sum(), force[4:].sum()] == pytest.approx([expected] * 2, rel=1e-4)
+    assert all(value > 1.0 for value in summary["models"][0]["free_hz"])  # rigid motions are no natural frequencies
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"platform": {"flank_angle": 0.0}}, "the flanks face the same way"),
+        ({"damper": {"mass": -1.0}}, "damper.mass"),
+        ({"damper": {"form": "cylinder"}}, "an odd second number"),
+        ({"contact": {"interfaces": ["damper_above"]}}, "damper_above"),
+        ({"mistuning": {"frequency_deviation": 0.01}}, "one of the two"),
+    ],
+)
+def test_what_does_not_go_with_a_damper_is_one_line(
+    tmp_path: Path, changes: dict[str, dict[str, Any]], words: str
+) -> None:
+    tables = damped(**changes) | {name: value for name, value in changes.items() if name == "mistuning"}
+    status, _, error = shroud("validate", write_scene(tmp_path / "scene.toml", tables))
+    assert status == 2
+    assert words in error
+    assert ", allowed: " in error
+
+
+def test_a_damper_needs_a_platform(tmp_path: Path) -> None:
+    tables = damped()
+    del tables["platform"]
+    status, _, error = shroud("validate", write_scene(tmp_path / "scene.toml", tables))
+    assert (status, error.count("\n")) == (2, 1)
+    assert "platform: missing, allowed: a table [platform]" in error
