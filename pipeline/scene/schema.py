@@ -225,7 +225,7 @@ class Damper(Section):
     inertia: tuple[Positive, Positive, Positive] | None = _key(
         "moments of inertia about the engine axis, the circumference and the radius through its centre, kg m^2; by "
         "default those of the form between the flanks",
-        "three numbers above 0, {below}",
+        "three numbers above 0, {bounds}",
         None,
     )
     axial_stiffness: NotNegative = _key(

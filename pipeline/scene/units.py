@@ -82,6 +82,8 @@ _ENDINGS = {
     "degrees": "deg",
     "Pa": "pa",
     "kg/m^3": "kg_per_m3",
+    "kg m^2": "kg_m2",
+    "kg": "kg",
     "Hz": "hz",
     "rev/min": "rpm",
     "N/m": "n_per_m",

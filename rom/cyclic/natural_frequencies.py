@@ -344,8 +344,9 @@ def _cyclic_modes(
     if wave is not None:
         stiffness, mass, motion = in_wave(stiffness, wave), in_wave(mass, wave), motion @ wave
     stiffness = stiffness + spring_stiffness(motion, springs)
-    ratios = np.diag(stiffness).real / np.maximum(np.diag(mass).real, np.finfo(float).tiny)
-    still = RIGID_IN_WAVE * float(ratios.max())
+    own = np.diag(mass).real
+    with np.errstate(over="ignore"):  # mass is not positive definite then
+        still = np.divide(np.diag(stiffness).real, own, np.zeros(own.size), where=own > 0.0).max() * RIGID_IN_WAVE
     bodies = wave is None or not model.stiffness.any(axis=0).all()  # else the rigid motions of a disk
     reach, rows, floating = FELT * float(np.abs(motion).max(initial=0.0)), len(mass), 0
     while True:
