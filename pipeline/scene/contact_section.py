@@ -39,16 +39,14 @@ class Contact(Section):
     )
     interfaces: Annotated[tuple[str, ...], Field(min_length=1)] | None = key(
         "contact interfaces that touch; by default all that the model has",
-        "a list of names of interfaces, one or more, each once",
+        "a list of names of interfaces, one or more",
         None,
     )
 
     @field_validator("interfaces")
     @classmethod
     def _each_once(cls, value: Any) -> Any:
-        if value is not None and len(set(value)) < len(value):
-            raise ValueError("a list of names of interfaces, one or more, each once")
-        return value
+        return value if value is None else tuple(dict.fromkeys(value))
 
     @property
     def uses_punch(self) -> bool:
