@@ -188,7 +188,12 @@ class Ring:
     def floating_position(self, displacement: Array, coordinates: ComplexArray) -> Array:
         """Mean modal coordinates (r,) of bodies that contacts alone hold.
 
-        Shapes: `displacement` (3 n_c,), the mean relative one; `coordinates` (m,), mean ones of all other modes.
+        Parameters
+        ----------
+        displacement : (3 n_c,) float
+            Mean relative displacement, m.
+        coordinates : (m,) complex
+            Mean modal coordinates; those of the bodies are not used.
         """
         still = self.excited
         motion, elastic = still.relative[0].real, coordinates.real.copy()

@@ -60,10 +60,14 @@ def sweep_figure(curves: Sequence[PlottedCurve], colours: Mapping[int, Any], tit
     chosen = spread(touching, _MOST_CURVES)
     if len(chosen) < 2:
         return None
-    cycles = [cycle for _, cycle in chosen]
     damped = most_damped([curve for curve, _ in chosen])
     first, (cycle, _) = next(each for each in chosen if each[0] is damped or damped is None)
     node = _by_work(cycle)[0]
+    # of several interfaces another one may touch
+    chosen = [each for each in chosen if any(_acts(each[1][0], node, panel[0]) for panel in PANELS)]
+    if len(chosen) < 2:
+        return None
+    cycles = [cycle for _, cycle in chosen]
     shown = [panel for panel in PANELS if panel[0] == 2 or any(_acts(cycle, node, panel[0]) for cycle, _ in cycles)]
     size = (1.2 + 2.1 * len(chosen), 0.6 + 2.1 * len(shown))
     figure, rows = subplots(len(shown), len(chosen), size=size, squeeze=False)
@@ -72,7 +76,8 @@ def sweep_figure(curves: Sequence[PlottedCurve], colours: Mapping[int, Any], tit
         top = next(axes for axes in column if axes.figure is not None)
         top.set_title(curve.label.replace(", ", "\n"), fontsize=9)
     still = "" if len(shown) > 1 else " (nothing slides)"
-    without = f"; {len(known) - len(touching)} without contact" if len(touching) < len(known) else ""
+    apart = len(known) - len(touching)
+    without = f"; {apart} without contact" if apart else ""
     heading = f"{title}: contact loops of {first.node_name(node)}, each curve at its peak{still}{without}"
     write_heading(figure, heading)
     return figure

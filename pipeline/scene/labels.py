@@ -49,6 +49,7 @@ _QUANTITIES = {
     "shroud.angle": Quantity("shroud angle", "°"),
     "shroud.edge_angle": Quantity("edge angle", "°"),
     "shroud.contact_length": Quantity("contact length", "mm", 1e3),
+    "damper.mass": Quantity("damper mass", "g", 1e3),
     "blade.length": Quantity("blade length", "mm", 1e3),
     "blade.thickness": Quantity("blade thickness", "mm", 1e3),
     "blade.chord": Quantity("chord", "mm", 1e3),

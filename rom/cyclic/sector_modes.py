@@ -103,7 +103,7 @@ def _modes(model: ReducedModel, wave: NDArray[Any] | None) -> tuple[Array, NDArr
     return squared, shapes if wave is None else sparse_wave(wave) @ shapes
 
 
-FELT = 1e-9  # relative motion of contacts over the largest that a rigid motion may cause, below which it is round-off
+FELT = 1e-6  # relative motion of contacts over the largest that a rigid motion may cause, below which it is round-off
 NO_STATIC_FORCE = 1e-6  # of the static force: part of it on rigid motions that is round-off
 ABOVE = 10.0  # frequency of modes that fill a row, as a multiple of the highest one
 WHOLE = 1e-6  # distance of n from a whole number

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from geometry import rotate_about_axis
 from rom.cyclic.reduced_model import ContactInterface, ReducedModel, interfaces_of, with_interfaces
 from rom.errors import ReducedModelError
-from rom.reduction.contact_dofs import averaged_dofs, nodal_dofs
+from rom.reduction.contact_dofs import ContactDofs, averaged_dofs, nodal_dofs
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
@@ -52,8 +52,8 @@ class RigidBody:
 
     >>> from rom import RigidBody
     >>> body = RigidBody(0.02, np.zeros(3), np.full(3, 1e-6))
-    >>> body.rows(np.array([[0.0, 0.01, 0.0]]), np.eye(3)[None]).round(3).tolist()[0]
-    [1.0, 0.0, 0.0, -0.0, 0.0, -0.01]
+    >>> body.rows(np.array([[0.0, 0.01, 0.0]]), np.eye(3)[None]).round(3)[0] @ np.eye(6)[5]  # about z
+    np.float64(-0.01)
     """
 
     mass: float
@@ -84,7 +84,7 @@ class RigidBody:
             Directions t1, t2, n at each.
         """
         arm = position - np.asarray(self.centre, dtype=float)
-        turning = -np.cross(np.eye(3)[None], arm[:, None, :])  # row a: of a rotation about axis a, transposed
+        turning = np.cross(np.eye(3)[None], arm[:, None, :])  # row a: of a rotation about axis a
         motion = np.concatenate([np.tile(np.eye(3), (len(arm), 1, 1)), turning.transpose(0, 2, 1)], axis=2)
         return np.asarray((frame @ motion).reshape(-1, COORDINATES))
 
@@ -200,51 +200,55 @@ def with_damper(
     ------
     ReducedModelError
         The model has no such interface, or the faces have no middle line.
+
+    Examples
+    --------
+    >>> from geometry import BladeParameters, MeshParameters, PlatformParameters, ShroudParameters, build_sector
+    >>> from rom import Material, ReductionOptions, RigidBody, assemble, reduce_sector, with_damper
+    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
+    >>> platform, mesh = PlatformParameters(0.32, 0.006), MeshParameters(size=0.005, contact_grid=(2, 2))
+    >>> sector = build_sector(blade, shroud, mesh, platform=platform)
+    >>> full = assemble(sector, Material(2e11, 0.3, 7800.0), element="hex8")
+    >>> model = reduce_sector(full, sector, ReductionOptions(modes=4)).model
+    >>> body = RigidBody(0.01, np.array([0.0, 0.0252, 0.317]), np.full(3, 1e-7))
+    >>> dict(with_damper(model, sector, body, element="hex8").interfaces)
+    {'shroud': 4, 'damper_right': 4, 'damper_left': 4}
     """
     if pair not in model.interfaces:
         raise ReducedModelError(f"contact/interfaces: no {pair}, allowed: {', '.join(model.interfaces)}")
-    view = sector.seen_from(pair)
-    if contact_dofs == "nodal":
-        dofs = nodal_dofs(view, np.arange(len(view.points)), len(view.points))
-    else:
-        dofs = averaged_dofs(view, element, contact_dofs)
     wider = with_rigid_body(model, body)
     known = {each.name: each for each in interfaces_of(wider)}
-    flank, chosen = (
-        known[pair],
-        _middle(dofs.position, dofs.frames[0, 0], dofs.count) if line else np.arange(dofs.count),
-    )
-    rows = (3 * chosen[:, None] + np.arange(3)).ravel()
-    assert flank.left is not None
-    pitch = 2.0 * pi / sector.n_blades
-    on_body = {}
-    for side, frames, position in (
-        ("damper_right", dofs.frames[: dofs.count], dofs.position),
-        ("damper_left", rotate_about_axis(dofs.frames[dofs.count :], pitch), _opposite(dofs.position, pitch)),
-    ):
-        own = np.zeros((3 * len(chosen), wider.size))
-        own[:, model.size :] = body.rows(position[chosen], frames[chosen])
-        on_body[side] = own
-    area = None if flank.area is None else flank.area[chosen]
-    right = ContactInterface(
-        flank.right[rows],
-        flank.position[chosen],
-        on_body["damper_right"],
-        inside=True,
-        area=area,
-        name="damper_right",
-    )
-    left = ContactInterface(
-        -on_body["damper_left"],
-        _opposite(flank.position[chosen], pitch),
-        -flank.left[rows],
-        area=area,
-        name="damper_left",
-    )
-    others = [each for name, each in known.items() if name != pair]
-    found = with_interfaces(wider, *others, right, left)
+    dofs = _flank_dofs(sector.seen_from(pair), element, contact_dofs)
+    chosen = _middle(dofs.position, dofs.frames[0, 0], dofs.count) if line else np.arange(dofs.count)
+    touching = _against_body(known[pair], dofs, chosen, body, 2.0 * pi / sector.n_blades)
+    found = with_interfaces(wider, *(each for name, each in known.items() if name != pair), *touching)
     moving = {f"damper_{axis}": np.eye(wider.size)[model.size + k] for k, axis in enumerate("xyz")}
     return replace(found, outputs={**found.outputs, **moving})
+
+
+def _flank_dofs(view: SectorMesh, element: str | None, kind: str) -> ContactDofs:
+    """Contact dofs of the flanks."""
+    if kind == "nodal":
+        return nodal_dofs(view, np.arange(len(view.points)), len(view.points))
+    return averaged_dofs(view, element, kind)
+
+
+def _against_body(
+    flank: ContactInterface, dofs: ContactDofs, chosen: NDArray[np.int64], body: RigidBody, pitch: float
+) -> tuple[ContactInterface, ContactInterface]:
+    """The chosen nodes of the right flank against the body, whose coordinates are the last ones, and of the left."""
+    rows = (3 * chosen[:, None] + np.arange(3)).ravel()
+    assert flank.left is not None
+    frames = dofs.frames[: dofs.count], rotate_about_axis(dofs.frames[dofs.count :], pitch)
+    places = dofs.position[chosen], _opposite(dofs.position[chosen], pitch)
+    on_body = np.zeros((2, len(rows), flank.right.shape[1]))
+    for found, frame, place in zip(on_body, frames, places, strict=True):
+        found[:, -COORDINATES:] = body.rows(place, frame[chosen])
+    area = None if flank.area is None else flank.area[chosen]
+    return (
+        ContactInterface(flank.right[rows], places[0], on_body[0], inside=True, area=area, name="damper_right"),
+        ContactInterface(-on_body[1], places[1], -flank.left[rows], area=area, name="damper_left"),
+    )
 
 
 def _opposite(position: Array, pitch: float) -> Array:

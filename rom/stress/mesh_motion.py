@@ -171,11 +171,11 @@ class MeshMotion:
     def forces(self, point: SolvedPoint) -> Complex:
         """External and contact forces (H+1, N) on the mesh, N."""
         generalised = np.zeros((len(point.harmonics), self.dofs.size), complex)
-        right = point.contact_force.reshape(len(point.harmonics), -1)
+        right, boundary = point.contact_force.reshape(len(point.harmonics), -1), self.dofs.size
         turns = np.exp(-1j * np.asarray(point.harmonics) * point.phase)[:, None]
-        count = right.shape[1]
-        generalised[:, :count] = right
-        generalised[:, count : 2 * count] = -right * turns
+        generalised += right @ self.model.contact_right[:, :boundary]
+        if self.model.contact_left is not None:
+            generalised -= (right * turns) @ self.model.contact_left[:, :boundary]
         found: Complex = generalised @ self.motion
         found[0] += self.static_force()
         factors = dict(point.harmonic_factors)
