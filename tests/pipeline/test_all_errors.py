@@ -175,10 +175,13 @@ def test_of_many_keys_a_message_names_the_nearest(tmp_path: Path, section: str) 
 
 
 def places_of(table: dict[str, Any], text: str, before: str = "") -> set[str]:
-    """Dotted names of tables and keys; not of keys inside `{}`."""
+    """Dotted names of tables and keys; not of keys inside `{}`, nor of tables that only others within them name."""
     found = set()
     for key, value in table.items():
-        found.add(before + key)
+        if not isinstance(value, dict) or re.search(
+            rf"^(\[{re.escape(before + key)}\]|{re.escape(key)} *=)", text, re.M
+        ):
+            found.add(before + key)
         if isinstance(value, dict) and not re.search(rf"^{re.escape(key)} *= *\{{", text, re.MULTILINE):
             found |= places_of(value, text, f"{before}{key}.")
     return found
