@@ -18,6 +18,7 @@ from geometry import rotate_about_axis
 from rom.cyclic.reduced_model import ContactInterface, ReducedModel, interfaces_of, with_interfaces
 from rom.errors import ReducedModelError
 from rom.reduction.contact_dofs import ContactDofs, averaged_dofs, nodal_dofs
+from rom.reduction.mortar_dofs import Grid, contact_grid
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
@@ -218,8 +219,9 @@ def with_damper(
         raise ReducedModelError(f"contact/interfaces: no {pair}, allowed: {', '.join(model.interfaces)}")
     wider = with_rigid_body(model, body)
     known = {each.name: each for each in interfaces_of(wider)}
-    dofs = _flank_dofs(sector.seen_from(pair), element, contact_dofs)
-    chosen = _middle(dofs.position, dofs.frames[0, 0], dofs.count) if line else np.arange(dofs.count)
+    view = sector.seen_from(pair)
+    dofs = _flank_dofs(view, element, contact_dofs)
+    chosen = _middle(contact_grid(view.right)) if line else np.arange(dofs.count)
     touching = _against_body(known[pair], dofs, chosen, body, 2.0 * pi / sector.n_blades)
     found = with_interfaces(wider, *(each for name, each in known.items() if name != pair), *touching)
     moving = {f"damper_{axis}": np.eye(wider.size)[model.size + k] for k, axis in enumerate("xyz")}
@@ -257,11 +259,9 @@ def _opposite(position: Array, pitch: float) -> Array:
     return np.asarray(position - 2.0 * np.outer(position @ normal, normal))
 
 
-def _middle(position: Array, along: Array, count: int) -> NDArray[np.int64]:
-    """Nodes of the middle row along a direction."""
-    rows = int(
-        np.sum(np.isclose(position @ along, position[0] @ along, atol=1e-6 * np.ptp(position @ along) + 1e-12))
-    )
+def _middle(grid: Grid) -> NDArray[np.int64]:
+    """Nodes of the middle row of a grid of contact nodes."""
+    along, rows = grid
     if rows % 2 == 0:
         raise ReducedModelError(f"damper: {rows} rows of contact nodes on a flank, allowed: an odd number for a line")
-    return np.arange(count).reshape(rows, -1)[rows // 2]
+    return np.arange(along * rows).reshape(rows, along)[rows // 2]
