@@ -99,7 +99,7 @@ if TYPE_CHECKING:
         linear_responses,
     )
     from rom.reduction.reference_model import FullReference, full_reference, held_frequencies, static_error
-    from rom.reduction.rigid_body import RigidBody, with_damper, with_rigid_body
+    from rom.reduction.rigid_body import RigidBody, platform_damper, with_damper, with_rigid_body
     from rom.stress.fatigue import FatigueLimits, StressCycle, stress_cycle
     from rom.stress.hot_spots import Surroundings, hot_spots, singular_vertices
     from rom.stress.mesh_motion import SolvedPoint
@@ -203,6 +203,7 @@ __all__ = [
     "one_blas_thread_in_children",
     "opened",
     "operating_stress",
+    "platform_damper",
     "pressure_force",
     "processor",
     "read_dofs",
@@ -298,6 +299,7 @@ _PLACES = {
     "RelativeReceptance": "rom.cyclic.receptance",
     "Support": "rom.cyclic.receptance",
     "RigidBody": "rom.reduction.rigid_body",
+    "platform_damper": "rom.reduction.rigid_body",
     "with_damper": "rom.reduction.rigid_body",
     "with_rigid_body": "rom.reduction.rigid_body",
     "RingModes": "rom.cyclic.sector_modes",

@@ -34,6 +34,7 @@ SHORT_NAMES = {
     "contact_left": "CLEFT",
     "contact_position": "CPOS",
     "contact_area": "CAREA",
+    "contact_frame": "CFRAME",
     "cyclic_right": "CYCRIGHT",
     "cyclic_left": "CYCLEFT",
     "blade_stiffness": "KBLADE",
@@ -91,7 +92,7 @@ def arrays_of(model: ReducedModel) -> dict[str, NDArray[Any]]:
     for field in fields(model):
         value = getattr(model, field.name)
         if isinstance(value, np.ndarray):
-            found[field.name] = value
+            found[field.name] = value.reshape(-1, 3) if value.ndim > 2 else value
         elif isinstance(value, Mapping) and field.name != "wave_blocks":
             prefix = "output" if field.name == "outputs" else field.name
             found |= {f"{prefix}_{name}": np.asarray(array) for name, array in value.items()}

@@ -511,6 +511,12 @@ class Scene(Section):
         return self.damper is not None
 
     @property
+    def damper_touches(self) -> bool:
+        """Whether a damper is not left out of the contact interfaces that touch."""
+        chosen = self.contact.interfaces
+        return self.has_damper and (chosen is None or bool(set(chosen) & set(INTERFACES[DAMPER])))
+
+    @property
     def studies(self) -> tuple[str, ...]:
         """Names of the studies that the scene asks for."""
         return tuple(name for name in STUDIES if getattr(self, name) is not None)

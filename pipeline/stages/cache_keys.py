@@ -25,10 +25,11 @@ CARRIED_CODE = "pipeline.stages.curve.carry_branches"
 
 @dataclass(frozen=True)
 class ModelKeys:
-    """Keys of the mesh, the full model and the reduced model behind a curve."""
+    """Keys of the mesh, the full model and the reduced models behind a curve."""
 
     mesh: str
     assemble: str
+    blade: str  # reduced, without its damper
     reduce: str
 
 
@@ -44,7 +45,7 @@ def model_keys(scene: Scene) -> ModelKeys:
             "code": code_fingerprint(FULL_MODEL_CODE),
         }
     )
-    reduced = fingerprint(
+    blade = fingerprint(
         {
             "assemble": assemble,
             "rom": _reduction_inputs(scene),
@@ -52,11 +53,12 @@ def model_keys(scene: Scene) -> ModelKeys:
             "direction": scene.excitation.unit_direction,
             "at": scene.excitation.at,
             **load_inputs(scene),
-            **({} if scene.damper is None else {"damper": scene.damper.model_dump()}),
             "code": code_fingerprint(REDUCED_MODEL_CODE),
         }
     )
-    return ModelKeys(mesh, assemble, reduced)
+    if scene.damper is None or not scene.damper_touches:
+        return ModelKeys(mesh, assemble, blade, blade)
+    return ModelKeys(mesh, assemble, blade, fingerprint({"blade": blade, "damper": scene.damper.model_dump()}))
 
 
 def _matrix_model_keys(scene: Scene) -> ModelKeys:
@@ -68,7 +70,7 @@ def _matrix_model_keys(scene: Scene) -> ModelKeys:
     assemble = fingerprint({"files": content, "model": said, "code": code})
     excitation = {"direction": scene.excitation.unit_direction, "at": scene.excitation.at, **load_inputs(scene)}
     reduced = fingerprint({"assemble": assemble, "rom": _reduction_inputs(scene), **excitation, "code": code})
-    return ModelKeys("", assemble, reduced)
+    return ModelKeys("", assemble, reduced, reduced)
 
 
 def _mesh_inputs(scene: Scene) -> dict[str, Any]:

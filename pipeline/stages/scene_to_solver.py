@@ -109,7 +109,7 @@ def touching(scene: Scene, model: ReducedModel) -> ReducedModel:
 def touching_sector(scene: Scene, sector: SectorMesh) -> SectorMesh:
     """A sector without the pairs of faces that the scene leaves out, so that they are no boundary of its models."""
     chosen = scene.contact.interfaces
-    if chosen is not None and set(chosen) & set(INTERFACES[DAMPER]):
+    if chosen is not None and scene.damper_touches:
         chosen = (*chosen, PLATFORM)
     names = [name for name in sector.views if chosen is not None and name in chosen]
     if not names or len(names) == len(sector.views):

@@ -119,6 +119,22 @@ class ModeFamilies:
     airfoil: NDArray[np.float64]
     disk: NDArray[np.float64]
 
+    def with_coordinates(self, count: int) -> ModeFamilies:
+        """The same rows of a model with further coordinates, which move neither airfoil nor disk.
+
+        Parameters
+        ----------
+        count : int
+            Number of all coordinates.
+
+        Returns
+        -------
+        ModeFamilies
+            Rows of so many entries.
+        """
+        added = [(0, 0), (0, count - self.airfoil.shape[1])]
+        return ModeFamilies(np.pad(self.airfoil, added), np.pad(self.disk, added))
+
     def modes(
         self,
         model: ReducedModel,

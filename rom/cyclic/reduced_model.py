@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
@@ -15,6 +15,7 @@ from rom.errors import ReducedModelError
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 SYMMETRY_TOLERANCE = 1e-8
+FRAME_TOLERANCE = 1e-6
 MOST_BLADES = 10_000
 HIGHEST_HARMONIC = 31  # of the excitation
 MAIN_INTERFACE = "shroud"  # name of the interface of a model that names none
@@ -62,6 +63,8 @@ class ReducedModel:
         The same as `contact_right` for the left nodes; None for contact against ground.
     contact_area : (n_c,) array or None
         Tributary areas of the contact nodes, m^2.
+    contact_frame : (n_c, 3, 3) array or None
+        Directions t1, t2, n of the right contact nodes, in rows.
     force_centrifugal : (n,) array or None
         Generalised centrifugal force at 1 rad/s; it grows with the square of the speed.
         At a speed its static displacement is that of the equilibrium with free contacts.
@@ -131,6 +134,7 @@ class ReducedModel:
     blade_stiffness: Array | None = None
     wave_blocks: Mapping[int, WaveBlock] = field(default_factory=dict)
     interfaces: Mapping[str, int] = field(default_factory=dict)
+    contact_frame: Array | None = None
 
     def __post_init__(self) -> None:
         """Check shapes, finiteness and symmetry."""
@@ -155,6 +159,7 @@ class ReducedModel:
             "contact/right": (self.contact_right, (3 * n_contacts, n)),
             "contact/left": (self.contact_left, (3 * n_contacts, n)),
             "contact/area": (self.contact_area, (n_contacts,)),
+            "contact/frame": (self.contact_frame, (n_contacts, 3, 3)),
             "force/excitation": (self.force_excitation, (n,)),
             "force/centrifugal": (self.force_centrifugal, (n,)),
             "force/static": (self.force_static, (n,)),
@@ -187,6 +192,8 @@ class ReducedModel:
             _check_array("basis", self.basis, self.basis.shape)
         if self.contact_area is not None and not np.all(self.contact_area > 0.0):
             raise ReducedModelError("contact/area: holds values that are not above 0, allowed: areas in m^2")
+        if self.contact_frame is not None:
+            _check_frames(self.contact_frame)
         if self.n_blades is not None and not 1 <= self.n_blades <= MOST_BLADES:
             raise ReducedModelError(f"n_blades: {self.n_blades}, allowed: 1 to {MOST_BLADES}")
         if self.speed_rpm is not None and not np.isfinite(self.speed_rpm):
@@ -317,6 +324,8 @@ class ContactInterface:
         Whether the left nodes belong to the same sector as the right ones.
     area : (n,) array or None
         Tributary areas of the nodes, m^2.
+    frame : (n, 3, 3) array or None
+        Directions t1, t2, n of the right nodes, in rows.
     name : str
         Name by which scenes give its parameters and results speak of it.
 
@@ -337,6 +346,7 @@ class ContactInterface:
     inside: bool = False
     area: Array | None = None
     name: str = ""
+    frame: Array | None = None
 
     @property
     def rows(self) -> tuple[Array, Array]:
@@ -363,7 +373,7 @@ def with_interfaces(model: ReducedModel, *interfaces: ContactInterface) -> Reduc
     Returns
     -------
     ReducedModel
-        The model. Areas are known if those of all interfaces are.
+        The model. Areas and frames are known if those of all interfaces are.
 
     Raises
     ------
@@ -394,15 +404,21 @@ def with_interfaces(model: ReducedModel, *interfaces: ContactInterface) -> Reduc
     if len(set(names)) < len(names):
         raise ReducedModelError(f"contact/interfaces: {names}, allowed: a name of its own for each")
     left = np.concatenate([part for _, part in parts])
-    areas = [interface.area for interface in interfaces if interface.area is not None]
     return replace(
         model,
         contact_right=np.concatenate([part for part, _ in parts]),
         contact_left=left if left.any() else None,
         contact_position=np.concatenate([interface.position for interface in interfaces]),
-        contact_area=np.concatenate(areas) if len(areas) == len(interfaces) else None,
+        contact_area=_of_all([each.area for each in interfaces]),
+        contact_frame=_of_all([each.frame for each in interfaces]),
         interfaces={name: len(each.position) for name, each in zip(names, interfaces, strict=True)},
     )
+
+
+def _of_all(parts: Sequence[Array | None]) -> Array | None:
+    """Values of all interfaces, one after the other; None where those of one are not known."""
+    known = [part for part in parts if part is not None]
+    return np.concatenate(known) if len(known) == len(parts) else None
 
 
 def interfaces_of(model: ReducedModel) -> tuple[ContactInterface, ...]:
@@ -431,7 +447,7 @@ def interfaces_of(model: ReducedModel) -> tuple[ContactInterface, ...]:
     for name, count in model.interfaces.items():
         nodes, rows = slice(first, first + count), slice(3 * first, 3 * (first + count))
         left = None if model.contact_left is None else model.contact_left[rows]
-        area = None if model.contact_area is None else model.contact_area[nodes]
+        area, frame = (None if array is None else array[nodes] for array in (model.contact_area, model.contact_frame))
         touches = left is not None and left.any()
         found.append(
             ContactInterface(
@@ -440,6 +456,7 @@ def interfaces_of(model: ReducedModel) -> tuple[ContactInterface, ...]:
                 left if touches else None,
                 area=area,
                 name=name,
+                frame=frame,
             )
         )
         first += count
@@ -488,6 +505,13 @@ def _check_array(name: str, array: NDArray[np.generic], shape: tuple[int, ...]) 
         raise ReducedModelError(f"{name}: holds values that are not finite, allowed: finite numbers")
     if np.max(np.abs(array), initial=0.0) > LARGEST_NUMBER:
         raise ReducedModelError(f"{name}: holds values beyond {LARGEST_NUMBER:g}, allowed: numbers in SI units")
+
+
+def _check_frames(frames: Array) -> None:
+    """Refuse rows t1, t2, n that are not orthonormal."""
+    off = float(np.abs(frames @ frames.transpose(0, 2, 1) - np.eye(3)).max(initial=0.0))
+    if off > FRAME_TOLERANCE:
+        raise ReducedModelError(f"contact/frame: off by {off:.2g}, allowed: orthonormal rows t1, t2, n")
 
 
 def _check_symmetric(name: str, matrix: Array, skew: bool = False) -> None:

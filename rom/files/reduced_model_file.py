@@ -21,6 +21,7 @@ LARGEST_MODEL = 20_000  # coordinates: matrices of 3 GB, all of whose modes are 
 _OPTIONAL = {
     "contact_left": "contact/left",
     "contact_area": "contact/area",
+    "contact_frame": "contact/frame",
     "force_centrifugal": "force/centrifugal",
     "force_static": "force/static",
     "coriolis": "coriolis",
@@ -73,7 +74,7 @@ def write_reduced_model(path: str | os.PathLike[str], model: ReducedModel) -> No
     """
     with new_hdf5(path) as file:
         if model.wave_blocks:
-            _write_arrays(file, model, ("contact_position", "contact_area"))
+            _write_arrays(file, model, ("contact_position", "contact_area", "contact_frame"))
             for n, wave in superelements_of(model).items():
                 _write_arrays(file.create_group(f"{_WAVE}/{n}"), wave, _OF_A_WAVE)
         else:
@@ -167,14 +168,14 @@ def _read_waves(file: "h5py.File", with_basis: bool) -> ReducedModel:
             ):
                 arguments[attribute] = _read_array(file, name, complex_allowed=not attribute.startswith("force_s"))
         waves[int(number)] = WaveSuperelement(**arguments, **_outputs_and_harmonics(file, f"{where}/", True))
-    area = _read_array(file, "contact/area") if "contact/area" in file else None
+    area, frame = (_read_array(file, name) if name in file else None for name in ("contact/area", "contact/frame"))
     if "n_blades" not in file.attrs:
         raise ReducedModelError(f"attribute n_blades: missing, needed with {_WAVE}")
     n_blades = _whole_number("n_blades", file.attrs["n_blades"])
     made = model_of_waves(waves, n_blades, _read_array(file, "contact/position"), area)
     speed = _number("speed_rpm", file.attrs["speed_rpm"]) if "speed_rpm" in file.attrs else None
     producer = _text(file.attrs.get("producer", "unknown"))
-    return replace(made, speed_rpm=speed, producer=producer, interfaces=_interfaces(file))
+    return replace(made, speed_rpm=speed, producer=producer, interfaces=_interfaces(file), contact_frame=frame)
 
 
 def _outputs_and_harmonics(file: "h5py.File", where: str, complex_outputs: bool) -> dict[str, Any]:
@@ -259,7 +260,7 @@ def _array(file: "h5py.File", name: str, complex_allowed: bool) -> np.ndarray:
         )
     # the shape checks of the model raise an IndexError for an array of the wrong dimension
     short = name.split("/", 2)[-1] if name.startswith(f"{_WAVE}/") else name
-    wanted = 2 if short in _MATRICES else 1
+    wanted = 3 if short == "contact/frame" else 2 if short in _MATRICES else 1
     if len(dataset.shape or ()) != wanted:
         raise ReducedModelError(f"{name}: shape {dataset.shape}, allowed: an array of {wanted} dimension(s)")
     if max(dataset.shape[-1:] if short == "basis" else dataset.shape) > LARGEST_MODEL:

@@ -106,6 +106,7 @@ def _selection(found: SectorNodes, basis: NDArray[np.float64], boundary: Boundar
         "contact_left": (left.frame @ basis[left.nodes]).reshape(-1, n),
         "contact_position": right.position,
         "contact_area": right.area,
+        "contact_frame": right.frame,
         "force_excitation": load,
         "outputs": {"tip": load, **{f"tip_{axis}": tip[k] for k, axis in enumerate("xyz")}},
     }

@@ -164,7 +164,8 @@ def averaged_dofs(sector: SectorMesh, element: str | None, kind: str, grid: Grid
         centroids = weights[: len(sector.right.position)] @ nodes.positions
         interfaces = {sector.main: len(centroids)}
         return ContactDofs(weights, _node_frames(sector), centroids, sector.right.area, kind, interfaces)
-    weights, frames, shares = mortar_projections(nodes, sector, grid or contact_grid(sector.right))
+    grid = grid or contact_grid(sector.right.position, sector.right.frame)
+    weights, frames, shares = mortar_projections(nodes, sector, grid)
     position = weights[: len(shares)] @ nodes.positions
     areas = shares * float(sector.right.area.sum())
     return ContactDofs(weights, frames, position, areas, kind, {sector.main: len(position)})

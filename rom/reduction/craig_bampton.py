@@ -80,6 +80,7 @@ def augmented_model(parts: Substructure, modes: ModalBasis, residual: NDArray[np
         stiffness=stiffness,
         contact_position=parts.boundary.contact.position,
         contact_area=parts.boundary.contact.area,
+        contact_frame=parts.boundary.contact.frames[: parts.boundary.contact.count],
         n_blades=parts.sector.n_blades,
         **load_selection(parts, np.hstack([shapes, remainder])),
     )
@@ -273,6 +274,7 @@ def craig_bampton_model(parts: Substructure, modes: ModalBasis, store_basis: boo
         stiffness=stiffness,
         contact_position=boundary.contact.position,
         contact_area=boundary.contact.area,
+        contact_frame=boundary.contact.frames[: boundary.contact.count],
         force_centrifugal=centrifugal,
         coriolis=_coriolis(parts, modes),
         basis=_basis(parts, modes) if store_basis else None,

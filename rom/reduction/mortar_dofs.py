@@ -122,12 +122,14 @@ def outline(s: Array, r: Array) -> Outline | None:
     return Outline(radius, found[0], found[1])
 
 
-def contact_grid(face: ContactFace) -> Grid:
+def contact_grid(position: Array, frame: Array) -> Grid:
     """Contact nodes of a face along t1 and along the radius; node k = i_t1 + n_t1 i_r.
+
+    Shapes: `position` (n_c, 3), `frame` (n_c, 3, 3) with rows t1, t2, n.
 
     Raises RomParameterError where the nodes are no such grid.
     """
-    s, r = _coordinates(face, face.position)
+    s, r = face_coordinates(position, frame, position)
     steps = np.diff(s)
     if len(s) > 1 and abs(steps[0]) < abs(r[1] - r[0]):  # the second node is above the first, not beside it
         return 1, len(s)
@@ -240,16 +242,21 @@ def _restriction(fine: int, coarse: int) -> tuple[NDArray[np.float64], NDArray[n
 
 
 def _coordinates(face: ContactFace, position: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    return face_coordinates(face.position, face.frame, position)
+
+
+def face_coordinates(nodes: Array, frame: Array, position: Array) -> tuple[Array, Array]:
     """Coordinates s (q,) along t1 and r (q,) along the radius of points (q, 3) on a face, m.
 
+    `nodes` (n_c, 3), `frame` (n_c, 3, 3): its contact nodes and their rows t1, t2, n.
     The face is unrolled onto the tangent plane at its centre: the circumferential coordinate is an arc. r leads along
     t2 where the face is nearly tangential to the ring.
     """
-    centre, t1 = face.position.mean(axis=0), face.frame[:, 0].mean(axis=0)
+    centre, t1 = nodes.mean(axis=0), frame[:, 0].mean(axis=0)
     angle, radius = np.arctan2(centre[1], centre[2]), np.hypot(centre[1], centre[2])
     circumferential = t1[1] * np.cos(angle) - t1[2] * np.sin(angle)
     arc = radius * (np.arctan2(position[:, 1], position[:, 2]) - angle)
-    t2 = face.frame[:, 1].mean(axis=0)
+    t2 = frame[:, 1].mean(axis=0)
     if abs(t2[1] * np.sin(angle) + t2[2] * np.cos(angle)) < _TANGENTIAL:
         return (position - centre) @ t1, (position - centre) @ t2
     return t1[0] * (position[:, 0] - centre[0]) + circumferential * arc, np.hypot(

@@ -108,6 +108,7 @@ class FullReference:
             contact_right=each @ self.face.contact_right,
             contact_left=each @ self.face.contact_left,
             contact_position=nodes @ self.face.contact_position,
+            contact_frame=None,
             contact_area=None
             if area is None
             else np.concatenate([shares * float(part.sum()) for part in np.split(area, len(pairs))]),
@@ -241,6 +242,7 @@ def _reference(
     model = ReducedModel(
         contact_position=dofs.contact.position,
         contact_area=dofs.contact.area,
+        contact_frame=dofs.contact.frames[: dofs.contact.count],
         n_blades=n_blades,
         producer=f"shroud: {full.element or 'isoparametric'}, {full.n_dofs} dofs, {len(modes)} free modes "
         "and static responses",
@@ -263,6 +265,7 @@ def _on_face(
     """A model with other coordinates, in which `changes` are given, and other contact dofs, motion (6 m_c, n)."""
     right, left = np.split(motion, 2)
     nodes = {"contact_position": contact.position, "contact_area": contact.area, "interfaces": contact.interfaces}
+    nodes["contact_frame"] = contact.frames[: contact.count]
     return replace(model, **(changes | nodes | {"contact_right": right, "contact_left": left}))
 
 
@@ -307,7 +310,9 @@ def _added(vectors: NDArray[np.float64], basis: NDArray[np.float64], mass: csr_m
 def spread_over_face(full: FullModel, sector: SectorMesh) -> tuple[ContactDofs, Grid] | None:
     """Contact dofs of a mortar finer than the contact grid, and its grid; None where the mesh has no faces for it."""
     try:
-        along, radial = np.max([contact_grid(view.right) for view in sector.views.values()], axis=0).tolist()
+        along, radial = np.max(
+            [contact_grid(view.right.position, view.right.frame) for view in sector.views.values()], axis=0
+        ).tolist()
         grid = max(_LEAST_ON_FACE[0], 2 * ((along + 1) // 2) + 2), max(_LEAST_ON_FACE[1], 2 * ((radial + 1) // 2) + 2)
         return averaged_dofs(sector, full.element, "mortar", grid), grid
     except RomParameterError:

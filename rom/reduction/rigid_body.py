@@ -8,17 +8,15 @@ belongs to the sector whose right flank it touches; the left flank that it touch
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import pi
-from typing import TYPE_CHECKING, Any
+from math import cos, pi, sin, sqrt
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from geometry import rotate_about_axis
 from rom.cyclic.reduced_model import ContactInterface, ReducedModel, interfaces_of, with_interfaces
 from rom.errors import ReducedModelError
-from rom.reduction.contact_dofs import ContactDofs, averaged_dofs, nodal_dofs
-from rom.reduction.mortar_dofs import Grid, contact_grid
+from rom.reduction.mortar_dofs import contact_grid
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
@@ -159,33 +157,87 @@ def with_rigid_body(model: ReducedModel, body: RigidBody) -> ReducedModel:
     )
 
 
-def with_damper(
-    model: ReducedModel,
+def platform_damper(
     sector: SectorMesh,
-    body: RigidBody,
+    form: Literal["wedge", "cylinder"],
+    mass: float,
     *,
-    element: str | None = None,
-    contact_dofs: str = "mortar",
+    radius: float | None = None,
+    inertia: ArrayLike | None = None,
+    axial_stiffness: float = 0.0,
     pair: str = "platform",
-    line: bool = False,
-) -> ReducedModel:
+) -> RigidBody:
+    """A damper between the flanks of platforms: a wedge that fills their roof, or a cylinder on their middle lines.
+
+    The flanks rise towards the plane midway between two blades, where the ridge of the roof would be. The section of
+    the wedge is the triangle below it, of base b and height h; its centre lies h / 3 above the base.
+
+    Parameters
+    ----------
+    sector : SectorMesh
+        The mesh.
+    form : {"wedge", "cylinder"}
+        Form of the damper.
+    mass : float
+        Mass, kg.
+    radius : float, optional
+        Radius of its centre of mass, m; by default that of the form.
+    inertia : (3,) array, optional
+        Moments of inertia about x, the circumference and the radius, kg m^2; by default those of the form.
+    axial_stiffness : float
+        Stiffness of what locates it along x, N/m.
+    pair : str
+        Name of the pair of faces of the platforms.
+
+    Returns
+    -------
+    RigidBody
+        The damper.
+
+    Examples
+    --------
+    >>> from geometry import BladeParameters, MeshParameters, PlatformParameters, ShroudParameters, build_sector
+    >>> from rom import platform_damper
+    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
+    >>> platform, mesh = PlatformParameters(0.32, 0.006, flank_angle=35.0), MeshParameters(size=0.005)
+    >>> wedge = platform_damper(build_sector(blade, shroud, mesh, platform=platform), "wedge", 0.01)
+    >>> round(float(np.hypot(*wedge.centre[1:])), 4)
+    0.3146
+    """
+    view, middle = sector.seen_from(pair), pi / sector.n_blades
+    across = np.array([0.0, -cos(middle), sin(middle)])  # from the plane midway towards the blade
+    upward = np.array([0.0, sin(middle), cos(middle)])
+    points = sector.points[view.node_sets["face_right"]]
+    normal = view.right.frame[:, 2].mean(axis=0)
+    length, slope = float(np.ptp(points[:, 0])), abs(float(normal @ across) / float(normal @ upward))
+    half, outer = float((points @ across).max()), float((points @ upward).min())
+    if form == "wedge":
+        b, h = 2.0 * half, half * slope
+        natural = outer + h / 3.0
+        moments = [h**2 / 18.0 + b**2 / 24.0, length**2 / 12.0 + h**2 / 18.0, length**2 / 12.0 + b**2 / 24.0]
+    else:
+        line = view.right.position.mean(axis=0)
+        a = float(line @ across) * sqrt(1.0 + 1.0 / slope**2)
+        natural = float(line @ upward) - a / sqrt(1.0 + slope**2)
+        moments = [a**2 / 2.0, *[(3.0 * a**2 + length**2) / 12.0] * 2]
+    centre = (natural if radius is None else radius) * upward
+    centre[0] = points[:, 0].mean()
+    given = mass * np.array(moments) if inertia is None else inertia
+    return RigidBody(mass, centre, given, [axial_stiffness, *[0.0] * 5])
+
+
+def with_damper(model: ReducedModel, body: RigidBody, *, pair: str = "platform", line: bool = False) -> ReducedModel:
     """The model with a rigid damper between the platforms of neighbours.
 
     The pair of faces of the platforms becomes two contact interfaces, of the own platform against the damper inside
-    the sector, and of the next one's against it.
+    the sector, and of the next one's against it. The faces are mirror images in the plane midway between two blades.
 
     Parameters
     ----------
     model : ReducedModel
-        The model, with an interface of the pair of faces.
-    sector : SectorMesh
-        Its mesh.
+        The model of a ring, with an interface of the pair of faces and its contact frames.
     body : RigidBody
         The damper.
-    element : str, optional
-        Finite element of the mesh, as in `assemble`.
-    contact_dofs : {"mortar", "patch", "nodal"}
-        Contact dofs of the model.
     pair : str
         Name of the pair of faces.
     line : bool
@@ -200,68 +252,66 @@ def with_damper(
     Raises
     ------
     ReducedModelError
-        The model has no such interface, or the faces have no middle line.
+        The model has no such interface between neighbours, no contact frames, or the faces have no middle line.
 
     Examples
     --------
     >>> from geometry import BladeParameters, MeshParameters, PlatformParameters, ShroudParameters, build_sector
-    >>> from rom import Material, ReductionOptions, RigidBody, assemble, reduce_sector, with_damper
+    >>> from rom import Material, ReductionOptions, assemble, platform_damper, reduce_sector, with_damper
     >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> platform, mesh = PlatformParameters(0.32, 0.006), MeshParameters(size=0.005, contact_grid=(2, 2))
+    >>> platform, mesh = PlatformParameters(0.32, 0.006, flank_angle=35.0), MeshParameters(0.005, contact_grid=(2, 2))
     >>> sector = build_sector(blade, shroud, mesh, platform=platform)
     >>> full = assemble(sector, Material(2e11, 0.3, 7800.0), element="hex8")
     >>> model = reduce_sector(full, sector, ReductionOptions(modes=4)).model
-    >>> body = RigidBody(0.01, np.array([0.0, 0.0252, 0.317]), np.full(3, 1e-7))
-    >>> dict(with_damper(model, sector, body, element="hex8").interfaces)
+    >>> dict(with_damper(model, platform_damper(sector, "wedge", 0.01)).interfaces)
     {'shroud': 4, 'damper_right': 4, 'damper_left': 4}
     """
     if pair not in model.interfaces:
         raise ReducedModelError(f"contact/interfaces: no {pair}, allowed: {', '.join(model.interfaces)}")
     wider = with_rigid_body(model, body)
     known = {each.name: each for each in interfaces_of(wider)}
-    view = sector.seen_from(pair)
-    dofs = _flank_dofs(view, element, contact_dofs)
-    chosen = _middle(contact_grid(view.right)) if line else np.arange(dofs.count)
-    touching = _against_body(known[pair], dofs, chosen, body, 2.0 * pi / sector.n_blades)
+    flank = known[pair]
+    if flank.frame is None or flank.left is None or model.n_blades is None:
+        missing = "contact/frame" if flank.frame is None else "contact/left" if flank.left is None else "n_blades"
+        raise ReducedModelError(f"{missing}: missing, allowed with a damper: a ring with frames of its contact nodes")
+    chosen = _middle(flank) if line else np.arange(len(flank.position))
+    touching = _against_body(flank, chosen, body, pi / model.n_blades)
     found = with_interfaces(wider, *(each for name, each in known.items() if name != pair), *touching)
     moving = {f"damper_{axis}": np.eye(wider.size)[model.size + k] for k, axis in enumerate("xyz")}
     return replace(found, outputs={**found.outputs, **moving})
 
 
-def _flank_dofs(view: SectorMesh, element: str | None, kind: str) -> ContactDofs:
-    """Contact dofs of the flanks."""
-    if kind == "nodal":
-        return nodal_dofs(view, np.arange(len(view.points)), len(view.points))
-    return averaged_dofs(view, element, kind)
-
-
 def _against_body(
-    flank: ContactInterface, dofs: ContactDofs, chosen: NDArray[np.int64], body: RigidBody, pitch: float
+    flank: ContactInterface, chosen: NDArray[np.int64], body: RigidBody, middle: float
 ) -> tuple[ContactInterface, ContactInterface]:
-    """The chosen nodes of the right flank against the body, whose coordinates are the last ones, and of the left."""
+    """The chosen nodes of the right flank against the body, whose coordinates are the last ones, and of the next left
+    flank: the mirror image in the plane at the angle `middle` between the blades.
+    """
     rows = (3 * chosen[:, None] + np.arange(3)).ravel()
     assert flank.left is not None
-    frames = dofs.frames[: dofs.count], rotate_about_axis(dofs.frames[dofs.count :], pitch)
-    places = dofs.position[chosen], _opposite(dofs.position[chosen], pitch)
+    assert flank.frame is not None
+    normal = np.array([0.0, cos(middle), -sin(middle)])
+    mirror = np.eye(3) - 2.0 * np.outer(normal, normal)
+    place, frame = flank.position[chosen], flank.frame[chosen]
+    sides = (place, frame), (place @ mirror, frame @ mirror)
     on_body = np.zeros((2, len(rows), flank.right.shape[1]))
-    for found, frame, place in zip(on_body, frames, places, strict=True):
-        found[:, -COORDINATES:] = body.rows(place, frame[chosen])
+    for found, side in zip(on_body, sides, strict=True):
+        found[:, -COORDINATES:] = body.rows(*side)
     area = None if flank.area is None else flank.area[chosen]
     return (
-        ContactInterface(flank.right[rows], places[0], on_body[0], inside=True, area=area, name="damper_right"),
-        ContactInterface(-on_body[1], places[1], -flank.left[rows], area=area, name="damper_left"),
+        ContactInterface(
+            flank.right[rows], place, on_body[0], inside=True, area=area, name="damper_right", frame=frame
+        ),
+        ContactInterface(
+            -on_body[1], sides[1][0], -flank.left[rows], area=area, name="damper_left", frame=sides[1][1]
+        ),
     )
 
 
-def _opposite(position: Array, pitch: float) -> Array:
-    """Points (n, 3) on the left flank of the next blade: the mirror images in the plane midway between the blades."""
-    normal = np.array([0.0, np.cos(pitch / 2.0), -np.sin(pitch / 2.0)])
-    return np.asarray(position - 2.0 * np.outer(position @ normal, normal))
-
-
-def _middle(grid: Grid) -> NDArray[np.int64]:
+def _middle(flank: ContactInterface) -> NDArray[np.int64]:
     """Nodes of the middle row of a grid of contact nodes."""
-    along, rows = grid
+    assert flank.frame is not None
+    along, rows = contact_grid(flank.position, flank.frame)
     if rows % 2 == 0:
         raise ReducedModelError(f"damper: {rows} rows of contact nodes on a flank, allowed: an odd number for a line")
     return np.arange(along * rows).reshape(rows, along)[rows // 2]

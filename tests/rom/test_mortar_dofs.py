@@ -39,7 +39,7 @@ def test_projected_polynomials_have_their_values_at_the_gauss_points(element, di
     lengths = (0.012, 0.01, 0.009)
     sector = patch_block(divisions, lengths, grid)
     dofs = averaged_dofs(sector, element, "mortar")
-    assert contact_grid(sector.right) == grid
+    assert contact_grid(sector.right.position, sector.right.frame) == grid
     nodes = discretise(sector, element)
     x, _, z = (nodes.positions - [0.0, 0.0, 0.3]).T
     point = {1: [0.0], 2: [-np.sqrt(1 / 3), np.sqrt(1 / 3)], 3: [-GAUSS, 0.0, GAUSS]}

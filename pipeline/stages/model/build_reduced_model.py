@@ -10,15 +10,21 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipeline.stages.model.model_files import CUTS, FAMILIES, REDUCED_MODEL, is_joined
+from pipeline.stages.model.model_files import CUTS, FAMILIES, REDUCED_MODEL, is_joined, read_families
 from pipeline.stages.model.scene_loads import scene_loads, with_modal_excitation, with_static_loads
 from pipeline.stages.model.scene_materials import scene_materials
-from pipeline.stages.scene_to_solver import PLATFORM, interface_facts, linear_operation, touching, touching_sector
+from pipeline.stages.scene_to_solver import (
+    PLATFORM,
+    interface_facts,
+    linear_operation,
+    touching,
+    touching_sector,
+)
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
     from pipeline.scene.schema import Scene
-    from rom import BoundaryChoice, FullModel, Material, ReducedModel, Reduction, RigidBody
+    from rom import BoundaryChoice, FullModel, Material, ModeFamilies, ReducedModel, Reduction
 
 
 def with_interface(full: FullModel, sector: SectorMesh, scene: Scene, boundary: BoundaryChoice) -> BoundaryChoice:
@@ -47,13 +53,18 @@ def write_families(
     model: ReducedModel,
 ) -> None:
     """Write the rows of a reduced model with its basis that name its modes. `full` is that of a sector of a disk."""
-    from rom import blade_families, mode_families, new_hdf5
+    from rom import blade_families, mode_families
 
     assert model.basis is not None
     if full is None:
-        families = blade_families(sector, model.basis)
+        _write_families(folder, blade_families(sector, model.basis))
     else:
-        families = mode_families(full, sector, materials, model.basis, _rim_radius(sector))
+        _write_families(folder, mode_families(full, sector, materials, model.basis, _rim_radius(sector)))
+
+
+def _write_families(folder: Path, families: ModeFamilies) -> None:
+    from rom import new_hdf5
+
     with new_hdf5(folder / FAMILIES) as file:
         file["airfoil"], file["disk"] = families.airfoil, families.disk
 
@@ -81,7 +92,7 @@ def make_reduced_model(
     store_basis: bool = True,
     assembled: list[FullModel] | None = None,
 ) -> None:
-    """Reduce the blade to `rom.h5`, at its speed, and write its sizes into `facts.json`.
+    """Reduce the blade without its damper to `rom.h5`, at its speed, and write its sizes into `facts.json`.
 
     Notes
     -----
@@ -96,7 +107,6 @@ def make_reduced_model(
         load_sector,
         reduce_sector,
         reduce_to_tolerance,
-        write_reduced_model,
     )
 
     whole, materials = load_sector(sector_file), scene_materials(scene, sector_file)
@@ -116,26 +126,30 @@ def make_reduced_model(
         made = reduce_to_tolerance(source, sector, scene.rom.tolerance, operations, boundary)
     else:
         made = reduce_sector(source, sector, ReductionOptions(modes, limit), boundary, augment=True)
-    model = with_damper_of(scene, sector, with_modal_excitation(scene, made.model))
+    model = with_modal_excitation(scene, made.model)
     if joined is not None:
         model = with_blade_stiffness(joined, sector, materials, model)
     write_families(folder, joined, sector, materials, model)
     model = model if store_basis else replace(model, basis=None)
-    write_reduced_model(folder / REDUCED_MODEL, touching(scene, model))
+    _write(folder / REDUCED_MODEL, scene, model)
     if made.augmented is not None:
-        augmented = with_damper_of(scene, sector, with_modal_excitation(scene, made.augmented))
-        write_reduced_model(folder / AUGMENTED_MODEL, touching(scene, augmented))
-    (folder / FACTS).write_text(json.dumps(_facts(scene, made, boundary, whole, model)))
+        _write(folder / AUGMENTED_MODEL, scene, with_modal_excitation(scene, made.augmented))
+    sizes = {} if scene.damper_touches else _sizes(scene, model, whole)
+    (folder / FACTS).write_text(json.dumps(_facts(made, boundary, model) | sizes))
 
 
-def _facts(
-    scene: Scene, made: Reduction, boundary: BoundaryChoice, sector: SectorMesh, model: ReducedModel
-) -> dict[str, Any]:
+def _write(path: Path, scene: Scene, model: ReducedModel) -> None:
+    """Write a model with the interfaces that touch; the flanks of a damper still to come are one of them."""
+    from rom import write_reduced_model
+
+    write_reduced_model(path, model if scene.damper_touches else touching(scene, model))
+
+
+def _facts(made: Reduction, boundary: BoundaryChoice, model: ReducedModel) -> dict[str, Any]:
     """Sizes of a reduced model; of the sector of a disk also the error of its waves."""
     from rom import wave_errors
 
-    facts: dict[str, Any] = {"dofs": made.dofs, "reduced_dofs": model.size}
-    facts |= {**interface_facts(scene, model, sector), "modes": made.modes, "highest_mode_hz": made.highest_mode_hz}
+    facts: dict[str, Any] = {"dofs": made.dofs, "modes": made.modes, "highest_mode_hz": made.highest_mode_hz}
     if model.cyclic_right is not None:
         waves = wave_errors(made.model, boundary.interface, FREQUENCIES)
         facts |= {MOTIONS: len(model.cyclic_right), "wave_error": waves.largest}
@@ -143,55 +157,27 @@ def _facts(
     return facts
 
 
-def with_damper_of(scene: Scene, sector: SectorMesh, model: ReducedModel) -> ReducedModel:
-    """The model with the damper of a scene between the flanks of its platforms; the same where none touches."""
-    if scene.damper is None or PLATFORM not in model.interfaces:
-        return model
-    from rom import with_damper
-
-    assert scene.mesh is not None
-    return with_damper(
-        model,
-        sector,
-        _body(scene, sector),
-        element=scene.mesh.element,
-        contact_dofs=scene.rom.contact_dofs,
-        line=scene.damper.form == "cylinder",
-    )
+def _sizes(scene: Scene, model: ReducedModel, sector: SectorMesh) -> dict[str, Any]:
+    return {"reduced_dofs": model.size, **interface_facts(scene, model, sector)}
 
 
-def _body(scene: Scene, sector: SectorMesh) -> RigidBody:
-    """The damper: by default a wedge that fills the roof of the flanks, or a cylinder on their middle lines.
+def add_damper(folder: Path, sector_file: Path, blade: Path, scene: Scene, *, store_basis: bool) -> None:
+    """Write the files of the reduced blade in the folder `blade` with the damper of a scene between its platforms."""
+    from rom import load_sector, platform_damper, read_reduced_model, with_damper, write_reduced_model
 
-    The flanks rise towards the plane midway between two blades, where the ridge of the roof would be. The section of
-    the wedge is the triangle below it, of base b and height h; its centre lies h / 3 above the base.
-    """
-    import numpy as np
-
-    from rom import RigidBody
-
-    damper, platform = scene.damper, scene.platform
-    assert damper is not None  # the checks see to both
-    assert platform is not None
-    view, middle = sector.seen_from(PLATFORM), np.pi / sector.n_blades
-    across = np.array([0.0, -np.cos(middle), np.sin(middle)])  # from the plane midway towards the blade
-    upward = np.array([0.0, np.sin(middle), np.cos(middle)])
-    points = sector.points[view.node_sets["face_right"]]
-    length, slope = float(np.ptp(points[:, 0])), np.tan(np.deg2rad(platform.flank_angle))
-    half, outer = float((points @ across).max()), float((points @ upward).min())
-    if damper.form == "wedge":
-        b, h = 2.0 * half, half * slope
-        radius = outer + h / 3.0
-        inertia = [h**2 / 18.0 + b**2 / 24.0, length**2 / 12.0 + h**2 / 18.0, length**2 / 12.0 + b**2 / 24.0]
-    else:
-        line = view.right.position.mean(axis=0)
-        a = float(line @ across) / np.sin(np.arctan(slope))
-        radius = float(line @ upward) - a * np.cos(np.arctan(slope))
-        inertia = [a**2 / 2.0, *[(3.0 * a**2 + length**2) / 12.0] * 2]
-    centre = (radius if damper.radius is None else damper.radius) * upward
-    centre[0] = points[:, 0].mean()
-    moments = damper.mass * np.array(inertia) if damper.inertia is None else damper.inertia
-    return RigidBody(damper.mass, centre, moments, [damper.axial_stiffness, 0.0, 0.0, 0.0, 0.0, 0.0])
+    assert scene.damper is not None
+    sector = load_sector(sector_file)
+    body, line = platform_damper(sector, **scene.damper.model_dump(), pair=PLATFORM), scene.damper.form == "cylinder"
+    files = {name: blade / name for name in (AUGMENTED_MODEL, REDUCED_MODEL) if (blade / name).is_file()}
+    for name, path in files.items():
+        found = read_reduced_model(path, with_basis=store_basis or name == AUGMENTED_MODEL)
+        model = with_damper(found, body, pair=PLATFORM, line=line)
+        write_reduced_model(folder / name, touching(scene, model))
+    families = read_families(blade / REDUCED_MODEL)
+    assert families is not None
+    _write_families(folder, families.with_coordinates(model.size))
+    facts = json.loads((blade / FACTS).read_text())
+    (folder / FACTS).write_text(json.dumps(facts | _sizes(scene, model, sector)))
 
 
 def boundary_choice(scene: Scene, sector: SectorMesh, materials: Material | dict[str, Material]) -> BoundaryChoice:

@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +17,7 @@ from pipeline.scene.schema import Scene
 from pipeline.stages.cache_keys import ModelKeys
 from pipeline.stages.model.build_full_model import FULL_MODEL, make_full_model
 from pipeline.stages.model.build_mesh import MESH_FILES, SECTOR, check_on_mesh, make_mesh
-from pipeline.stages.model.build_reduced_model import FACTS, make_reduced_model
+from pipeline.stages.model.build_reduced_model import FACTS, add_damper, make_reduced_model
 from pipeline.stages.model.model_files import REDUCED_MODEL
 from pipeline.stages.model.scene_materials import own_findings
 from pipeline.stages.stage import StageLog
@@ -86,19 +87,27 @@ class ModelChain:
         With its basis or without it is the same model: curves solved on one hold for the other.
         """
         mesh = self.mesh(scene, keys)
-        entry = self._find("reduce", keys.reduce, WITH_BASIS)
-        if entry is None and not self.expands:
-            entry = self._find("reduce", keys.reduce)
-        if entry is None:
-            assembled: list[FullModel] = []  # to read it from its file takes as long as to assemble half of it
-            full = self.full_model(scene, keys, mesh, assembled.append).file(FULL_MODEL)
-            kind = WITH_BASIS if self.expands else "reduce"
-            reducer = self._reducer(mesh.file(SECTOR), full, scene, assembled)
-            entry = self._make("reduce", kind, keys.reduce, "reducing", reducer)
-        elif full_model := self.store.find("assemble", keys.assemble, thorough=False):
-            self.log.note("assemble", ran=False, seconds=full_model.seconds)
+        entry = self._reduced(scene, keys, mesh, keys.reduce)
         facts = json.loads(entry.file(FACTS).read_text())
         return BuiltModel(keys.reduce, entry.file(REDUCED_MODEL), mesh.file(MESH_FILES[0]), facts)
+
+    def _reduced(self, scene: Scene, keys: ModelKeys, mesh: Entry, key: str) -> Entry:
+        """The reduced model with one of the keys: that of the blade, or the blade with its damper."""
+        entry = self._find("reduce", key, WITH_BASIS)
+        if entry is None and not self.expands:
+            entry = self._find("reduce", key)
+        if entry is None:
+            kind, sector = WITH_BASIS if self.expands else "reduce", mesh.file(SECTOR)
+            if key != keys.blade:
+                blade = self._reduced(scene, keys, mesh, keys.blade).file(REDUCED_MODEL).parent
+                build = partial(add_damper, sector_file=sector, blade=blade, scene=scene, store_basis=self.expands)
+                return self._make("reduce", kind, key, "adding the damper", build)
+            assembled: list[FullModel] = []  # to read it from its file takes as long as to assemble half of it
+            full = self.full_model(scene, keys, mesh, assembled.append).file(FULL_MODEL)
+            return self._make("reduce", kind, key, "reducing", self._reducer(sector, full, scene, assembled))
+        if full_model := self.store.find("assemble", keys.assemble, thorough=False):
+            self.log.note("assemble", ran=False, seconds=full_model.seconds)
+        return entry
 
     def _reducer(self, sector: Path, full: Path, scene: Scene, assembled: list[FullModel]) -> Callable[[Path], None]:
         """A function that writes the reduced model into a folder, of the full model `assembled` if it is not large.

@@ -170,8 +170,8 @@ def _missing(run: Run) -> list[_Missing]:
     found: dict[str, _Missing] = {}
     for member in run.request.scene.members:
         keys = model_keys(member.scene)
-        if keys.reduce not in found and not _is_there(run, keys, member.scene.mesh_file is not None):
-            found[keys.reduce] = _Missing(member, keys)
+        if keys.blade not in found and not _is_there(run, keys, member.scene.mesh_file is not None):
+            found[keys.blade] = _Missing(member, keys)
     shared = Counter(item.keys.mesh for item in found.values())
     alone = [item for item in found.values() if shared[item.keys.mesh] == 1]
     small = [item for item in alone if estimated_elements(item.member.scene) <= SMALL]
@@ -193,7 +193,8 @@ def _with_files(run: Run, item: _Missing) -> _Missing | None:
 
 def _is_there(run: Run, keys: ModelKeys, of_file: bool) -> bool:
     """Whether the reduced model is in the store, or its mesh, which need not be made again."""
-    places = [(WITH_BASIS, keys.reduce), ("reduce", keys.reduce), *[("mesh", keys.mesh)] * (not of_file)]
+    places = [(kind, key) for key in (keys.reduce, keys.blade) for kind in (WITH_BASIS, "reduce")]
+    places += [("mesh", keys.mesh)] * (not of_file)
     return any(run.store.find(kind, key, thorough=False) is not None for kind, key in places)
 
 
@@ -205,11 +206,11 @@ def _keep(run: Run, keys: ModelKeys, result: TaskResult) -> set[tuple[str, str]]
         run.store.keep("mesh", keys.mesh, result.folder / "mesh", seconds["mesh"])
     else:  # of a mesh from a file, which the log has been told of
         del seconds["mesh"]
-    run.store.keep(kind, keys.reduce, result.folder / "reduce", seconds["reduce"])
+    run.store.keep(kind, keys.blade, result.folder / "reduce", seconds["reduce"])
     shutil.rmtree(result.folder, ignore_errors=True)
     for stage, time_taken in seconds.items():
         run.log.note(stage, ran=True, seconds=time_taken)
-    return {("mesh", keys.mesh), ("reduce", keys.reduce)}
+    return {("mesh", keys.mesh), ("reduce", keys.blade)}
 
 
 def _build_reduced(
