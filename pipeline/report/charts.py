@@ -24,6 +24,7 @@ from pipeline.figures.style import CURVES_LOG_FROM, LOG_FROM, drawn, group_colou
 from pipeline.render.ring import LEFT_DARK, RIGHT_COLOUR, VIEW, blades_of, turned
 from pipeline.report.viewer import Surface, outer_surface
 from pipeline.scene.labels import value_label
+from pipeline.scene.schema import DAMPER, INTERFACES
 from pipeline.stages.model.build_mesh import SECTOR
 from pipeline.stages.model.model_chain import BuiltModel
 
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 
     from geometry import SectorMesh
     from nonlinear import ResponseCurve
+    from rom import ReducedModel
 
 
 LARGEST_VECTOR = 450_000  # bytes; a larger figure is included as PNG
@@ -136,15 +138,15 @@ def ring_drawing(model: BuiltModel, blades: int) -> bytes:
     assert model.mesh is not None
     sector = load_sector(model.mesh.parent / SECTOR)
     surface = outer_surface(sector)
-    nodes = read_reduced_model(model.rom, with_basis=False).contact_position
-    flat, colours, contacts = _projected(sector, surface, blades, nodes)
+    flat, colours, screen = _projected(sector, surface, blades)
+    contacts = _faces(read_reduced_model(model.rom, with_basis=False), 2.0 * np.pi / sector.n_blades, screen)
     with styled():
         figure, axes = subplots(size=(7.6, 5.6))
         axes.add_collection(PolyCollection(list(flat), facecolors=colours, edgecolors=colours, linewidths=0.3))
         for face in contacts:
             if face.in_view:
                 axes.plot(*face.places.T, "o", color=face.colour, markersize=4, markeredgecolor="white")
-            _label(axes, face, beside=-1.0 if "right" in face.name else 1.0)
+            _label(axes, face)
         axes.set_aspect("equal")
         axes.autoscale_view()
         axes.set_axis_off()
@@ -153,34 +155,62 @@ def ring_drawing(model: BuiltModel, blades: int) -> bytes:
 
 @dataclass(frozen=True)
 class Face:
-    """The contact nodes of a face on the picture, its colour and name, and whether they are in view."""
+    """The contact nodes of a face on the picture, its name, and whether they are in view and on the right of it."""
 
     places: Array
-    colour: str
     name: str
     in_view: bool
+    on_right: bool  # the side of +y
+
+    @property
+    def colour(self) -> str:
+        """Its colour."""
+        return RIGHT_COLOUR if self.on_right else LEFT_DARK
 
 
-def _label(axes: Axes, face: Face, beside: float) -> None:
+def _label(axes: Axes, face: Face) -> None:
     """The name of a face above the ring, on the side where the face is, with a line to its middle."""
+    beside = -1.0 if face.on_right else 1.0
     look = {"arrowstyle": "-", "color": face.colour, "linewidth": 1.0}
     where: dict[str, Any] = {"ha": "right" if beside < 0.0 else "left", "color": face.colour, "fontsize": 10}
     place = face.places.mean(axis=0)
-    hidden = "" if face.in_view else ", behind the shroud"
+    hidden = "" if face.in_view else ", on the far side"
     axes.annotate(
         face.name + hidden, place, (45.0 * beside, 75.0), textcoords="offset points", arrowprops=look, **where
     )
 
 
-def _projected(sector: SectorMesh, surface: Surface, blades: int, nodes: Array) -> tuple[Array, Array, list[Face]]:
-    """Triangles (t, 3, 2) from back to front, their colours (t, 3), and the blade's contact faces.
+def _faces(model: ReducedModel, pitch: float, screen: Array) -> list[Face]:
+    """The contact faces of the blade; `screen` (3, 3): the axes of the picture, and the one towards the viewer.
 
-    `nodes` (n_c, 3): the right contact nodes; the left ones are those turned back by one pitch.
+    The normal points out of a right face and into a left one, but out of the flank of the next blade that a damper
+    touches. The left faces are those of the next blade turned back.
+    """
+    from rom import interfaces_of
+
+    *_, flank = INTERFACES[DAMPER]
+    alone, found = len(model.interfaces) == 1, []
+    for each in interfaces_of(model):
+        assert each.frame is not None
+        sides = [] if each.name == flank else [("right contact face (+y)", 0.0, 1.0, True)]
+        if each.left is not None:
+            sides.append(("left contact face (-y)", -pitch, 1.0 if each.name == flank else -1.0, False))
+        for words, angle, outward, on_right in sides:
+            normal = turned(each.frame[:, 2].mean(axis=0), angle)
+            name = words if alone else each.name if len(sides) == 1 else f"{each.name}, {words.split()[0]}"
+            seen = outward * float(normal @ screen[2]) > 0.0
+            found.append(Face(turned(each.position, angle) @ screen[:2].T, name, seen, on_right))
+    return found
+
+
+def _projected(sector: SectorMesh, surface: Surface, blades: int) -> tuple[Array, Array, Array]:
+    """Triangles (t, 3, 2) from back to front, their colours (t, 3), and the axes of the picture (3, 3): to the right,
+    upwards and towards the viewer.
     """
     view = np.asarray(VIEW) / np.linalg.norm(VIEW)
     right = np.cross((0.0, 0.0, 1.0), view)
     right /= np.linalg.norm(right)
-    screen = np.stack([right, np.cross(view, right)])
+    screen = np.stack([right, np.cross(view, right), view])
     triangles, shades = [], []
     for blade in blades_of(blades):
         corners = turned(sector.points[surface.vertices], blade * 2.0 * np.pi / sector.n_blades)[surface.triangles]
@@ -192,17 +222,7 @@ def _projected(sector: SectorMesh, surface: Surface, blades: int, nodes: Array) 
         shades.append(base * (0.55 + 0.45 * facing[seen, None]))
     corners, colours = np.concatenate(triangles), np.concatenate(shades)
     order = np.argsort((corners @ view).mean(axis=1), kind="stable")
-    # both faces have the right one's frame: its normal points out of the right one and into the left one
-    back = turned(nodes, -2.0 * np.pi / sector.n_blades)
-    faces = (
-        (sector.right, nodes, RIGHT_COLOUR, "right contact face (+y)", 1.0),
-        (sector.left, back, LEFT_DARK, "left contact face (-y)", -1.0),
-    )
-    contacts = [
-        Face(places @ screen.T, colour, name, outward * float(face.frame[:, 2].mean(axis=0) @ view) > 0.0)
-        for face, places, colour, name, outward in faces
-    ]
-    return (corners @ screen.T)[order], colours[order], contacts
+    return (corners @ screen[:2].T)[order], colours[order], screen
 
 
 MOST_POINTS = 60_000  # of all curves of a chart

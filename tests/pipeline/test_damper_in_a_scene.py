@@ -75,6 +75,27 @@ def test_what_does_not_go_with_a_damper_is_one_line(
     assert ", allowed: " in error
 
 
+def test_a_sweep_over_the_mass_reduces_the_blade_once(tmp_path: Path) -> None:
+    """What differs is the damper's inertia and centrifugal force."""
+    tables = damped(rom={"contact_dofs": "nodal"}) | {"sweep": {"damper.mass": [0.01, 0.04]}}
+    where = write_scene(tmp_path / "scene.toml", tables), "--out", tmp_path / "out", "--until", "reduce"
+    status, _, error = shroud("run", *where)
+    assert (status, error.count("reducing:"), error.count("adding the damper:")) == (0, 1, 2)
+    light, heavy = (
+        read_reduced_model(tmp_path / "out" / each["rom"], with_basis=False)
+        for each in summary_of(tmp_path / "out")["models"]
+    )
+    assert np.diag(heavy.mass - light.mass)[-6:-3] == pytest.approx([0.03] * 3)
+    assert not (heavy.mass - light.mass)[:-6].any()
+    assert np.array_equal(light.stiffness, heavy.stiffness)
+    assert heavy.force_centrifugal[-4] == pytest.approx(4.0 * light.force_centrifugal[-4])
+    # the flanks mirror each other in the plane midway between the blades, with the normals out of the blades
+    middle = np.array([0.0, np.cos(np.pi / light.n_blades), -np.sin(np.pi / light.n_blades)])
+    frames = np.split(light.contact_frame, 2)
+    assert frames[1] == pytest.approx(frames[0] - 2.0 * np.outer(frames[0] @ middle, middle).reshape(4, 3, 3))
+    assert frames[0][:, 2] @ middle == pytest.approx(np.sin(np.deg2rad(FLANK_ANGLE)))
+
+
 def test_a_damper_needs_a_platform(tmp_path: Path) -> None:
     tables = damped()
     del tables["platform"]

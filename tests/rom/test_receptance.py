@@ -24,6 +24,7 @@ def random_model(seed=0, size=10, n_contacts=2, ground=False, complex_force=Fals
         force_centrifugal=rng.normal(size=size),
         force_static=rng.normal(size=size),
         n_blades=None if ground else 9,
+        contact_frame=np.linalg.qr(rng.normal(size=(n_contacts, 3, 3)))[0],
     )
 
 
