@@ -195,23 +195,28 @@ class PerturbationPencils:
     deviation: ComplexArray  # (K, S, 4, p, p), terms of the flexibility of the other modes less the mean
 
     def eigenvalues(
-        self, contact: tuple[Matrix, Matrix], centre: Array, omega: float, highest_pole: float
+        self, contact: tuple[Matrix, Matrix], shift: ComplexArray, omega: float, highest_pole: float
     ) -> ComplexArray:
-        """Eigenvalues sigma - i `centre` of each perturbation, (K, n_z) or fewer; few of them are true far from 0.
+        """Eigenvalues sigma - `shift` of each perturbation, (K, n_z) or fewer; few of them are true far from 0.
 
         The parameters are those of `closed`.
         """
-        return nearest_eigenvalues(self.closed(contact, centre, omega, highest_pole)[1])
+        return nearest_eigenvalues(self.closed(contact, shift, omega, highest_pole)[1])
 
     def closed(
-        self, contact: tuple[Matrix, Matrix], centre: Array, omega: float, highest_pole: float, above: float = ABOVE
+        self,
+        contact: tuple[Matrix, Matrix],
+        shift: ComplexArray,
+        omega: float,
+        highest_pole: float,
+        above: float = ABOVE,
     ) -> tuple[NDArray[np.bool_], Pencil]:
-        """The poles retained, (K, S, 2, q), and the problems in sigma - i `centre`, (K, n_z, n_z).
+        """The poles retained, (K, S, 2, q), and the problems in sigma - `shift`, (K, n_z, n_z).
 
-        Shapes: `contact` (S p, S p), K_U and its derivative, or one for each perturbation; `centre` (K,).
+        Shapes: `contact` (S p, S p), K_U and its derivative, or one for each perturbation; `shift` (K,).
         """
-        state = self._states(centre, omega, highest_pole, above)
-        blocks = (HarmonicBlocks(NO_BLOCK, part) for part in self._flexibilities(state, centre, omega))
+        state = self._states(shift, omega, highest_pole, above)
+        blocks = (HarmonicBlocks(NO_BLOCK, part) for part in self._flexibilities(state, shift, omega))
         inputs = state.residue[:, :, None] * state.output.conj().transpose(0, 2, 1)
         poles = state.pole[:, :, None] * np.eye(state.pole.shape[1])
         loop = ContactFeedback.closed(CondensedModes(poles, inputs, state.output, *blocks), contact[0])
@@ -229,11 +234,12 @@ class PerturbationPencils:
         )
         return value, change
 
-    def _states(self, centre: Array, omega: float, highest_pole: float, above: float) -> "_States":
+    def _states(self, shift: ComplexArray, omega: float, highest_pole: float, above: float) -> "_States":
         """The poles retained."""
         poles, residues = self.poles / omega, self.residues / omega
-        middle = self.harmonics[:, None, None] + centre[:, None, None, None]
-        distance = poles - 1j * middle
+        own_shift = shift[:, None, None, None]
+        middle = self.harmonics[:, None, None] + own_shift.imag
+        distance = poles - 1j * self.harmonics[:, None, None] - own_shift
         retained = near_poles(poles, middle, above, self.rise / omega + MARGIN, highest_pole, FARTHEST)
         error = np.abs(residues) * self.stiffening * (WIDTH / 2.0) ** 2
         beside = near_poles(poles, middle, BESIDE, BESIDE + self.rise / omega, highest_pole)
@@ -255,10 +261,12 @@ class PerturbationPencils:
             output.reshape(count, output.shape[1] * output.shape[2], order.shape[1]),
         )
 
-    def _flexibilities(self, state: "_States", centre: Array, omega: float) -> tuple[ComplexArray, ComplexArray]:
+    def _flexibilities(
+        self, state: "_States", shift: ComplexArray, omega: float
+    ) -> tuple[ComplexArray, ComplexArray]:
         """G_0 and G_1 less the mean, of what is no state, (K, S, p, p)."""
         adjoint = self.motion.conj().transpose(0, 1, 3, 2)
-        s = np.asarray(1j * omega * (self.harmonics + centre[:, None]), dtype=complex)
+        s = np.asarray(omega * (1j * self.harmonics + shift[:, None]), dtype=complex)
         modes = condensed_flexibility(state.distance, self.residues / omega, state.retained, NEAREST)
         others = series(self.deviation, s, omega)
         g_0, g_1 = (
@@ -271,7 +279,7 @@ class _States(NamedTuple):
     """The retained poles of some perturbations, filled up to n_z."""
 
     retained: NDArray[np.bool_]  # (K, S, 2, q), which they are
-    distance: ComplexArray  # (K, S, 2, q), all poles from the middle of the slice, in units of omega
+    distance: ComplexArray  # (K, S, 2, q), all poles from the shift, in units of omega
     # `pole`, `residue`: (K, n_z), of the states
     pole: ComplexArray
     residue: ComplexArray

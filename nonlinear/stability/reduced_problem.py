@@ -229,10 +229,10 @@ class ReducedProblem:
         middle = self.harmonics[:, None, None] + centre
         return near_poles(poles, middle, ABOVE, rise + MARGIN, self.problem.highest_pole)
 
-    def condensed_around(self, centre: float, retained: NDArray[np.bool_], omega: float) -> CondensedPoles:
-        """The poles in sigma - i `centre`, those `retained` (S, 2, q) as states, at `omega` (rad/s)."""
+    def condensed_around(self, shift: complex, retained: NDArray[np.bool_], omega: float) -> CondensedPoles:
+        """The poles in sigma - `shift`, those `retained` (S, 2, q) as states, at `omega` (rad/s)."""
         poles, residues = self.poles
-        distance = poles / omega - 1j * (self.harmonics[:, None, None] + centre)
+        distance = poles / omega - (1j * self.harmonics[:, None, None] + shift)
         return CondensedPoles.of(distance, residues / omega, retained, NEAREST)
 
     def relative(self, modal: ModalModel, kappa: float) -> ComplexArray:

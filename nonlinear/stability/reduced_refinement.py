@@ -219,12 +219,11 @@ class ReducedWave:
     def eigenvalues(self, shift: complex) -> ComplexArray:
         """All eigenvalues sigma of the problem linearised around `shift`; those near it are approximate exponents."""
         reduced, omega = self.reduced, self.contact.omega
-        centre = complex(shift).imag
-        retained = reduced.near(self.parameters, omega, centre)
-        poles = reduced.condensed_around(centre, retained, omega)
+        retained = reduced.near(self.parameters, omega, complex(shift).imag)
+        poles = reduced.condensed_around(shift, retained, omega)
         inputs, outputs = self._modal.derivative(shift)
         pencils = poles.pencils(self._modal.matrix(shift)[None], (inputs[None], outputs[None]))
-        return pencils.eigenvalues()[0] + 1j * centre
+        return pencils.eigenvalues()[0] + shift
 
     @cached_property
     def _modal(self) -> ModalContact:

@@ -10,8 +10,8 @@ the contact sees few motions of them: it is closed once around the mean flexibil
 few unknowns a harmonic, the same for all nodal diameters (`SectorScan`).
 """
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -24,7 +24,7 @@ from nonlinear.stability.modal_condensation import Matrix
 from nonlinear.stability.modal_contact import face_contact
 from nonlinear.stability.perturbation_pencils import PerturbationPencils, nearest_eigenvalues
 from nonlinear.stability.point_contact import PointContact
-from nonlinear.stability.reduced_problem import ABOVE, ReducedProblem, ReducedProblems
+from nonlinear.stability.reduced_problem import ABOVE, ReducedProblems
 from nonlinear.stability.ring_structure import RingStructure
 
 
@@ -120,28 +120,66 @@ class SliceMatrices:
         return Pencil(*((weights @ part.reshape(count, size**2)).reshape(shape) for part in self.pencil))
 
 
+FAR = 0.15  # growth beyond which a slice around the imaginary axis is too far off: its slider memory is linear
+GROWTH = 0.3  # of the middle of the slices that stand in for it there
+
+
 @dataclass(frozen=True)
 class ScannedSlices:
-    """The slices of the strip, which have the eigenvalues of all nodal diameters of one point."""
+    """The slices of the strip, which have the eigenvalues of all nodal diameters of one point.
 
-    slices: tuple[tuple[float, SliceMatrices], ...]  # middle and matrices of each
-    weights: Array  # (N_b / 2, n_kappa), of the matrices in the nodal diameters k = 1 .. N_b / 2
+    Beside each slice around the imaginary axis there is one in the growing half plane, formed where it is needed.
+    """
+
+    form: Callable[[complex, Array], SliceMatrices]  # the matrices around a shift at some kappas
+    interpolation: KappaInterpolation  # from these to the nodal diameters
+    static: bool  # whether there is a harmonic 0
+    _known: dict[complex, SliceMatrices] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def eigenvalues(self, diameters: NDArray[np.int64] | None = None) -> list[tuple[complex, int]]:
         """Eigenvalues sigma = lambda / omega in the strip and their k, the least stable first.
 
         Shapes: `diameters` (n,).
         """
-        k = np.arange(1, len(self.weights) + 1) if diameters is None else diameters
+        k = np.arange(1, len(self.interpolation.weights) + 1) if diameters is None else diameters
         found: list[tuple[complex, int]] = []
-        if not k.size:
-            return found
-        for centre, matrices in self.slices:
-            values = nearest_eigenvalues(matrices.interpolated(self.weights[k - 1]))
-            margin = OVERLAP + MISPLACED * np.clip(values.real, 0.0, WIDTH)
-            row, column = np.nonzero(np.abs(values.imag) <= WIDTH / 2.0 + margin)
-            found += zip((values[row, column] + 1j * centre).tolist(), k[row].tolist(), strict=True)
+        for centre in (0.0, WIDTH, -WIDTH):
+            found += self._of_slice(1j * centre, k)
         return sorted(found, key=lambda item: -item[0].real)
+
+    def _of_slice(self, shift: complex, k: NDArray[np.int64]) -> list[tuple[complex, int]]:
+        """Eigenvalues of one slice; those that grow fast come from the slice beside it."""
+        if not k.size:
+            return []
+        values = self._around(shift, k)
+        values[np.abs(values.imag) > WIDTH / 2.0 + OVERLAP + MISPLACED * np.clip(values.real, 0.0, WIDTH)] = np.nan
+        fast = values.real > FAR
+        some = k[fast.any(axis=1)]
+        values[fast] = np.nan
+        faster = self._around(shift + GROWTH, some) if some.size else np.zeros((0, 0), dtype=complex)
+        faster += GROWTH
+        faster[(np.abs(faster.imag) > WIDTH / 2.0 + OVERLAP) | (faster.real < FAR - OVERLAP)] = np.nan
+        found: list[tuple[complex, int]] = []
+        for numbers, part in ((k, values), (some, faster)):
+            row, column = np.nonzero(np.isfinite(part))
+            found += zip((part[row, column] + shift).tolist(), numbers[row].tolist(), strict=True)
+        return found
+
+    def _around(self, shift: complex, k: NDArray[np.int64]) -> ComplexArray:
+        """Eigenvalues less a shift of some nodal diameters, (n, m)."""
+        return nearest_eigenvalues(self._matrices(shift).interpolated(self.interpolation.weights[k - 1]))
+
+    def _matrices(self, shift: complex) -> SliceMatrices:
+        """The matrices around a shift at all kappas; those at the other sign or shift follow where they can."""
+        if shift not in self._known:
+            nodes, kappas = self.interpolation.nodes, self.interpolation.kappas
+            if shift.imag < 0.0:
+                self._known[shift] = self._matrices(shift.conjugate()).opposite(self.static, nodes)
+            elif shift.imag == 0.0:
+                self._known[shift] = self.form(shift, kappas[:nodes]).with_mirrored(self.static)
+            else:
+                self._known[shift] = self.form(shift, kappas)
+        return self._known[shift]
 
 
 NODES = 4  # kappas between 0 and pi at which the matrices are formed
@@ -167,24 +205,16 @@ class PatternScan:
 
     def scanned(self, contact: PointContact) -> ScannedSlices:
         """The slices of the strip."""
-        reduced, static = self.reduced.at(contact.omega), self.reduced.problem.static
-        half = _slice(reduced, contact, 0.0, self._interpolation.kappas[: self.nodes], self.contact)
-        upper = _slice(reduced, contact, WIDTH, self._interpolation.kappas, self.contact)
-        lower = upper.opposite(static, self.nodes)
-        return ScannedSlices(
-            ((0.0, half.with_mirrored(static)), (WIDTH, upper), (-WIDTH, lower)), self._interpolation.weights
-        )
+        reduced = self.reduced.at(contact.omega)
 
+        def formed(shift: complex, kappas: Array) -> SliceMatrices:
+            retained = reduced.near(self.contact, contact.omega, shift.imag)
+            condensed = reduced.condensed_around(shift, retained, contact.omega)
+            return SliceMatrices(
+                retained, condensed.pencils(*face_contact(reduced, contact).linearised(shift, kappas))
+            )
 
-def _slice(
-    reduced: ReducedProblem, contact: PointContact, centre: float, kappas: Array, parameters: ContactParameters
-) -> SliceMatrices:
-    """The matrices around sigma = i `centre`."""
-    omega = contact.omega
-    retained = reduced.near(parameters, omega, centre)
-    condensed = reduced.condensed_around(centre, retained, omega)
-    linearised = face_contact(reduced, contact).linearised(1j * centre if centre else 0.0, kappas)
-    return SliceMatrices(retained, condensed.pencils(*linearised))
+        return ScannedSlices(formed, self._interpolation, reduced.problem.static)
 
 
 STIFF_NODES = 8  # kappas between 0 and pi at which the matrices are formed
@@ -200,18 +230,15 @@ class FaceScan:
         """The slices of the strip."""
         structure, omega = self.structure, contact.omega
         motions, closed = structure.motions(omega), structure.closed(contact)
-        static, kappas = structure.problem.static, self._interpolation.kappas
 
-        def formed(centre: float, kappas: Array) -> SliceMatrices:
+        def formed(shift: complex, kappas: Array) -> SliceMatrices:
             pencils = motions.pencils(structure.phases(kappas), structure.harmonics)
-            centres = np.full(kappas.size, centre)
+            shifts = np.full(kappas.size, shift)
             highest = structure.problem.highest_pole
-            retained, pencil = pencils.closed(closed.at(1j * centre), centres, omega, highest, above)
+            retained, pencil = pencils.closed(closed.at(shift), shifts, omega, highest, above)
             return SliceMatrices(retained[0], pencil)
 
-        half, upper = formed(0.0, kappas[:STIFF_NODES]), formed(WIDTH, kappas)
-        slices = (0.0, half.with_mirrored(static)), (WIDTH, upper), (-WIDTH, upper.opposite(static, STIFF_NODES))
-        return ScannedSlices(slices, self._interpolation.weights)
+        return ScannedSlices(formed, self._interpolation, structure.problem.static)
 
     @cached_property
     def _interpolation(self) -> KappaInterpolation:
@@ -244,7 +271,7 @@ class SectorScan:
         for some, pencils in self._pencils(every, omega):
             for centre, matrices in slices.items():
                 found = pencils.eigenvalues(
-                    matrices, np.full(some.size, centre), omega, structure.problem.highest_pole
+                    matrices, np.full(some.size, 1j * centre), omega, structure.problem.highest_pole
                 )
                 row, column = np.nonzero(np.abs(found.imag) <= WIDTH / 2.0 + OVERLAP)
                 values = np.append(values, found[row, column] + 1j * centre)
@@ -277,7 +304,8 @@ class SectorScan:
             done += some.size
             centre = values[places].imag
             highest = self.structure.problem.highest_pole
-            found = pencils.eigenvalues(contact.at(centre), centre, omega, highest) + 1j * centre[:, None]
+            shift = np.asarray(1j * centre, dtype=complex)
+            found = pencils.eigenvalues(contact.at(centre), shift, omega, highest) + shift[:, None]
             away = np.abs(found - values[places, None])
             if away.shape[1]:
                 nearest = np.argmin(away, axis=1)[:, None]

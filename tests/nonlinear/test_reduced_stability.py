@@ -21,7 +21,7 @@ from nonlinear.stability.modal_contact import FaceJacobian, face_contact
 from nonlinear.stability.point_contact import PointContact, in_harmonics
 from nonlinear.stability.reduced_problem import LEAST, CondensedPoles, reduced_modes
 from nonlinear.stability.reduced_refinement import ReducedRefinement, ReducedWave
-from nonlinear.stability.ring_scan import FaceScan, PatternScan, _slice
+from nonlinear.stability.ring_scan import FaceScan, PatternScan
 from nonlinear.stability.ring_structure import RingStructure
 from rom import modal_model
 
@@ -147,11 +147,11 @@ def test_open_contacts_leave_the_poles_of_the_blade():
 
 
 def test_opposite_kappa_is_mirrored():
-    """The slice around -i c at -kappa, against its own matrices."""
+    """The slice around a - i c at -kappa, against its own matrices."""
     analysis, point, contact = case()
-    reduced, kappas = analysis.few_modes.at(OMEGA), np.array([0.7, -1.9])
-    mirrored = _slice(reduced, point, WIDTH, kappas, contact).mirrored(analysis.problem.static)
-    direct = _slice(reduced, point, -WIDTH, -kappas, contact)
+    form, kappas = PatternScan(analysis.few_modes, contact, N_BLADES).scanned(point).form, np.array([0.7, -1.9])
+    mirrored = form(0.3 + WIDTH * 1j, kappas).mirrored(analysis.problem.static)
+    direct = form(0.3 - WIDTH * 1j, -kappas)
     assert (mirrored.retained == direct.retained).all()
     assert mirrored.pencil.matrix == pytest.approx(direct.pencil.matrix, abs=1e-10)
     assert mirrored.pencil.descriptor == pytest.approx(direct.pencil.descriptor, abs=1e-10)
