@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from collections.abc import Set as AbstractSet
+from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -101,7 +102,7 @@ class ModelChain:
             if key != keys.blade:
                 blade = self._reduced(scene, keys, mesh, keys.blade).file(REDUCED_MODEL).parent
                 build = partial(add_damper, sector_file=sector, blade=blade, scene=scene, store_basis=self.expands)
-                return self._make("reduce", kind, key, "adding the damper", build)
+                return self._make("reduce", kind, key, "", build)  # too short to be reported
             assembled: list[FullModel] = []  # to read it from its file takes as long as to assemble half of it
             full = self.full_model(scene, keys, mesh, assembled.append).file(FULL_MODEL)
             return self._make("reduce", kind, key, "reducing", self._reducer(sector, full, scene, assembled))
@@ -135,7 +136,7 @@ class ModelChain:
         return self._find(stage, key) or self._make(stage, stage, key, verb, build)
 
     def _make(self, stage: str, kind: str, key: str, verb: str, build: Callable[[Path], None]) -> Entry:
-        with self.log.timed(stage), self.reporter.working(verb):
+        with self.log.timed(stage), self.reporter.working(verb) if verb else nullcontext():
             require_memory(ROOM)  # without it no member can go on
             try:
                 entry = self.store.get(kind, key, build)

@@ -22,7 +22,7 @@ SOLVER_KEYS = {  # key of a scene -> parameter of the solver, over which peaks a
     "excitation.force": "force",
     "response.damping_ratio": "damping",
 }
-_DESIGN = ("blade", "shroud", "material")  # sections whose numbers can be optimised
+_DESIGN = ("blade", "shroud", "snubber", "platform", "damper", "material")  # sections whose numbers can be optimised
 OPTIMISED_KEYS = (
     *SOLVER_KEYS,
     *(key for key in SWEPT_KEYS if key.partition(".")[0] in _DESIGN and takes_fractions(key)),

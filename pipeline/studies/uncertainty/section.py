@@ -30,11 +30,12 @@ UncertainKey = Literal[
     "contact.preload",
     "excitation.force",
     "response.damping_ratio",
+    "damper.mass",
 ]
 KEYS = (
     '"contact.normal_stiffness", "contact.tangential_stiffness", "contact.friction", "contact.interference", '
-    '"contact.preload", "excitation.force" or "response.damping_ratio", or one of an interface, such as '
-    '"interface.NAME.friction", each once'
+    '"contact.preload", "excitation.force", "response.damping_ratio" or "damper.mass", or one of an interface, such '
+    'as "interface.NAME.friction", each once'
 )
 OF_INTERFACE = rf"^{INTERFACE}\..+\.({'|'.join(PER_NODE)})$"
 SAMPLES = "a power of two, 16 to 4096"
@@ -155,6 +156,7 @@ BOUNDS = {
     "contact.interference": (-1e3, 1e3),
     "excitation.force": (1e-12, 1e15),
     "response.damping_ratio": (1e-12, 1.0 - 1e-12),
+    "damper.mass": (1e-12, 1e15),
 }
 NOT_NEGATIVE = 0.0, 1e15  # of all others
 Kind = Literal["normal", "lognormal", "uniform"]
