@@ -211,7 +211,8 @@ def _check(request: Request) -> ReducedModel | None:
     if model.n_contacts == 0:
         allowed = "one contact node or more: without contact the response is linear"
         raise input_error(request.rom_said, "contact/right", "no contact nodes", allowed)
-    check_scene_for_model(request.scene, model.interfaces, model.contact_area is not None)
+    has_area, has_frame = model.contact_area is not None, model.contact_frame is not None
+    check_scene_for_model(request.scene, model.interfaces, has_area, has_frame)
     tried = set()
     for member in request.scene.members:
         response, load = member.scene.response, member.scene.load

@@ -86,7 +86,7 @@ if TYPE_CHECKING:
     from rom.matrix_files.node_table import NodeTable, read_dofs, read_nodes
     from rom.matrix_files.superelement import model_from_superelement
     from rom.reduction.boundary_dofs import BoundaryChoice, LoadVectors
-    from rom.reduction.contact_dofs import contact_areas
+    from rom.reduction.contact_dofs import ContactNodes, contact_nodes
     from rom.reduction.craig_bampton import Reduction, ReductionOptions, reduce_sector
     from rom.reduction.modal_forces import with_modal_forces
     from rom.reduction.mode_selection import reduce_to_tolerance, reduction_errors
@@ -111,6 +111,7 @@ __all__ = [
     "UNREADABLE",
     "BoundaryChoice",
     "ContactInterface",
+    "ContactNodes",
     "CyclicFaces",
     "CyclicModes",
     "DofLabels",
@@ -159,7 +160,7 @@ __all__ = [
     "blade_families",
     "blade_stiffness",
     "centrifugal_displacement",
-    "contact_areas",
+    "contact_nodes",
     "contact_springs",
     "coriolis_error",
     "coupled_frequencies",
@@ -315,7 +316,8 @@ _PLACES = {
     "angular_speed": "rom.units",
     "assemble": "rom.finite_elements.full_model",
     "centrifugal_displacement": "rom.finite_elements.rotation",
-    "contact_areas": "rom.reduction.contact_dofs",
+    "ContactNodes": "rom.reduction.contact_dofs",
+    "contact_nodes": "rom.reduction.contact_dofs",
     "contact_springs": "rom.cyclic.contact_springs",
     "coriolis_error": "rom.reduction.model_comparison",
     "coupled_frequencies": "rom.cyclic.natural_frequencies",

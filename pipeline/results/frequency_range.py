@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipeline.codec import plain, restored
+from pipeline.scene.contact_section import FaceField
 from pipeline.stages.cache_keys import stiffness_inputs
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.model.modal_truncation import HELD
@@ -154,7 +155,8 @@ def held_point_warning(outcome: RunOutcome, scene: Scene) -> str:
 def contact_states(contact: Contact) -> tuple[str, ...]:
     """The linear states that curves with these contacts come near to."""
     given = contact.interference
-    values = [float(value) for value in (given if isinstance(given, tuple | list) else (given,))]
+    listed = given.ends if isinstance(given, FaceField) else given
+    values = [float(value) for value in (listed if isinstance(listed, tuple | list) else (listed,))]
     if contact.preload:
         return (STUCK,)
     states = [FREE] * (min(values) <= 0.0) + [STUCK] * (max(values) >= 0.0)

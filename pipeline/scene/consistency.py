@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 from nonlinear import least_samples
 from pipeline.errors import InputError, input_error, shown, shown_key
-from pipeline.scene.contact_section import PER_NODE, Interface
-from pipeline.scene.dotted_keys import CONTACT, INTERFACE, interface_of
+from pipeline.scene.contact_section import PER_NODE, FaceField, Interface
+from pipeline.scene.dotted_keys import CONTACT, INTERFACE, interface_of, of_contact
 from pipeline.scene.geometry_parameters import disk_parameters, geometry_parameters, wing_parameters
 from pipeline.scene.loads_section import files_of, force_table, temperature_table
 from pipeline.scene.material_section import USUAL_MATERIAL, unfit_stress_keys
@@ -25,7 +25,7 @@ from pipeline.scene.presets import SIZE
 from pipeline.scene.reading import Member, SceneFile, parameter_error, scene_of_tables
 from pipeline.scene.schema import DAMPER, INTERFACES, MAIN_INTERFACE, SECTIONS, Scene
 from pipeline.scene.size_limits import check_balance, check_modes, check_size, check_speed, check_sweep
-from pipeline.scene.sweep import read_sweep
+from pipeline.scene.sweep import SHIFTED, read_sweep
 from pipeline.scene.toml_text import key_lines, line_of, load_tables, plain_key, with_line
 from pipeline.scene.validation_errors import MOST_ERRORS, allowed_values
 
@@ -216,7 +216,7 @@ def _raised(check: Callable[..., Any], *arguments: Any) -> Unfit:
         yield error
 
 
-def check_scene_for_model(file: SceneFile, interfaces: Mapping[str, int], has_area: bool) -> None:
+def check_scene_for_model(file: SceneFile, interfaces: Mapping[str, int], has_area: bool, has_frame: bool) -> None:
     """Check every member of a scene that runs on a given reduced model, whose `interfaces` have so many nodes."""
     for error in _unfit_studies(file, given_model=True):
         raise error
@@ -227,6 +227,18 @@ def check_scene_for_model(file: SceneFile, interfaces: Mapping[str, int], has_ar
         if (key := member.scene.punch_key) and (member.scene.material is None or not has_area):
             allowed = "numbers (the punch formula needs [material] and contact/area in the reduced model)"
             raise input_error(file.path, key, '"punch"', allowed)
+        for key, _ in _fields(member.scene) if not has_frame else ():
+            allowed = "a number or a list (a field needs contact/frame in the reduced model)"
+            raise input_error(file.path, member.key_in_file(key), "a table", allowed)
+
+
+def _fields(scene: Scene) -> Iterator[tuple[str, FaceField]]:
+    """Keys whose values are fields over a contact face, with the fields."""
+    tables = {CONTACT: scene.contact} | {f"{INTERFACE}.{name}": table for name, table in scene.interface.items()}
+    for table, section in tables.items():
+        for name in PER_NODE:
+            if isinstance(value := getattr(section, name), FaceField):
+                yield f"{table}.{name}", value
 
 
 def check_contacts(path: Path, member: Member, interfaces: Mapping[str, int]) -> None:
@@ -305,6 +317,10 @@ def _unfit_keys(path: Path, member: Member, wrong: Set[str]) -> Unfit:
     scene = member.scene
     if "response" not in wrong:
         yield from _unfit_response(path, member)
+    for key, field in _fields(scene) if not wrong & {CONTACT, INTERFACE} else ():
+        if field.ends[0] < 0.0 and of_contact(key) not in SHIFTED:
+            found = f"a field that falls to {field.ends[0]:g}"
+            yield input_error(path, member.key_in_file(key), found, "a field that is nowhere below 0")
     if "rom" not in wrong and scene.rom.modes is not None and scene.rom.frequency_limit is not None:
         yield input_error(path, "rom.frequency_limit", "given beside modes", "one of the two")
     if "excitation" not in wrong and not any(scene.excitation.unit_direction):

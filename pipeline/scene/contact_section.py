@@ -6,10 +6,56 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator
 
-from pipeline.scene.fields import STIFFNESS, Distance, Distances, NotNegative, Positives, Section, Whole, key
+from pipeline.scene.fields import (
+    AS_FIELD,
+    STIFFNESS,
+    Distance,
+    Distances,
+    NotNegative,
+    Number,
+    Positives,
+    Section,
+    Whole,
+    key,
+)
 
-Stiffness = Literal["punch"] | NotNegative | Positives
-NODE_BY_NODE = "a number, {bounds}, or a list of such numbers node by node"
+Coefficient = Annotated[Number, Field(ge=-1e15, le=1e15)]
+Coefficients = tuple[Coefficient, Coefficient]
+NODE_BY_NODE = f"a number, {{bounds}}, a list of such numbers node by node, or {AS_FIELD}"
+TWO = "two numbers, along t1 and t2, -1e15 to 1e15"
+
+
+class FaceField(Section):
+    """A quantity as a polynomial over the face, mean + tilt . (x, y) + crown . (1/3 - x^2, 1/3 - y^2).
+
+    x along t1 and y along t2 have the mean 0 and the mean square 1/3: on a rectangle they run from -1 to 1.
+    """
+
+    mean: Coefficient = key("mean over the face", "a number, {bounds}")
+    tilt: Coefficients = key("change from the middle of the face to its edges along t1 and t2", TWO, (0.0, 0.0))
+    crown: Coefficients = key("by how much the middle is above the edges along t1 and t2", TWO, (0.0, 0.0))
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The lowest and the highest value on a rectangle."""
+        low = high = self.mean
+        for tilt, crown in zip(self.tilt, self.crown, strict=True):
+            places = [-1.0, 1.0, *([tilt / (2.0 * crown)] if abs(tilt) < 2.0 * abs(crown) else [])]
+            values = [tilt * x + crown * (1.0 / 3.0 - x * x) for x in places]
+            low, high = low + min(values), high + max(values)
+        return low, high
+
+    def with_mean(self, mean: float, factor: float) -> dict[str, Any]:
+        """The table of a field with another mean, tilt and crown multiplied by a factor."""
+        return {"mean": mean, **{name: [factor * c for c in getattr(self, name)] for name in ("tilt", "crown")}}
+
+
+def mean_of(value: Any) -> Any:
+    """The mean of a field over the face; other values as they are."""
+    return value.mean if isinstance(value, FaceField) else value
+
+
+Stiffness = Literal["punch"] | NotNegative | Positives | FaceField
 _MEANINGS = {
     "normal_stiffness": "kn, N/m",
     "tangential_stiffness": "kt, N/m",
@@ -25,9 +71,9 @@ class Contact(Section):
 
     normal_stiffness: Stiffness = key(_MEANINGS["normal_stiffness"], STIFFNESS)
     tangential_stiffness: Stiffness = key(_MEANINGS["tangential_stiffness"], STIFFNESS)
-    friction: NotNegative | Positives = key(_MEANINGS["friction"], NODE_BY_NODE)
-    interference: Distance | Distances = key(_MEANINGS["interference"], NODE_BY_NODE, 0.0)
-    preload: NotNegative | Positives = key(_MEANINGS["preload"], NODE_BY_NODE, 0.0)
+    friction: NotNegative | Positives | FaceField = key(_MEANINGS["friction"], NODE_BY_NODE)
+    interference: Distance | Distances | FaceField = key(_MEANINGS["interference"], NODE_BY_NODE, 0.0)
+    preload: NotNegative | Positives | FaceField = key(_MEANINGS["preload"], NODE_BY_NODE, 0.0)
     law: Literal["two_sliders", "cone"] = key(
         "one slider along t1 and one along t2, or one slider in the plane", "{words}", "two_sliders"
     )
@@ -59,12 +105,11 @@ class Interface(Section):
 
     normal_stiffness: Stiffness | None = key(_MEANINGS["normal_stiffness"], STIFFNESS, None)
     tangential_stiffness: Stiffness | None = key(_MEANINGS["tangential_stiffness"], STIFFNESS, None)
-    friction: NotNegative | Positives | None = key(_MEANINGS["friction"], NODE_BY_NODE, None)
-    interference: Distance | Distances | None = key(_MEANINGS["interference"], NODE_BY_NODE, None)
-    preload: NotNegative | Positives | None = key(_MEANINGS["preload"], NODE_BY_NODE, None)
+    friction: NotNegative | Positives | FaceField | None = key(_MEANINGS["friction"], NODE_BY_NODE, None)
+    interference: Distance | Distances | FaceField | None = key(_MEANINGS["interference"], NODE_BY_NODE, None)
+    preload: NotNegative | Positives | FaceField | None = key(_MEANINGS["preload"], NODE_BY_NODE, None)
 
     @property
     def given(self) -> dict[str, Any]:
         """The values that are given, by key."""
-        found: dict[str, Any] = self.model_dump(exclude_none=True)
-        return found
+        return {name: value for name in PER_NODE if (value := getattr(self, name)) is not None}

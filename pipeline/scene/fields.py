@@ -111,9 +111,10 @@ UNIT = (
 )
 AXIS = '"x", "y", "z", "-x", "-y", "-z" or a list of three numbers, {bounds}, not all 0'
 AXIS_POINT = "three numbers, {bounds}"
+AS_FIELD = "a table with mean, tilt and crown over the face"
 STIFFNESS = (
     "a number, {bounds} (whole face, shared by the nodes as their areas), a list of such numbers node by node, "
-    'or "punch"'
+    f'{AS_FIELD}, or "punch"'
 )
 
 

@@ -6,6 +6,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from pipeline.scene.contact_section import FaceField
 from pipeline.scene.dotted_keys import interface_of, of_contact, split_key
 from pipeline.scene.reading import Member
 
@@ -27,6 +28,10 @@ class Quantity:
             if len(number) > 3:
                 return f"[{self.value(number[0])} ... {self.value(number[-1])}]"
             return "[" + ", ".join(self.value(n) for n in number) + "]"
+        if isinstance(number, FaceField | Mapping):
+            parts = number if isinstance(number, Mapping) else number.model_dump()
+            shapes = [f"{name} {self.value(parts[name])}" for name in ("tilt", "crown") if any(parts.get(name, ()))]
+            return " ".join([self.value(parts["mean"]), *shapes])
         if isinstance(number, str | bool):
             return str(number)
         text = f"{number * self.factor:.6g}"

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pipeline.errors import InputError, input_error, shown, shown_key
+from pipeline.scene.contact_section import mean_of
 from pipeline.scene.dotted_keys import CONTACT, INTERFACE
 from pipeline.scene.material_section import FORCED, USUAL_MATERIAL, WAVE_SPEED, Usual, wave_speed
 from pipeline.scene.mesh_section import Mesh
@@ -128,7 +129,9 @@ def _whole_face(contact: Contact, punch: tuple[float, float]) -> tuple[float, fl
     """Stiffness kn, kt of the whole face, N/m."""
     values = []
     for given, computed in zip((contact.normal_stiffness, contact.tangential_stiffness), punch, strict=True):
-        values.append(sum(given) if isinstance(given, tuple) else computed if isinstance(given, str) else given)
+        values.append(
+            sum(given) if isinstance(given, tuple) else computed if isinstance(given, str) else mean_of(given)
+        )
     return values[0], values[1]
 
 
@@ -331,5 +334,5 @@ def _rayleigh_ratio(member: Member) -> float:
 
 
 def _numbers(value: Any) -> list[float]:
-    values = value if isinstance(value, tuple) else (value,)
+    values = value if isinstance(value, tuple) else (mean_of(value),)
     return [v for v in values if isinstance(v, int | float)]

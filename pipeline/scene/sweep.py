@@ -18,7 +18,7 @@ from types import UnionType
 from typing import Annotated, Any, Union, get_args, get_origin
 
 from pipeline.errors import InputError, input_error, shown, shown_key, system_reason
-from pipeline.scene.contact_section import Interface
+from pipeline.scene.contact_section import FaceField, Interface, mean_of
 from pipeline.scene.dotted_keys import INTERFACE, interface_of, of_contact, split_key
 from pipeline.scene.input_files import open_regular
 from pipeline.scene.schema import NOT_SWEPT, NOT_SWEPT_KEYS, SECTIONS, Contact, Scene, section_class
@@ -373,16 +373,20 @@ def key_value(scene: Scene, key: str, contacts: Mapping[str, Contact] | None = N
     value = None if section is None else getattr(section, name)
     if isinstance(value, tuple):
         return float(sum(value)) / (1.0 if of_contact(key) in WHOLE_FACE else len(value))
+    value = mean_of(value)
     return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
 
 
 def as_in_scene(scene: Scene, key: str, value: float) -> Any:
-    """A value of `key_value` as the scene gives the key: a number, or a list with the same shape over the nodes."""
+    """A value of `key_value` as the scene gives the key: a number, or a list or field of the same shape."""
     table, name = split_key(key)
     given = getattr(scene.section(table), name)
+    now = key_value(scene, key)
+    if isinstance(given, FaceField):
+        scaled = of_contact(key) not in SHIFTED and given.mean != 0.0
+        return given.with_mean(value, value / given.mean if scaled else 1.0)
     if not isinstance(given, tuple):
         return value
-    now = key_value(scene, key)
     assert now is not None
     if of_contact(key) in SHIFTED or now == 0.0:
         return [item + (value - now) for item in given]

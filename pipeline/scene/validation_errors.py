@@ -10,7 +10,8 @@ from typing import Any
 from pydantic import BaseModel
 
 from pipeline.errors import InputError, input_error, one_line, shown, shown_key
-from pipeline.scene.contact_section import Interface
+from pipeline.scene.contact_section import PER_NODE, FaceField, Interface
+from pipeline.scene.dotted_keys import CONTACT
 from pipeline.scene.fields import allowed_of
 from pipeline.scene.loads_section import TABLES as LOAD_TABLES
 from pipeline.scene.loads_section import Temperature
@@ -101,6 +102,7 @@ SETS: dict[str, type[BaseModel]] = {  # tables in sections
 TABLES: dict[str, type[BaseModel]] = {**LOAD_TABLES, "uncertainty.parameter": UncertainParameter}  # lists of tables
 NAMED: dict[str, type[BaseModel]] = {"materials": Material, "interface": Interface}  # tables of tables by name
 ALIKE = {"materials": "material", "interface": "contact"}  # sections with the same keys
+FIELDS = tuple(f"{CONTACT}.{name}" for name in PER_NODE)  # that may be tables over the face
 MOST_ERRORS = 50  # that are listed at once
 
 
@@ -149,6 +151,9 @@ def _in_terms_of_the_file(
     if not location:
         return input_error(path, "", "keys that do not fit together", said)
     section = str(location[0])
+    of_field = _of_field(path, raw, errors, location, places)
+    if of_field is not None:
+        return of_field
     if section in NAMED and len(location) > 2:
         return _of_named_table(path, raw, errors, location, places)
     listed = _of_listed_table(path, raw, error, location)
@@ -173,6 +178,31 @@ def _in_terms_of_the_file(
     if hint := _as_number(key, value, [each for each in errors if each["loc"][:2] == location[:2]]):
         allowed = f"{allowed}; {hint}"
     return input_error(path, places.get(key, key) + index, _found(value), allowed)
+
+
+def _of_field(
+    path: Path, raw: Mapping[str, Any], errors: Sequence[Any], location: tuple[Any, ...], places: Mapping[str, str]
+) -> InputError | None:
+    """An error in the table of a field over the face, such as contact.friction = { tilt = 1 }; else None."""
+    depth = 3 if location[0] in NAMED else 2
+    if len(location) < depth:
+        return None
+    value: Any = raw
+    for part in location[:depth]:
+        value = value.get(part) if isinstance(value, Mapping) else None
+    if not isinstance(value, Mapping) or f"{CONTACT}.{location[depth - 1]}" not in FIELDS:
+        return None
+    place = places.get(".".join(map(str, location[:depth])), ".".join(shown_key(str(p)) for p in location[:depth]))
+    inside = [
+        each for each in errors if each["loc"][:depth] == location[:depth] and FaceField.__name__ in each["loc"]
+    ]
+    if not inside:
+        return None
+    first = min(inside, key=lambda error: error["type"] != "extra_forbidden")
+    inner = str(first["loc"][depth + 1])
+    if first["type"] == "extra_forbidden":
+        return unknown_key(path, inner, list(FaceField.model_fields), place)
+    return input_error(path, f"{place}.{inner}", _found(value.get(inner, MISSING)), allowed_of(FaceField, inner))
 
 
 def _as_number(key: str, value: Any, errors: Sequence[Any]) -> str:

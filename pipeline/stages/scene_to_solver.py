@@ -1,7 +1,7 @@
 """Sections of a scene as the objects of the packages `rom` and `nonlinear`: contact, excitation, options, modes.
 
-Quantities of each contact node are formed by `ContactParameters.shared` alone; "punch" is resolved by
-`resolved_contacts` alone.
+Quantities of each contact node are formed by `ContactParameters.shared` alone; "punch" and fields over the face are
+resolved by `resolved_contacts` alone.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from pipeline.scene.contact_section import PER_NODE
+from pipeline.scene.contact_section import AS_FIELD, PER_NODE, FaceField
 from pipeline.scene.schema import DAMPER, INTERFACES
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from nonlinear import ContactParameters, Excitation, SolverOptions
     from pipeline.scene.schema import Contact, Load, Response, Scene
     from pipeline.scene.schema import Excitation as ExcitationSection
-    from rom import LinearOperation, ReducedModel, RingModes
+    from rom import ContactNodes, LinearOperation, ReducedModel, RingModes
 
 
 PLATFORM = "platform"  # pair of faces under which a damper lies
@@ -37,23 +37,40 @@ class InterfaceContact:
     nodes: int  # number of its nodes
 
 
-def resolved_contacts(
-    scene: Scene, interfaces: Mapping[str, int], area: NDArray[np.float64] | None
-) -> tuple[InterfaceContact, ...]:
-    """The contact of each interface with "punch" replaced by numbers; interfaces that are left out have no springs.
+def resolved_contacts(scene: Scene, nodes: ContactNodes) -> tuple[InterfaceContact, ...]:
+    """The contact of each interface with numbers for "punch", and numbers node by node for fields over the face.
 
-    `interfaces`: numbers of nodes by name; `area` (n_c,) of all nodes, m^2, None where it is not known.
+    Interfaces that are left out have no springs.
     """
-    found, first = [], 0
-    chosen = scene.contact.interfaces or scene.interfaces or tuple(interfaces)
-    for name, nodes in interfaces.items():
+    found = []
+    chosen = scene.contact.interfaces or scene.interfaces or tuple(nodes.interfaces)
+    for name, own in nodes.split().items():
         contact = scene.contact_of(name)
         if name not in chosen:
             contact = contact.model_copy(update=NO_CONTACT)
-        whole = None if area is None else float(area[first : first + nodes].sum())
-        found.append(InterfaceContact(name, _resolved(scene, contact, whole), nodes))
-        first += nodes
+        contact = _resolved(scene, contact, None if own.area is None else float(own.area.sum()))
+        fields = {key: value for key in PER_NODE if isinstance(value := getattr(contact, key), FaceField)}
+        if fields:
+            contact = contact.model_copy(update=_on_nodes(fields, own))
+        found.append(InterfaceContact(name, contact, len(own.position)))
     return tuple(found)
+
+
+def _on_nodes(fields: Mapping[str, FaceField], nodes: ContactNodes) -> dict[str, tuple[float, ...]]:
+    """Values of fields over the face, node by node: of stiffnesses and preloads the shares of the nodes."""
+    import numpy as np
+
+    from nonlinear import ContactParameters
+    from rom import ReducedModelError
+
+    if nodes.frame is None:
+        raise ReducedModelError(f"contact/frame: missing, allowed with {min(fields)} as {AS_FIELD}: a model with it")
+    ones: dict[str, Any] = dict.fromkeys(PER_NODE, 1.0)
+    unit = ContactParameters.shared(len(nodes.position), **ones, area=nodes.area)
+    x = nodes.coordinates
+    bulge = (x**2 @ nodes.shares)[:, None] - x**2  # of mean 0
+    values = {name: f.mean + np.array(f.tilt) @ x + np.array(f.crown) @ bulge for name, f in fields.items()}
+    return {name: tuple((value * getattr(unit, name)).tolist()) for name, value in values.items()}
 
 
 def _resolved(scene: Scene, contact: Contact, face_area: float | None) -> Contact:
@@ -91,7 +108,9 @@ def contact_parameters(
 
 def contact_on_model(scene: Scene, model: ReducedModel) -> ContactParameters:
     """Parameters of each contact node of a reduced model."""
-    return contact_parameters(resolved_contacts(scene, model.interfaces, model.contact_area), model.contact_area)
+    from rom import ContactNodes
+
+    return contact_parameters(resolved_contacts(scene, ContactNodes.of(model)), model.contact_area)
 
 
 def touching(scene: Scene, model: ReducedModel) -> ReducedModel:
@@ -189,13 +208,11 @@ def damped_modes(model: ReducedModel, response: Response, load: Load) -> RingMod
 
 def linear_operation(scene: Scene, sector: SectorMesh) -> LinearOperation:
     """Frequency range, travelling wave, damping and contact springs of a scene on the mesh of its blade."""
-    from rom import contact_areas, inter_blade_phase
+    from rom import contact_nodes, inter_blade_phase
 
     phase = inter_blade_phase(scene.excitation.engine_order, sector.n_blades)
-    area = contact_areas(sector, scene.rom.contact_dofs)
-    nodes = {name: len(view.right.nodes) for name, view in sector.views.items()}
-    contacts = resolved_contacts(scene, nodes, area)
-    return _linear_operation(scene, contact_parameters(contacts, area), phase)
+    nodes = contact_nodes(sector, scene.rom.contact_dofs)
+    return _linear_operation(scene, contact_parameters(resolved_contacts(scene, nodes), nodes.area), phase)
 
 
 def linear_operation_on_model(scene: Scene, model: ReducedModel) -> LinearOperation:
@@ -211,11 +228,12 @@ def linear_operation_on_face(scene: Scene, face: ReducedModel) -> LinearOperatio
 
     None where the scene gives a stiffness node by node: what it is between the nodes is not known.
     """
-    from rom import inter_blade_phase
+    from rom import ContactNodes, inter_blade_phase
 
-    contacts = resolved_contacts(scene, face.interfaces, face.contact_area)
-    if any(isinstance(getattr(each.contact, name), tuple) for each in contacts for name in PER_NODE[:2]):
+    given = [scene.contact_of(name) for name in face.interfaces]
+    if any(isinstance(getattr(each, name), tuple) for each in given for name in PER_NODE[:2]):
         return None
+    contacts = resolved_contacts(scene, ContactNodes.of(face))
     smooth = {"friction": 0.0, "interference": 0.0, "preload": 0.0}  # not of this linear problem
     spread = [replace(each, contact=each.contact.model_copy(update=smooth)) for each in contacts]
     phase = inter_blade_phase(scene.excitation.engine_order, face.n_blades)

@@ -19,6 +19,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.scene.contact_section import mean_of
 from pipeline.scene.material_section import Fatigue, Stress
 from pipeline.scene.schema import Excitation, Load, Response
 from pipeline.stages.curve.curve_file import BRANCHES, contacts_of_curve, section_from_attributes
@@ -307,7 +308,7 @@ def _spot(stress: OperatingStress, margins: dict[str, NDArray[np.float64]], plac
 def _notes(contacts: Sequence[InterfaceContact], response: Response, stress: OperatingStress) -> list[str]:
     """What the stress leaves out."""
     notes = []
-    if any(np.any(each.contact.preload) for each in contacts):
+    if any(np.any(mean_of(each.contact.preload)) for each in contacts):
         notes.append("contact.preload is in equilibrium already: the stress that it causes is not included")
     if response.method == "static-first":
         notes.append("static-first does not balance the mean contact forces, from which the mean stress follows")

@@ -23,18 +23,20 @@ from numpy.typing import NDArray
 from rom.errors import RomParameterError
 from rom.finite_elements.discretisation import Discretisation, discretise
 from rom.reduction.face_integrals import FacePoints, Rule, face_points, opposite_points, with_points_at
-from rom.reduction.mortar_dofs import Grid, contact_grid, mortar_projections
+from rom.reduction.mortar_dofs import Grid, contact_grid, face_coordinates, mortar_projections
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
     from geometry import SectorMesh
+    from rom.cyclic.reduced_model import ReducedModel
 
 # Between two grid nodes the mesh has equal steps, so a patch ends on an edge or on the middle line of an element:
 # with the points of a quarter of an element on one side of it the integrals are exact.
 _QUARTER = 3  # Gauss points a direction: exact for quadratic shape functions on a bilinear face
 _NORMALISED = 1e-12
 _ON_NODE = 1e-6  # a contact node this near to a node of the mesh, over the size of the face, is that node
+_IN_LINE = 1e-9  # of the size of a face: nodes nearer than this to a line stand in it
 CONTACT_DOFS = ("mortar", "patch", "nodal")
 
 
@@ -171,8 +173,84 @@ def averaged_dofs(sector: SectorMesh, element: str | None, kind: str, grid: Grid
     return ContactDofs(weights, frames, position, areas, kind, {sector.main: len(position)})
 
 
-def contact_areas(sector: SectorMesh, kind: str) -> NDArray[np.float64]:
-    """Areas (n_c,) in m^2 that the contact nodes of a kind of contact dofs stand for.
+@dataclass(frozen=True)
+class ContactNodes:
+    """Where the contact nodes of all interfaces are, in the order of the interfaces.
+
+    Attributes
+    ----------
+    interfaces : mapping of str to int
+        Interfaces by name with their numbers of nodes.
+    position : (n_c, 3) array
+        Positions of the right nodes, m.
+    area : (n_c,) array or None
+        Areas that they stand for, m^2; None: not known.
+    frame : (n_c, 3, 3) array or None
+        Directions t1, t2, n, in rows; None: not known.
+
+    Examples
+    --------
+    >>> from rom import ContactNodes
+    >>> line = np.outer([-1.0, 0.0, 1.0], [1.0, 0.0, 0.0])
+    >>> nodes = ContactNodes({"shroud": 3}, line, np.array([5.0, 8.0, 5.0]) / 9.0, np.tile(np.eye(3), (3, 1, 1)))
+    >>> nodes.coordinates[0].round(3).tolist()  # Gauss points of a line from -1 to 1
+    [-0.775, 0.0, 0.775]
+    """
+
+    interfaces: Mapping[str, int]
+    position: NDArray[np.float64]
+    area: NDArray[np.float64] | None = None
+    frame: NDArray[np.float64] | None = None
+
+    @classmethod
+    def of(cls, model: ReducedModel) -> ContactNodes:
+        """Those of a reduced model.
+
+        Parameters
+        ----------
+        model : ReducedModel
+            The model.
+
+        Returns
+        -------
+        ContactNodes
+            Its contact nodes.
+        """
+        return cls(model.interfaces, model.contact_position, model.contact_area, model.contact_frame)
+
+    def split(self) -> Mapping[str, ContactNodes]:
+        """The nodes of each interface by its name."""
+        found, first = {}, 0
+        for name, count in self.interfaces.items():
+            own = slice(first, first + count)
+            area, frame = (None if array is None else array[own] for array in (self.area, self.frame))
+            found[name] = ContactNodes({name: count}, self.position[own], area, frame)
+            first += count
+        return found
+
+    @property
+    def coordinates(self) -> NDArray[np.float64]:
+        """Coordinates x along t1 and y along t2, (2, n_c), of the nodes of one interface.
+
+        Over the face they have the mean 0 and the mean square 1/3: on a rectangle they run from -1 to 1. One in which
+        all nodes stand in a line is 0. With a mortar of two points or more in a direction they are exact.
+        """
+        assert self.frame is not None
+        found = np.stack(face_coordinates(self.position, self.frame, self.position))
+        share = self.shares
+        found = found - (found @ share)[:, None]
+        size = np.sqrt(3.0 * (found**2 @ share))
+        return np.where(size[:, None] > _IN_LINE * size.max(), found / np.maximum(size, 1e-300)[:, None], 0.0)
+
+    @property
+    def shares(self) -> NDArray[np.float64]:
+        """Shares (n_c,) of the nodes in the area, the same for all where it is not known."""
+        area = np.ones(len(self.position)) if self.area is None else self.area
+        return np.asarray(area / area.sum())
+
+
+def contact_nodes(sector: SectorMesh, kind: str) -> ContactNodes:
+    """Contact nodes of a sector with a kind of contact dofs.
 
     Parameters
     ----------
@@ -183,8 +261,8 @@ def contact_areas(sector: SectorMesh, kind: str) -> NDArray[np.float64]:
 
     Returns
     -------
-    (n_c,) array
-        Areas, m^2; their sum is the area of the face. Those of further pairs of faces follow.
+    ContactNodes
+        Positions, frames and areas, which add up to those of the faces.
 
     Raises
     ------
@@ -196,17 +274,23 @@ def contact_areas(sector: SectorMesh, kind: str) -> NDArray[np.float64]:
     The areas of the Gauss points add up to contact length times thickness of the shroud, 1 cm^2:
 
     >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
-    >>> from rom import contact_areas
+    >>> from rom import contact_nodes
     >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
     >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02, contact_grid=(3, 2)))
-    >>> areas = contact_areas(sector, "mortar")
-    >>> len(areas), round(1e4 * float(areas.sum()), 6)
+    >>> nodes = contact_nodes(sector, "mortar")
+    >>> len(nodes.area), round(1e4 * float(nodes.area.sum()), 6)
     (6, 1.0)
     """
-    if kind != "mortar":
-        return np.concatenate([view.right.area for view in sector.views.values()])
+    if kind == "nodal":
+        faces = [view.right for view in sector.views.values()]
+        interfaces = {name: len(face.nodes) for name, face in zip(sector.views, faces, strict=True)}
+        position, area, frame = (
+            np.concatenate([getattr(face, name) for face in faces]) for name in ("position", "area", "frame")
+        )
+        return ContactNodes(interfaces, position, area, frame)
     straight = all(block.kind == "hex8" for block in sector.blocks)
-    return averaged_dofs(sector, "hex8" if straight else None, kind).area
+    dofs = averaged_dofs(sector, "hex8" if straight else None, kind)
+    return ContactNodes(dofs.interfaces, dofs.position, dofs.area, dofs.frames[: dofs.count])
 
 
 def _node_frames(sector: SectorMesh) -> NDArray[np.float64]:

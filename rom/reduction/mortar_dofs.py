@@ -36,7 +36,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -316,7 +316,12 @@ def _frames(face: ContactFace, at: NDArray[np.float64]) -> NDArray[np.float64]:
     if np.abs(np.polynomial.polynomial.polyval(known[0], fit).T - entries).max() > _TURNED:
         scale = np.abs(known).max()
         found = _quadratic(at / scale) @ np.linalg.lstsq(_quadratic(known / scale), entries, rcond=_TURNED)[0]
-    left, _, right = np.linalg.svd(found.reshape(-1, 3, 3))
+    return orthonormal(np.eye(at.shape[1]), found.reshape(-1, 3, 3))
+
+
+def orthonormal(weights: NDArray[Any], frames: Array) -> Array:
+    """Weighted sums (n, 3, 3) of frames (m, 3, 3), made orthonormal; `weights` (n, m)."""
+    left, _, right = np.linalg.svd(np.tensordot(weights, frames, axes=1))
     return np.asarray(left @ right)
 
 

@@ -30,7 +30,7 @@ from rom.linear_algebra.threads import one_blas_thread
 from rom.reduction.boundary_dofs import AT_TIP, BoundaryChoice, BoundaryDofs, LoadVectors, choose_boundary_dofs
 from rom.reduction.contact_dofs import ContactDofs, averaged_dofs
 from rom.reduction.fixed_interface_modes import ModalBasis, lowest_modes
-from rom.reduction.mortar_dofs import Grid, coarser_mortar, contact_grid
+from rom.reduction.mortar_dofs import Grid, coarser_mortar, contact_grid, orthonormal
 from rom.reduction.substructure import boundary_selection, symmetric
 
 if TYPE_CHECKING:
@@ -108,7 +108,7 @@ class FullReference:
             contact_right=each @ self.face.contact_right,
             contact_left=each @ self.face.contact_left,
             contact_position=nodes @ self.face.contact_position,
-            contact_frame=None,
+            contact_frame=None if (frame := self.face.contact_frame) is None else orthonormal(nodes, frame),
             contact_area=None
             if area is None
             else np.concatenate([shares * float(part.sum()) for part in np.split(area, len(pairs))]),

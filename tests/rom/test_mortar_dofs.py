@@ -13,7 +13,7 @@ from rom import (
     Material,
     RomParameterError,
     assemble,
-    contact_areas,
+    contact_nodes,
     full_reference,
     natural_frequencies,
 )
@@ -95,7 +95,7 @@ def test_left_is_right_turned_back_and_rigid_motions_are_exact(angle):
     )
     assert dofs.area.sum() == pytest.approx(FACE)
     np.testing.assert_allclose(dofs.area / FACE, np.outer([5, 8, 5], [5, 8, 5]).ravel() / 324.0, rtol=6e-3)
-    np.testing.assert_allclose(contact_areas(sector, "mortar"), dofs.area, rtol=1e-12)
+    np.testing.assert_allclose(contact_nodes(sector, "mortar").area, dofs.area, rtol=1e-12)
 
 
 def test_springs_have_the_rotational_stiffness_of_the_face():

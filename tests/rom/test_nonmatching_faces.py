@@ -20,7 +20,7 @@ from rom import (
 )
 from rom.finite_elements.discretisation import discretise
 from rom.reduction.boundary_dofs import averaged_variables
-from rom.reduction.contact_dofs import averaged_dofs, contact_areas
+from rom.reduction.contact_dofs import averaged_dofs, contact_nodes
 
 sys.path.append(str(Path(__file__).parents[1] / "geometry"))
 from own_mesh_support import NAMES, Form, tet_wedge, wedge
@@ -59,7 +59,7 @@ def test_contact_forces_are_equivalent_on_both_faces(name, order, kind):
     np.testing.assert_allclose(moments[1], moments[0], atol=1e-12 * size)
     np.testing.assert_allclose(moments[0], np.cross(dofs.position, force).sum(axis=0), atol=1e-12 * size)
     assert dofs.area.sum() == pytest.approx(sector.right.area.sum(), rel=1e-12)
-    np.testing.assert_allclose(contact_areas(sector, kind), dofs.area, rtol=1e-12)
+    np.testing.assert_allclose(contact_nodes(sector, kind).area, dofs.area, rtol=1e-12)
 
 
 @pytest.mark.parametrize("name", FORMS)

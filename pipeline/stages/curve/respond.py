@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.executor.task import Progress, Task
+from pipeline.scene.contact_section import mean_of
 from pipeline.scene.labels import member_label, prefixed
 from pipeline.scene.reading import Member
 from pipeline.scene.schema import Scene
@@ -44,7 +45,7 @@ def longest_first(scene: Scene) -> tuple[float, float]:
     """
     means = []
     for interference in (face.interference for face in scene.contacts.values()):
-        values = interference if isinstance(interference, tuple) else (interference,)
+        values = interference if isinstance(interference, tuple) else (mean_of(interference),)
         means.append(sum(values) / len(values))
     mean = sum(means) / len(means)
     return -_expected(scene), mean if mean >= 0.0 else -mean / _GAP

@@ -37,12 +37,12 @@ def solve_curve(
     import h5py
 
     from nonlinear import find_worst_motion, forced_response
-    from rom import one_blas_thread, read_reduced_model
+    from rom import ContactNodes, one_blas_thread, read_reduced_model
 
     start = time.perf_counter()
     with one_blas_thread():
         model = read_reduced_model(rom, with_basis=False)
-        contacts = resolved_contacts(scene, model.interfaces, model.contact_area)
+        contacts = resolved_contacts(scene, ContactNodes.of(model))
         used = used_parameters(scene, contacts, parameters)
         problem = nonlinear_problem(scene, model)
         if base is None:

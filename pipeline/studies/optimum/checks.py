@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from pipeline.errors import InputError, input_error, shown, shown_key
+from pipeline.scene.contact_section import PER_NODE, FaceField
 from pipeline.scene.dotted_keys import CONTACT, of_contact
 from pipeline.scene.reading import IGNORED_WITH_MODEL, SceneFile
 from pipeline.scene.schema import Scene
@@ -33,8 +34,11 @@ LEAST_TOLERANCE = 1e-3  # of the range of its key
 
 
 def solver_keys(scene: Scene) -> dict[str, str]:
-    """The keys that are parameters of the solver, which change all contact nodes: not those an interface has too."""
+    """The keys that are parameters of the solver, which change all contact nodes alike: not those an interface has
+    too, and no fields over the face.
+    """
     own = {f"{CONTACT}.{name}" for table in scene.interface.values() for name in table.given}
+    own |= {f"{CONTACT}.{name}" for name in PER_NODE if isinstance(getattr(scene.contact, name), FaceField)}
     return {key: name for key, name in SOLVER_KEYS.items() if key not in own}
 
 

@@ -566,13 +566,13 @@ class _Search:
 
     def _own_values(self, keys: Sequence[str]) -> dict[str, float]:
         """The scene's own values; NaN where there is none."""
-        from rom import read_reduced_model
+        from rom import ContactNodes, read_reduced_model
 
         scene = self.context.scene
         contacts: dict[str, Contact] = {}
         if scene.punch_key:
             model = read_reduced_model(self.context.model.rom, with_basis=False)
-            resolved = resolved_contacts(scene, model.interfaces, model.contact_area)
+            resolved = resolved_contacts(scene, ContactNodes.of(model))
             contacts = {f"{INTERFACE}.{each.name}": each.contact for each in resolved}
             contacts[CONTACT] = next((e.contact for e in resolved if e.name not in scene.interface), scene.contact)
         found = {key: key_value(scene, key, contacts) for key in keys}
