@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     from geometry.own_mesh.matching_faces import named_cuts
     from geometry.own_mesh.own_sector import OwnSector, SectorFindings, sector_from_mesh
     from geometry.own_mesh.ring import SectorRing, fitting_ring, ring_of_faces
-    from geometry.own_mesh.sector_choice import SectorChoice
+    from geometry.own_mesh.sector_choice import InterfaceChoice, SectorChoice
     from geometry.quality import hexahedron_scaled_jacobian, scaled_jacobian
-    from geometry.sector import ContactFace, FacePair, SectorMesh, check_sector
+    from geometry.sector import ContactFace, FacePair, SectorMesh, check_sector, interface_of
     from geometry.subdivision import subdivided
     from geometry.units import BLADE_RADII, UNIT_SYSTEMS, UnitSystem
 
@@ -50,6 +50,7 @@ __all__ = [
     "FacePair",
     "GeometryError",
     "ImportedMesh",
+    "InterfaceChoice",
     "MeshFileError",
     "MeshParameters",
     "OwnMeshError",
@@ -77,6 +78,7 @@ __all__ = [
     "hexahedron_scaled_jacobian",
     "import_sector",
     "included_names",
+    "interface_of",
     "named_cuts",
     "read_mesh",
     "ring_of_faces",
@@ -104,6 +106,7 @@ _PLACES = {
     "FacePair": "geometry.sector",
     "GeometryError": "geometry.errors",
     "ImportedMesh": "geometry.imported_mesh",
+    "InterfaceChoice": "geometry.own_mesh.sector_choice",
     "MeshFileError": "geometry.errors",
     "MeshParameters": "geometry.blade.parameters",
     "OwnMeshError": "geometry.errors",
@@ -131,6 +134,7 @@ _PLACES = {
     "hexahedron_scaled_jacobian": "geometry.quality",
     "import_sector": "geometry.exchange",
     "included_names": "geometry.mesh_files.read",
+    "interface_of": "geometry.sector",
     "named_cuts": "geometry.own_mesh.matching_faces",
     "read_mesh": "geometry.mesh_files.read",
     "ring_of_faces": "geometry.own_mesh.ring",

@@ -4,7 +4,8 @@ Both formats hold points, elements and fields, so everything else is stored as f
 for a node set (0 outside the set, else 1 + place in it, which keeps the order of the contact nodes); ``right_t1``,
 ``right_t2``, ``right_n`` (3-vectors) and ``right_area`` for the faces, likewise ``left_...``, zero off the contact
 nodes; and ``n_blades``. For a further pair ``NAME``, the K-th, ``pair_K_NAME_`` stands before these names, and
-``main_NAME`` is 1 where the first pair is no shroud. On the elements of .vtu: ``material_NAME``, 1 where they have
+``main_NAME`` is 1 where the first pair is no shroud; ``kind_KIND``, likewise, is 1 where a pair is not one between
+neighbours. On the elements of .vtu: ``material_NAME``, 1 where they have
 the material; in .msh materials are physical groups. Surfaces are left out: those of the contact faces are the sides
 between the nodes of their sets.
 """
@@ -24,6 +25,7 @@ SET = "set_"
 MATERIAL = "material_"
 PAIR = "pair_"
 MAIN = "main_"
+KIND = "kind_"
 FACE_SETS = ("contact_right", "contact_left", "face_right", "face_left")
 # Name of each kind of element as a cell of meshio.
 MESHIO_CELLS = {
@@ -83,6 +85,8 @@ def export_sector(path: str | Path, sector: SectorMesh) -> None:
                 fields[f"{before}{side}_{axis}"][face.nodes] = face.frame[:, k]
             fields[f"{before}{side}_area"] = np.zeros(count)
             fields[f"{before}{side}_area"][face.nodes] = face.area
+        if view.kind != "neighbours":
+            fields[before + KIND + view.kind] = np.ones(count)
     if sector.main != "shroud":
         fields[MAIN + sector.main] = np.ones(count)
     fields["n_blades"] = np.full(count, float(sector.n_blades))
@@ -167,14 +171,14 @@ def import_sector(path: str | Path) -> SectorMesh:
         sets = {name.removeprefix(SET): _members(field) for name, field in fields.items() if name.startswith(SET)}
         right, left = (_face(fields, mesh.points, side, sets[f"contact_{side}"]) for side in ("right", "left"))
         pairs = _pairs(fields, mesh.points)
-        main = next((name.removeprefix(MAIN) for name in fields if name.startswith(MAIN)), "shroud")
+        main, kind = _marked(fields, MAIN, "shroud"), _marked(fields, KIND, "neighbours")
         blocks = _blocks(mesh)
         of_cells = mesh.cell_data["n_blades"][0] if "n_blades" in mesh.cell_data else fields["n_blades"]  # until 0.2
         n_blades = round(float(np.ravel(of_cells)[0]))
     except KeyError as error:
         raise SectorFileError(f"{path}: not a sector: {error} is missing") from error
     points = np.ascontiguousarray(mesh.points, dtype=np.float64)
-    sector = SectorMesh(points, blocks, sets, right, left, n_blades, pairs=pairs, main=main)
+    sector = SectorMesh(points, blocks, sets, right, left, n_blades, pairs=pairs, main=main, kind=kind)
     check_sector(path, sector)
     return sector
 
@@ -223,8 +227,15 @@ def _pairs(fields: dict[str, np.ndarray], points: np.ndarray) -> dict[str, FaceP
         own = {name.removeprefix(f"{mark}_"): field for name, field in fields.items() if name.startswith(f"{mark}_")}
         sets = {name: _members(own[SET + name]) for name in FACE_SETS}
         right, left = (_face(own, points, side, sets[f"contact_{side}"]) for side in ("right", "left"))
-        found[mark.split("_", 2)[2]] = FacePair(right, left, sets["face_right"], sets["face_left"])
+        found[mark.split("_", 2)[2]] = FacePair(
+            right, left, sets["face_right"], sets["face_left"], _marked(own, KIND, "neighbours")
+        )
     return found
+
+
+def _marked(fields: dict[str, np.ndarray], mark: str, otherwise: str) -> str:
+    """What stands behind a mark in the name of a field."""
+    return next((name.removeprefix(mark) for name in fields if name.startswith(mark)), otherwise)
 
 
 def _members(field: np.ndarray) -> IntArray:

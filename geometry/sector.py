@@ -1,6 +1,6 @@
 """The mesh of one sector with its contact faces."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -11,6 +11,7 @@ from geometry.elements import ELEMENT_KINDS, ElementBlock, ElementSides, IntArra
 from geometry.errors import SectorFileError
 
 FloatArray = NDArray[np.float64]
+KINDS = ("neighbours", "inside", "ground")  # of contact interfaces
 
 
 @dataclass(frozen=True)
@@ -47,14 +48,17 @@ class ContactFace:
 
 @dataclass(frozen=True)
 class FacePair:
-    """Two faces at which a blade touches its neighbours, beside those of `SectorMesh.right` and `SectorMesh.left`.
+    """Two faces that touch each other, beside those of `SectorMesh.right` and `SectorMesh.left`.
 
     Attributes
     ----------
     right, left : ContactFace
-        The face on the +y side, and its match on the -y side: node k of one lies opposite node k of the other.
+        The face on the +y side, and its match on the -y side: node k of one lies opposite node k of the other. Inside
+        a sector any two faces; against the ground, which does not move, `left` is `right` itself.
     face_right, face_left : (k,) array
         All mesh nodes of the two faces, rows of ``SectorMesh.points``.
+    kind : {"neighbours", "inside", "ground"}
+        What the right face touches: the left one of the next blade, that of the same sector, or the ground.
 
     Examples
     --------
@@ -71,6 +75,7 @@ class FacePair:
     left: ContactFace
     face_right: IntArray
     face_left: IntArray
+    kind: str = "neighbours"
 
 
 @dataclass(frozen=True)
@@ -97,9 +102,12 @@ class SectorMesh:
         sides between the nodes of these sets. A mesh made here has `pressure_side`, `suction_side` (towards +y),
         `leading_edge` (at -x) and `trailing_edge` of the airfoil.
     pairs : mapping of str to FacePair
-        Further faces that touch those of the neighbours, by name, in the order of their contact nodes.
+        Further faces that touch each other, by name, in the order of their contact nodes. Patches of one interface,
+        such as the flanks of a dovetail, are pairs with the names NAME/1, NAME/2, ..., one behind the other.
     main : str
         Name of the pair of `right` and `left`.
+    kind : str
+        Kind of this pair, as of `FacePair`.
 
     Examples
     --------
@@ -121,6 +129,21 @@ class SectorMesh:
     surfaces: Mapping[str, ElementSides] = field(default_factory=dict)
     pairs: Mapping[str, FacePair] = field(default_factory=dict)
     main: str = "shroud"
+    kind: str = "neighbours"
+
+    @property
+    def turn(self) -> float:
+        """Angle about the engine axis from the left face to where the right one touches it, rad."""
+        return 2.0 * np.pi / self.n_blades if self.kind == "neighbours" else 0.0
+
+    @property
+    def interfaces(self) -> dict[str, int]:
+        """Numbers of contact nodes of the contact interfaces by name, that of `right` and `left` first."""
+        found: dict[str, int] = {}
+        for name, view in self.views.items():
+            interface = interface_of(name)
+            found[interface] = found.get(interface, 0) + len(view.right.nodes)
+        return found
 
     @property
     def n_elements(self) -> int:
@@ -159,7 +182,38 @@ class SectorMesh:
             surfaces=surfaces,
             pairs={},
             main=name,
+            kind=pair.kind,
         )
+
+    def with_only(self, interfaces: Collection[str]) -> "SectorMesh":
+        """The sector with the pairs of some interfaces alone; as it is where it has none of these or all are.
+
+        Parameters
+        ----------
+        interfaces : collection of str
+            Names of interfaces.
+        """
+        names = [name for name in (self.main, *self.pairs) if interface_of(name) in interfaces]
+        if not names or len(names) > len(self.pairs):
+            return self
+        return replace(self.seen_from(names[0]), pairs={name: self.pairs[name] for name in names[1:]})
+
+
+def interface_of(pair: str) -> str:
+    """Name of the contact interface that a pair of faces belongs to.
+
+    Parameters
+    ----------
+    pair : str
+        Name of the pair, in `SectorMesh.pairs`.
+
+    Examples
+    --------
+    >>> from geometry import interface_of
+    >>> interface_of("root/2"), interface_of("shroud")
+    ('root', 'shroud')
+    """
+    return pair.split("/")[0]
 
 
 def check_sector(path: str | Path, sector: SectorMesh) -> None:
@@ -203,6 +257,9 @@ def check_sector(path: str | Path, sector: SectorMesh) -> None:
         tables.append(face.nodes)
     if not shapes or any(len(right.nodes) != len(left.nodes) for right, left in faces):
         raise SectorFileError(f"{path}: not a sector: arrays of the wrong shape")
+    for kind in (sector.kind, *(pair.kind for pair in pairs)):
+        if kind not in KINDS:
+            raise SectorFileError(f'{path}: not a sector: contact of the unknown kind "{kind}"')
     if not np.isfinite(points).all():
         raise SectorFileError(f"{path}: not a sector: a point is not finite")
     if any(table.size and (table.min() < 0 or table.max() >= count) for table in tables):

@@ -88,6 +88,7 @@ if TYPE_CHECKING:
     from rom.reduction.boundary_dofs import BoundaryChoice, LoadVectors
     from rom.reduction.contact_dofs import ContactNodes, contact_nodes
     from rom.reduction.craig_bampton import Reduction, ReductionOptions, reduce_sector
+    from rom.reduction.floating_bodies import stuck_springs
     from rom.reduction.modal_forces import with_modal_forces
     from rom.reduction.mode_selection import reduce_to_tolerance, reduction_errors
     from rom.reduction.model_comparison import (
@@ -230,6 +231,7 @@ __all__ = [
     "strain_row",
     "strain_rows",
     "stress_cycle",
+    "stuck_springs",
     "thermal_force",
     "traction_force",
     "von_mises",
@@ -318,6 +320,7 @@ _PLACES = {
     "centrifugal_displacement": "rom.finite_elements.rotation",
     "ContactNodes": "rom.reduction.contact_dofs",
     "contact_nodes": "rom.reduction.contact_dofs",
+    "stuck_springs": "rom.reduction.floating_bodies",
     "contact_springs": "rom.cyclic.contact_springs",
     "coriolis_error": "rom.reduction.model_comparison",
     "coupled_frequencies": "rom.cyclic.natural_frequencies",

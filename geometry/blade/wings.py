@@ -169,7 +169,7 @@ def _made(points: FloatArray, flanks: Flanks, blade: BladeParameters, mesh: Mesh
     else:
         area = wing.contact_length * wing.thickness
         pair = contact_faces(found, right, left, wing.angle, area, blade.n_blades)
-    whole = (np.sort(face.ravel()) for face in faces)
+    whole = (np.sort(faces[0].ravel()), np.sort(faces[1].ravel()))
     base = np.concatenate([each.ravel() for each in bases])
     return _Made(found, np.vstack(hexahedra), base, FacePair(*pair, *whole))
 

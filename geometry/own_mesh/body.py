@@ -17,10 +17,10 @@ from geometry.sector import FloatArray
 _MOST_NAMES = 8  # listed in a message
 
 
-def checked_body(mesh: ImportedMesh) -> tuple[ImportedMesh, list[str]]:
+def checked_body(mesh: ImportedMesh, several: bool = False) -> tuple[ImportedMesh, list[str]]:
     """The mesh without the nodes that no element uses, and what was left out.
 
-    Raises OwnMeshError where there are no elements, two separate bodies, or elements turned inside out.
+    Raises OwnMeshError where there are no elements, `several` bodies unasked for, or elements turned inside out.
     """
     if mesh.n_elements == 0:
         raise OwnMeshError("mesh.file", mesh.path, "must hold solid elements; there are none")
@@ -28,7 +28,8 @@ def checked_body(mesh: ImportedMesh) -> tuple[ImportedMesh, list[str]]:
         raise OwnMeshError("mesh.file", mesh.path, "holds a node that is not finite")
     used = np.unique(np.concatenate([block.nodes.ravel() for block in mesh.blocks]))
     mesh, notes = _without_unused(mesh, used)
-    _check_one_piece(mesh)
+    if not several:
+        _check_one_piece(mesh)
     return mesh, notes
 
 
@@ -105,25 +106,34 @@ def _check_one_piece(mesh: ImportedMesh) -> None:
     owner = np.concatenate([part[block.nodes[:, 0]] for block in mesh.blocks])
     count = np.sort(np.bincount(owner))[::-1]
     named = ", ".join(str(number) for number in count[:4]) + (", ..." if len(count) > 4 else "")
-    told = f"must be one connected body; there are {len(count)}, of {named} elements: merge the nodes between them"
+    told = f"must be one connected body; there are {len(count)}, of {named} elements: merge the nodes between them, "
+    told += "or name the faces at which they touch in [mesh.interface.NAME]"
     raise OwnMeshError("mesh.file", mesh.path, told)
 
 
 def names_of_file(mesh: ImportedMesh, sets: Mapping[str, str]) -> tuple[dict[str, str], list[str]]:
-    """Names of sets by role as the file writes them, where only upper and lower case differ; and notes on them."""
+    """Names of sets by role as the file writes them, where only upper and lower case differ; and notes on them.
+
+    Here and below a role is one of `SETS`, or the dotted key of a set.
+    """
     known = {*mesh.node_sets, *mesh.surfaces}
     found, notes = dict(sets), []
     for role, name in sets.items():
         alike = sorted(each for each in known if each.lower() == name.lower())
         if name not in known and len(alike) == 1:
             found[role] = alike[0]
-            notes.append(f'mesh.sets.{role}: "{name}" is "{alike[0]}" in the file')
+            notes.append(f'{key_of(role)}: "{name}" is "{alike[0]}" in the file')
     return found, notes
+
+
+def key_of(role: str) -> str:
+    """Dotted key in the scene of the set with a role."""
+    return role if "." in role else f"mesh.sets.{role}"
 
 
 def look_up(mesh: ImportedMesh, role: str, name: str) -> ElementSides | IntArray:
     """The surface, or else the nodes, of a name; OwnMeshError where there is none or it is empty."""
-    key = f"mesh.sets.{role}"
+    key = key_of(role)
     if name in mesh.surfaces and len(mesh.surfaces[name]):
         return mesh.surfaces[name]
     if name in mesh.node_sets:
@@ -142,14 +152,12 @@ def face_sides(mesh: ImportedMesh, role: str, name: str, outside: ElementSides) 
     """The sides of the boundary in a set or surface of the file; OwnMeshError where there are none."""
     found = look_up(mesh, role, name)
     given = found if isinstance(found, ElementSides) else sides_on(mesh.blocks, found)
-    rows = np.flatnonzero(np.isin(_codes(mesh.blocks, outside), _codes(mesh.blocks, given)))
+    rows = np.flatnonzero(np.isin(side_codes(mesh.blocks, outside), side_codes(mesh.blocks, given)))
     if len(rows) == 0:
         what = "side" if isinstance(found, ElementSides) else "set of nodes"
         count = len(given) if isinstance(found, ElementSides) else len(found)
         told = f"{count} {what}s inside the body" if len(given) else f"a {what} ({count}) with no whole element side"
-        raise OwnMeshError(
-            f"mesh.sets.{role}", name, f"must hold whole sides of elements on the surface; it is {told}"
-        )
+        raise OwnMeshError(key_of(role), name, f"must hold whole sides of elements on the surface; it is {told}")
     return chosen_sides(outside, rows)
 
 
@@ -158,11 +166,11 @@ def nodes_with_mid_sides(mesh: ImportedMesh, role: str, name: str, outside: Elem
     found = look_up(mesh, role, name)
     nodes = found.nodes(mesh.blocks) if isinstance(found, ElementSides) else np.unique(found)
     between = sides_on(mesh.blocks, nodes)
-    rows = np.flatnonzero(np.isin(_codes(mesh.blocks, outside), _codes(mesh.blocks, between)))
+    rows = np.flatnonzero(np.isin(side_codes(mesh.blocks, outside), side_codes(mesh.blocks, between)))
     return np.union1d(nodes, chosen_sides(outside, rows).nodes(mesh.blocks))
 
 
-def _codes(blocks: tuple[ElementBlock, ...], surface: ElementSides) -> IntArray:
+def side_codes(blocks: tuple[ElementBlock, ...], surface: ElementSides) -> IntArray:
     """A number (s,) for each side of each element."""
     most = max(len(block) for block in blocks)
     return np.asarray((surface.block * most + surface.element) * 8 + surface.side)

@@ -176,13 +176,28 @@ def _fitting_point(right: SidePoints, left: SidePoints, choice: SectorChoice) ->
     return "; mesh.axis_point names a point of the axis that is not the origin of the file"
 
 
-def check_pitch(right: SidePoints, left: SidePoints, n_blades: int, tolerance: float) -> None:
+def check_inside(right: SidePoints, left: SidePoints, n_blades: int, reach: float, of: FaceNames) -> None:
+    """Raise OwnMeshError where the faces are not at one place; one pitch apart they would touch the neighbour's."""
+    distance = float(np.linalg.norm(right.centroid - left.centroid))
+    if distance <= float(np.sqrt(right.area.sum())) + reach:
+        return
+    pitch = abs(abs(_apart(right, left)) - 2.0 * np.pi / n_blades) * float(np.hypot(*right.centroid[1:]))
+    told = f"must lie on {of.right}; the faces are {1e3 * distance:.4g} mm apart"
+    if pitch <= 2.0 * reach:
+        told += f', a pitch: kind = "neighbours" would fit, not "inside" in {of.kind_key}'
+    raise OwnMeshError(of.left_key, of.left, told)
+
+
+def check_pitch(right: SidePoints, left: SidePoints, n_blades: int, tolerance: float, of: FaceNames) -> None:
     """Raise OwnMeshError where the faces are not one pitch apart, with the number of blades that fits."""
     apart = _apart(right, left)
     pitch = 2.0 * np.pi / n_blades
     radius = float(np.hypot(*right.centroid[1:]))
     if abs(apart - pitch) * radius <= tolerance:
         return
+    if of.kind_key and abs(apart) * radius <= tolerance:
+        told = f"must be a pitch of {np.degrees(pitch):.6g} degrees from {of.right}; the faces are at one place: "
+        raise OwnMeshError(of.left_key, of.left, told + f'kind = "inside" would fit in {of.kind_key}')
     fit = 2.0 * np.pi / apart if apart > 0.0 else 0.0
     told = f"the contact faces are {np.degrees(apart):.6g} degrees apart, not {np.degrees(pitch):.6g}"
     if fit > 1.5 and abs(fit - round(fit)) < _WHOLE * fit:
@@ -202,27 +217,27 @@ def closing_number(right: SidePoints, left: SidePoints, n_blades: int) -> int | 
     return None if other == n_blades or abs(apart - 2.0 * np.pi / other) > _CLOSED * away else other
 
 
-def check_alike(right: SidePoints, left: SidePoints, n_blades: int) -> float:
+def check_alike(right: SidePoints, left: SidePoints, turn: float, of: FaceNames) -> float:
     """Largest angle, degrees, between a normal of the right face and the opposite one; or OwnMeshError."""
     from scipy.spatial import cKDTree
 
-    name = "mesh.sets.contact_left"
     areas = [float(face.area.sum()) for face in (right, left)]
-    pitch = 2.0 * np.pi / n_blades
-    back, normal = rotate_about_axis(right.position, -pitch), rotate_about_axis(right.normal, -pitch)
+    back, normal = rotate_about_axis(right.position, -turn), rotate_about_axis(right.normal, -turn)
     if _mirrored(right, left):
-        told = "is the mirror image of the right face (y to -y), not the right face turned back by one pitch"
-        raise OwnMeshError(name, None, told)
+        told = f"is the mirror image of {of.right} (y to -y), not {of.turned(turn)}"
+        raise OwnMeshError(of.left_key, of.left, told)
     if abs(areas[1] / areas[0] - 1.0) > _AREAS:
-        told = f"must have the area of the right face, {areas[0]:.4g} m^2; it has {areas[1]:.4g} m^2"
-        raise OwnMeshError(name, None, told)
+        told = f"must have the area of {of.right}, {areas[0]:.4g} m^2; it has {areas[1]:.4g} m^2"
+        raise OwnMeshError(of.left_key, of.left, told)
     opposite = left.normal[cKDTree(left.position).query(back)[1]]
     angle = np.degrees(np.arccos(np.clip(-np.sum(normal * opposite, axis=1), -1.0, 1.0)))
     # the nearest point may lie beyond an edge of a curved face: all but a few must be opposite
     typical = float(np.quantile(angle, 0.9))
     if typical > _OPPOSITE:
-        told = f"must face the right face turned back by one pitch; the normals are {typical:.3g} degrees off"
-        raise OwnMeshError(name, None, told)
+        told = f"must face {of.turned(turn)}; the normals are {typical:.3g} degrees off"
+        if typical > 180.0 - _OPPOSITE:
+            told += ": they point the same way"
+        raise OwnMeshError(of.left_key, of.left, told)
     return float(np.quantile(angle, 0.99))
 
 
@@ -265,13 +280,27 @@ def _fitting_axis(right: FloatArray, left: FloatArray, size: float) -> str:
 
 
 @dataclass(frozen=True)
+class FaceNames:
+    """What messages call a pair of faces."""
+
+    right: str = "the right face"
+    left_key: str = "mesh.sets.contact_left"  # dotted key of the left face
+    left: str | None = None  # set of the file; None: not said
+    kind_key: str = ""  # dotted key of the kind of contact
+
+    def turned(self, turn: float) -> str:
+        """The right face, where it touches the left one."""
+        return f"{self.right} turned back by one pitch" if turn else self.right
+
+
+@dataclass(frozen=True)
 class FacePair:
     """Right and left surface of a sector in our axes, and the numbers that tell how they fit."""
 
     # `right`, `left`: the surfaces
     right: Surface
     left: Surface
-    pitch: float  # angle of a sector, rad
+    turn: float  # angle from the left face to where the right one touches it, rad
     # (k,), for each node of the right surface its partner, a row of the mesh; None where the nodes are no pairs
     partner: IntArray | None
     mismatch: float  # see `SectorFindings`
@@ -283,28 +312,31 @@ class FacePair:
     normal_angle: float  # see `SectorFindings`
 
 
-def pair_faces(right: Surface, left: Surface, choice: SectorChoice) -> FacePair:
-    """The faces paired; OwnMeshError where one is not the other turned by one pitch."""
+def pair_faces(right: Surface, left: Surface, choice: SectorChoice, kind: str, of: FaceNames) -> FacePair:
+    """The faces paired; OwnMeshError where one is not the other, turned by one pitch between neighbours."""
     at_right, at_left = right.quadrature(), left.quadrature()
     size = float(np.sqrt(at_right.area.sum()))
     reach = _GAP * size if choice.tolerance is None else choice.tolerance * choice.metres
-    check_pitch(at_right, at_left, choice.n_blades, 2.0 * reach)
-    angle = check_alike(at_right, at_left, choice.n_blades)
-    pitch = 2.0 * np.pi / choice.n_blades
-    gap, share = _gap(right, left, pitch, reach)
+    turn = 2.0 * np.pi / choice.n_blades if kind == "neighbours" else 0.0
+    if turn:
+        check_pitch(at_right, at_left, choice.n_blades, 2.0 * reach, of)
+    else:
+        check_inside(at_right, at_left, choice.n_blades, reach, of)
+    angle = check_alike(at_right, at_left, turn, of)
+    gap, share = _gap(right, left, turn, reach, of)
     mean = float(np.nanmean(gap))
     at = right.points[right.nodes]
-    normal = rotate_about_axis(normals_at(at, at_right, right.n_sides), -pitch)
+    normal = rotate_about_axis(normals_at(at, at_right, right.n_sides), -turn)
     others = left.points[left.nodes]
-    row, mismatch = partners(rotate_about_axis(at, -pitch), others, normal)
+    row, mismatch = partners(rotate_about_axis(at, -turn), others, normal)
     if row is not None:
-        apart = np.sum((others[row] - rotate_about_axis(at, -pitch)) * normal, axis=1)
+        apart = np.sum((others[row] - rotate_about_axis(at, -turn)) * normal, axis=1)
         gap = apart
     areas = float(at_right.area.sum()), float(at_left.area.sum())
     return FacePair(
         right=right,
         left=left,
-        pitch=pitch,
+        turn=turn,
         partner=None if row is None else left.nodes[row],
         mismatch=mismatch,
         gap=(float(np.nanmin(gap)), float(np.nanmax(gap))),
@@ -313,6 +345,12 @@ def pair_faces(right: Surface, left: Surface, choice: SectorChoice) -> FacePair:
         areas=areas,
         normal_angle=angle,
     )
+
+
+def on_ground(right: Surface) -> FacePair:
+    """A face paired with the ground, whose face is its own at rest."""
+    area = float(right.quadrature().area.sum())
+    return FacePair(right, right, 0.0, right.nodes, 0.0, (0.0, 0.0), 0.0, 1.0, (area, area), 0.0)
 
 
 def contact_faces(pair: FacePair, grid: tuple[int, int] | None, clamped: IntArray) -> tuple[ContactFace, ContactFace]:
@@ -340,30 +378,30 @@ def contact_faces(pair: FacePair, grid: tuple[int, int] | None, clamped: IntArra
         opposite = left.points[others]
     else:
         at = _on_surface(centres, points, right)
-        opposite = rotate_about_axis(at, -pair.pitch)
-        normal = rotate_about_axis(normals_at(at, points, right.n_sides), -pair.pitch)
+        opposite = rotate_about_axis(at, -pair.turn)
+        normal = rotate_about_axis(normals_at(at, points, right.n_sides), -pair.turn)
         opposite = opposite + pair.mean_gap * normal
         nodes, others = _nearest(at, right), _nearest(opposite, left)
     frame = contact_frames(at, normals_at(at, points, right.n_sides))
     area = tributary_areas(at, points)
     if area.min() <= 0.0:
         raise OwnMeshError("mesh.contact_grid", grid, "is too fine for the shape of this face; take fewer points")
-    back = rotate_about_axis(frame, -pair.pitch)
+    back = rotate_about_axis(frame, -pair.turn)
     return ContactFace(nodes, at, frame, area), ContactFace(others, opposite, back, area.copy())
 
 
-def _gap(right: Surface, left: Surface, pitch: float, reach: float) -> tuple[FloatArray, float]:
+def _gap(right: Surface, left: Surface, turn: float, reach: float, of: FaceNames) -> tuple[FloatArray, float]:
     """The gap at points of the right face, m, and the smaller share of the area of a face with the other opposite."""
     at_right, at_left = right.samples(), left.samples()
-    back, normal = (rotate_about_axis(each, -pitch) for each in (at_right.position, at_right.normal))
+    back, normal = (rotate_about_axis(each, -turn) for each in (at_right.position, at_right.normal))
     gap = gap_along(back, normal, left.triangles(), reach)
-    turned = right.triangles().turned(rotate_about_axis(np.eye(3), -pitch).T)
+    turned = right.triangles().turned(rotate_about_axis(np.eye(3), -turn).T)
     shares = (overlap(at_right, gap), overlap(at_left, gap_along(at_left.position, at_left.normal, turned, reach)))
     share = min(shares)
     if share < _LEAST_OVERLAP:
-        told = f"must lie opposite the right face turned back by one pitch; only {100.0 * shares[0]:.3g} % of the "
+        told = f"must lie opposite {of.turned(turn)}; only {100.0 * shares[0]:.3g} % of the "
         told += f"right and {100.0 * shares[1]:.3g} % of the left face have the other within {1e3 * reach:.3g} mm"
-        raise OwnMeshError("mesh.sets.contact_left", None, told)
+        raise OwnMeshError(of.left_key, of.left, told)
     return gap, share
 
 

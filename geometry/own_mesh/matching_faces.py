@@ -152,7 +152,7 @@ def _connected(points: FloatArray, corners: IntArray, pairs: IntArray) -> list[P
     """Pairs of sides (p, 2), right and left, collected into surfaces that are connected and without a sharp edge."""
     if len(pairs) == 0:
         return []
-    piece = _smooth_pieces(points, corners[pairs[:, 0]])
+    piece = smooth_pieces(points, corners[pairs[:, 0]])
     found = []
     for number in np.unique(piece):
         rows = pairs[piece == number]
@@ -164,7 +164,7 @@ def _connected(points: FloatArray, corners: IntArray, pairs: IntArray) -> list[P
     return sorted(found, key=lambda pair: -len(pair.right))
 
 
-def _smooth_pieces(points: FloatArray, corners: IntArray) -> IntArray:
+def smooth_pieces(points: FloatArray, corners: IntArray) -> IntArray:
     """Number (p,) of the surface of each side, corners (p, 4); surfaces end at edges where the normal turns."""
     normal = _twice_area(points, corners)
     normal /= np.linalg.norm(normal, axis=1)[:, None]
@@ -297,18 +297,19 @@ def with_other_faces(
     mesh: ImportedMesh,
     choice: SectorChoice,
     outside: ElementSides,
-    contact: tuple[ElementSides, ElementSides],
+    contact: Sequence[ElementSides],
+    shroud: ElementSides | None,
     cuts: CutFaces | None,
 ) -> tuple[CutFaces | None, list[str]]:
     """The cut faces, with those of `choice.other_faces`, and notes on surfaces that match but that nobody has named.
 
-    The mesh is in our axes. Sides beside the contact faces, at the radius of these, belong to the same shroud.
+    The mesh is in our axes. Sides beside the right face of a `shroud`, at its radius, belong to the same shroud.
     Raises OwnMeshError where there are others and the choice does not say what they are.
     """
     rest = without((*contact, *(() if cuts is None else (cuts.right, cuts.left))), outside)
     pitch = 2.0 * np.pi / choice.n_blades
     found = matched_pairs(mesh.points, mesh.blocks, rest, pitch)
-    beside = _beside(mesh, rest, contact[0], found)
+    beside = [] if shroud is None else _beside(mesh, rest, shroud, found)
     others = [pair for k, pair in enumerate(found) if k not in beside]
     told = listed([found[k] for k in beside])
     notes = [f"free sides beside the contact faces match under the pitch too: {told}"] if beside else []
@@ -321,7 +322,7 @@ def with_other_faces(
             chosen_sides(rest, np.concatenate([getattr(pair, side) for pair in others])) for side in ("right", "left")
         ]
         if cuts is not None:
-            sides = [_together(a, b) for a, b in zip(sides, (cuts.right, cuts.left), strict=True)]
+            sides = [together(a, b) for a, b in zip(sides, (cuts.right, cuts.left), strict=True)]
         return CutFaces(sides[0], sides[1], ("found", "found")), [*notes, f"cut faces found: {listed(others)}"]
     what = "pair of surfaces matches" if len(others) == 1 else "pairs of surfaces match"
     told = f"{len(others)} more {what} under the pitch of {360.0 / choice.n_blades:.6g} degrees: "
@@ -356,7 +357,7 @@ def _beside(mesh: ImportedMesh, sides: ElementSides, contact: ElementSides, pair
         nodes = np.concatenate([nodes, *(chosen_sides(sides, pairs[k].right).nodes(mesh.blocks) for k in more)])
 
 
-def _together(one: ElementSides, other: ElementSides) -> ElementSides:
+def together(one: ElementSides, other: ElementSides) -> ElementSides:
     names = ("block", "element", "side")
     return ElementSides(*(np.concatenate([getattr(one, name), getattr(other, name)]) for name in names))
 

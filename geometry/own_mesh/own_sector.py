@@ -15,12 +15,30 @@ from geometry.own_mesh.body import (
     boundary,
     check_orientation,
     checked_body,
-    face_sides,
     names_of_file,
     nodes_with_mid_sides,
     side_corners,
 )
-from geometry.own_mesh.face_pairing import FacePair, Surface, check_places, closing_number, contact_faces, pair_faces
+from geometry.own_mesh.face_pairing import (
+    FaceNames,
+    FacePair,
+    Surface,
+    check_places,
+    closing_number,
+    contact_faces,
+    on_ground,
+    pair_faces,
+)
+from geometry.own_mesh.interfaces import (
+    LEFT,
+    RIGHT,
+    TouchingFaces,
+    check_held,
+    named_faces,
+    of_kind,
+    ordered,
+    patches,
+)
 from geometry.own_mesh.matching_faces import (
     CutFaces,
     cut_faces,
@@ -31,13 +49,13 @@ from geometry.own_mesh.matching_faces import (
     with_other_faces,
     without,
 )
-from geometry.own_mesh.sector_choice import SectorChoice
+from geometry.own_mesh.sector_choice import MAIN, SectorChoice
 from geometry.own_mesh.side_quadrature import quadrature, side_tables
-from geometry.sector import ContactFace, FloatArray, SectorMesh
+from geometry.sector import FacePair as SectorPair
+from geometry.sector import FloatArray, SectorMesh
 from geometry.units import check_size, materials_in_si
 
 _ROUND_OFF = 1e-9
-_RIGHT, _LEFT = "contact_right", "contact_left"
 
 
 @dataclass(frozen=True)
@@ -91,19 +109,28 @@ class SectorFindings:
     @property
     def lines(self) -> tuple[str, ...]:
         """The findings as short lines of text."""
-        pairs = "nodes match" if self.matching else "nodes do not match"
-        low, high = (f"{round(1e6 * gap, 3) + 0.0:.3g}" for gap in self.gap)
-        gap = f"gap {low} to {high} um" if low != high else f"gap {low} um"
-        shared = "" if self.overlap > 0.995 else f"; {100.0 * self.overlap:.3g} % of the area is opposite"
-        right, left = (f"{1e6 * area:.6g}" for area in self.areas)
-        angle = round(self.normal_angle, 3)
+        fit, areas = _fit_lines(self)
         return (
             *(f"warning: {warning}" for warning in self.warnings),
-            f"faces: {pairs}, largest mismatch {round(1e6 * self.mismatch, 6):.3g} um; {gap}{shared}",
-            f"areas: right {right} mm^2, left {left} mm^2; normals opposite to {angle:.2g} degrees",
+            f"faces: {fit}",
+            f"areas: {areas}",
             _rotation_text(self.rotation),
             *self.notes,
         )
+
+
+def _fit_lines(pair: SectorFindings | FacePair) -> tuple[str, str]:
+    """How two faces fit: nodes and gap; areas and normals."""
+    matching = pair.matching if isinstance(pair, SectorFindings) else pair.partner is not None
+    low, high = (f"{round(1e6 * gap, 3) + 0.0:.3g}" for gap in pair.gap)
+    gap = f"gap {low} to {high} um" if low != high else f"gap {low} um"
+    shared = "" if pair.overlap > 0.995 else f"; {100.0 * pair.overlap:.3g} % of the area is opposite"
+    right, left = (f"{1e6 * area:.6g}" for area in pair.areas)
+    nodes = "nodes match" if matching else "nodes do not match"
+    return (
+        f"{nodes}, largest mismatch {round(1e6 * pair.mismatch, 6):.3g} um; {gap}{shared}",
+        f"right {right} mm^2, left {left} mm^2; normals opposite to {round(pair.normal_angle, 3):.2g} degrees",
+    )
 
 
 def _rotation_text(rotation: FloatArray) -> str:
@@ -194,9 +221,9 @@ def sector_from_mesh(mesh: ImportedMesh, choice: SectorChoice) -> OwnSector:
     ...     print(error)
     mesh.file = 'b.inp': must hold solid elements; there are none
     """
-    mesh, notes = checked_body(mesh)
-    sets, renamed = names_of_file(mesh, choice.sets)
-    mesh, choice, cut_names = with_cut_names(mesh, replace(choice, sets=sets))
+    mesh, notes = checked_body(mesh, several=bool(choice.interfaces))
+    mesh, choice, renamed = _with_names_of_file(mesh, choice)
+    mesh, choice, cut_names = with_cut_names(mesh, choice)
     metres = choice.metres
     mesh = replace(mesh, points=(mesh.points - np.asarray(choice.axis_point, dtype=float)) * metres)
     check_size(float(distance_from_axis(choice.direction, mesh.points).max()), choice.unit)
@@ -205,29 +232,49 @@ def sector_from_mesh(mesh: ImportedMesh, choice: SectorChoice) -> OwnSector:
     cuts = cut_faces(mesh, choice, outside)
     shown = outside if cuts is None else without((cuts.right, cuts.left), outside)
     _check_distinct(choice, cuts)
-    mesh, right, left, rotation, found, doubts = _turned(mesh, choice, shown)
-    cuts, others = with_other_faces(mesh, choice, outside, (right, left), cuts)
+    mesh, faces, rotation, found, doubts = _turned(mesh, choice, shown)
+    sides = [each for face in faces for _, each in face.sides]
+    cuts, others = with_other_faces(mesh, choice, outside, sides, of_kind(faces, "neighbours"), cuts)
     joined, of_cuts = ({}, []) if cuts is None else paired_cuts(mesh.points, mesh, cuts, choice.n_blades)
-    root, how = _root(mesh, choice, outside, (right, left), joined=cuts is not None)
-    pair = pair_faces(_surface(mesh, right), _surface(mesh, left), choice)
-    faces = contact_faces(pair, choice.contact_grid, root)
-    sector = _assembled(
-        mesh, choice, faces, {"root": root, **joined}, {"face_right": right, "face_left": left}, outside
-    )
-    said = [*_without_materials(mesh.notes), *notes, *renamed, *cut_names, *found, *others, *of_cuts, *how]
+    root, how = _root(mesh, choice, outside, faces, joined=cuts is not None)
+    pairs = {face.name: _paired(mesh, face, choice) for face in faces}
+    sector = _assembled(mesh, choice, (faces, pairs), {"root": root, **joined}, outside)
+    floating = check_held(mesh.path, sector, np.concatenate([root, *joined.values()]))
+    said = [*_without_materials(mesh.notes), *notes, *renamed, *cut_names, *found, *others, *of_cuts, *how, *floating]
+    first, *further = pairs.items()
+    lines = [f"{name}: {line}" for name, pair in further for line in _fit_lines(pair)]
     findings = SectorFindings(
-        matching=pair.partner is not None,
-        mismatch=pair.mismatch,
-        gap=pair.gap,
-        overlap=pair.overlap,
-        areas=pair.areas,
-        normal_angle=pair.normal_angle,
+        matching=first[1].partner is not None,
+        mismatch=first[1].mismatch,
+        gap=first[1].gap,
+        overlap=first[1].overlap,
+        areas=first[1].areas,
+        normal_angle=first[1].normal_angle,
         rotation=rotation,
-        notes=(*said, *_remarks(pair)),
-        warnings=(*mesh.warnings, *doubts, *_warnings(pair, choice.n_blades)),
+        notes=(*lines, *said, *dict.fromkeys(each for pair in pairs.values() for each in _remarks(pair))),
+        warnings=(*mesh.warnings, *doubts, *_warnings(pairs, choice.n_blades)),
     )
     materials = materials_in_si(mesh.materials, choice.unit)
     return OwnSector(sector, findings, materials, mesh.material_notes, mesh.unread_materials, mesh.units)
+
+
+def _with_names_of_file(mesh: ImportedMesh, choice: SectorChoice) -> tuple[ImportedMesh, SectorChoice, list[str]]:
+    """The choice with the names of sets as the file writes them, and notes."""
+    sets, notes = names_of_file(mesh, choice.sets)
+    interfaces = {}
+    for name, each in choice.interfaces.items():
+        right, left = (f"mesh.interface.{name}.{side}" for side in ("right", "left"))
+        given = {right: each.right} | ({} if each.left is None else {left: each.left})
+        known, more = names_of_file(mesh, given)
+        interfaces[name] = replace(each, right=known[right], left=known.get(left))
+        notes += more
+    return mesh, replace(choice, sets=sets, interfaces=interfaces), notes
+
+
+def _paired(mesh: ImportedMesh, face: TouchingFaces, choice: SectorChoice) -> FacePair:
+    """Two faces paired, or one with the ground."""
+    right, left = _surface(mesh, face.right), _surface(mesh, face.left)
+    return on_ground(right) if face.kind == "ground" else pair_faces(right, left, choice, face.kind, face.of)
 
 
 def _without_materials(notes: tuple[str, ...]) -> list[str]:
@@ -237,7 +284,7 @@ def _without_materials(notes: tuple[str, ...]) -> list[str]:
 
 def _check_distinct(choice: SectorChoice, cuts: CutFaces | None) -> None:
     """Raise OwnMeshError where a set is named as a cut face and as a contact face."""
-    for role in (_RIGHT, _LEFT):
+    for role in (RIGHT, LEFT):
         name = choice.sets.get(role)
         if cuts is not None and name in cuts.names:
             told = "is named as a cut face too: must be joined to the neighbour, or touch its face"
@@ -246,44 +293,42 @@ def _check_distinct(choice: SectorChoice, cuts: CutFaces | None) -> None:
 
 def _turned(
     mesh: ImportedMesh, choice: SectorChoice, outside: ElementSides
-) -> tuple[ImportedMesh, ElementSides, ElementSides, np.ndarray, list[str], list[str]]:
-    """The mesh in our axes, right and left face, the rotation, notes and warnings; the origin is on the axis."""
+) -> tuple[ImportedMesh, list[TouchingFaces], np.ndarray, list[str], list[str]]:
+    """The mesh in our axes, faces by patches, the rotation, notes and warnings; the origin is on the axis."""
     notes: list[str] = []
     doubts: list[str] = []
-    if _RIGHT in choice.sets and _LEFT in choice.sets:
-        right, left = (face_sides(mesh, role, choice.sets[role], outside) for role in (_RIGHT, _LEFT))
-        if len(np.intersect1d(right.nodes(mesh.blocks), left.nodes(mesh.blocks))):
-            told = f'must have no node of {_RIGHT}, "{choice.sets[_RIGHT]}"'
-            raise OwnMeshError(f"mesh.sets.{_LEFT}", choice.sets[_LEFT], told)
-    elif _RIGHT in choice.sets or _LEFT in choice.sets:
-        missing = _LEFT if _RIGHT in choice.sets else _RIGHT
-        raise OwnMeshError(f"mesh.sets.{missing}", None, "name both contact faces, or neither to have them found")
-    else:
+    faces = named_faces(mesh, choice, outside)
+    if not faces:
         first = axes_through(choice.direction, mesh.points.mean(axis=0))
         right, left, doubts = find_faces(mesh.points @ first.T, mesh.blocks, outside, choice.n_blades)
         notes.append(f"contact faces found: {len(right)} element sides each, the only ones a pitch apart")
-    at = [quadrature(mesh.points, side_tables(mesh.blocks, face)) for face in (right, left)]
-    check_places(at[0], at[1], choice)
+        names = FaceNames(), f"mesh.sets.{RIGHT}"
+        faces = [TouchingFaces(MAIN, "neighbours", right, left, choice.contact_grid, *names)]
+    at = [quadrature(mesh.points, side_tables(mesh.blocks, face)) for face in (faces[0].right, faces[0].left)]
+    if faces[0].kind == "neighbours":
+        check_places(at[0], at[1], choice)
     rotation = axes_through(choice.direction, (at[0].centroid + at[1].centroid) / 2.0)
-    if (rotation @ (at[0].centroid - at[1].centroid))[1] < 0.0:
-        right, left = left, right
-        notes.append("right and left face exchanged: the right one is on the +y side")
     if not np.array_equal(rotation, np.eye(3)):
         mesh = replace(mesh, points=mesh.points @ rotation.T)
-    return mesh, right, left, rotation, notes, doubts
+    found = []
+    for each in faces:
+        face, exchanged = ordered(mesh, each)
+        notes += exchanged
+        found += [face] if face.of == FaceNames() else patches(mesh, face, choice.n_blades)
+    return mesh, found, rotation, notes, doubts
 
 
 def _root(
     mesh: ImportedMesh,
     choice: SectorChoice,
     outside: ElementSides,
-    faces: tuple[ElementSides, ElementSides],
+    faces: list[TouchingFaces],
     *,
     joined: bool,
 ) -> tuple[IntArray, list[str]]:
     """Clamped nodes, none with a free bore, and how they were found; OwnMeshError where a contact face is clamped.
 
-    `faces`: right and left contact face; `joined`: whether the sector has cut faces.
+    `joined`: whether the sector has cut faces.
     """
     if choice.bore == "free":
         return _nothing_held(choice, joined)
@@ -297,7 +342,8 @@ def _root(
         where = f"radius {radius.min():.4g} to {radius.max():.4g} m"
         free = '; bore = "free" leaves it free' if joined else ""
         notes.append(f"root found: the innermost surface, {len(surface)} element sides at {where}{free}")
-    for role, face in zip((_RIGHT, _LEFT), faces, strict=True):
+    for key, face in (each for touching in faces for each in touching.sides):
+        role = key.removeprefix("mesh.sets.").removeprefix("mesh.")
         held = np.isin(side_corners(mesh.blocks, face), root)
         if held.all(axis=1).any():
             told = f"must not hold a contact face: {int(held.all(axis=1).sum())} sides of {role} are in it"
@@ -312,29 +358,37 @@ def _root(
 
 def _nothing_held(choice: SectorChoice, joined: bool) -> tuple[IntArray, list[str]]:
     """No clamped nodes, and a note; OwnMeshError for a blade alone, and where a root is named."""
-    if not joined:
+    if not joined and not choice.interfaces:
         told = "needs the cut faces of a disk, cyclic_right and cyclic_left: a blade alone is clamped at its root"
         raise OwnMeshError("mesh.bore", choice.bore, told)
     if "root" in choice.sets:
         raise OwnMeshError("mesh.sets.root", choice.sets["root"], 'must not be named with bore = "free"')
-    return np.zeros(0, dtype=np.int64), ["the disk is free: nothing holds it"]
+    return np.zeros(0, dtype=np.int64), ["the disk is free: nothing holds it"] if joined else ["nothing is clamped"]
 
 
 def _assembled(
     mesh: ImportedMesh,
     choice: SectorChoice,
-    faces: tuple[ContactFace, ContactFace],
+    touching: tuple[list[TouchingFaces], dict[str, FacePair]],
     own_sets: dict[str, IntArray],
-    own_surfaces: dict[str, ElementSides],
     outside: ElementSides,
 ) -> SectorMesh:
-    """The sector, with the sets of the file beside ours."""
-    named = {f"face_{side}": own_surfaces[f"face_{side}"].nodes(mesh.blocks) for side in ("right", "left")}
-    contact = {_RIGHT: faces[0].nodes, _LEFT: faces[1].nodes}
+    """The sector, with the sets of the file beside ours; `touching`: faces, and how they are paired, by name."""
+    made = {}
+    for face in touching[0]:
+        right, left = contact_faces(touching[1][face.name], face.grid, own_sets["root"])
+        nodes = face.right.nodes(mesh.blocks), face.left.nodes(mesh.blocks)
+        made[face.name] = SectorPair(right, left, *nodes, face.kind)
+    first = touching[0][0]
+    main = made.pop(first.name)
+    named = {"face_right": main.face_right, "face_left": main.face_left}
+    contact = {RIGHT: main.right.nodes, LEFT: main.left.nodes}
     tip = {"tip": np.array([_tip(mesh, choice, outside)], dtype=np.int64)}
     sets = {**mesh.node_sets, **named, **contact, **tip, **own_sets}
-    surfaces = {**mesh.surfaces, **own_surfaces}
-    return SectorMesh(mesh.points, mesh.blocks, sets, faces[0], faces[1], int(choice.n_blades), surfaces)
+    surfaces = {**mesh.surfaces, "face_right": first.right, "face_left": first.left}
+    points, blocks, n_blades = mesh.points, mesh.blocks, int(choice.n_blades)
+    faces = main.right, main.left
+    return SectorMesh(points, blocks, sets, *faces, n_blades, surfaces, pairs=made, main=first.name, kind=first.kind)
 
 
 def _tip(mesh: ImportedMesh, choice: SectorChoice, outside: ElementSides) -> int:
@@ -353,19 +407,22 @@ def _surface(mesh: ImportedMesh, face: ElementSides) -> Surface:
     return Surface(mesh.points, face.nodes(mesh.blocks), side_tables(mesh.blocks, face))
 
 
-def _warnings(pair: FacePair, n_blades: int) -> tuple[str, ...]:
-    """Whether another number of blades closes the gap or the overlap of the faces."""
-    other = closing_number(pair.right.samples(), pair.left.samples(), n_blades)
-    if other is None:
-        return ()
-    what, size = ("a gap" if sum(pair.gap) > 0.0 else "an overlap"), 1e6 * max(map(abs, pair.gap))
-    told = f"n_blades = {n_blades} leaves {what} of {size:.3g} um between the contact faces"
-    return (f"{told}; with n_blades = {other} they touch",)
+def _warnings(pairs: dict[str, FacePair], n_blades: int) -> list[str]:
+    """Whether another number of blades closes the gap or the overlap of faces between neighbours."""
+    found = []
+    for name, pair in pairs.items():
+        other = closing_number(pair.right.samples(), pair.left.samples(), n_blades) if pair.turn else None
+        if other is not None:
+            what, size = ("a gap" if sum(pair.gap) > 0.0 else "an overlap"), 1e6 * max(map(abs, pair.gap))
+            faces = "the contact faces" if name == MAIN else f"the faces of {name}"
+            told = f"n_blades = {n_blades} leaves {what} of {size:.3g} um between {faces}"
+            found.append(f"{told}; with n_blades = {other} they touch")
+    return found
 
 
 def _remarks(pair: FacePair) -> list[str]:
     """What a user should know about the faces."""
-    remarks = []
+    remarks: list[str] = []
     if pair.gap[0] < -1e-9 - 1e-3 * np.sqrt(pair.areas[0]):
         remarks.append(f"the faces overlap by up to {-1e6 * pair.gap[0]:.3g} um in the mesh")
     if pair.partner is None:

@@ -9,13 +9,45 @@ import numpy as np
 
 from geometry.errors import OwnMeshError
 from geometry.frames import NAMED_AXES
-from geometry.sector import FloatArray
+from geometry.sector import KINDS, FloatArray
 from geometry.units import UNIT_SYSTEMS
 
 SETS = ("root", "contact_right", "contact_left", "tip", "cyclic_right", "cyclic_left")
 BORES = ("clamped", "free")
 OTHER_FACES = ("ask", "free", "cut")
+MAIN = "shroud"  # interface of the sets contact_right and contact_left
 _MOST_POINTS = 40  # in a direction of the contact grid
+
+
+@dataclass(frozen=True)
+class InterfaceChoice:
+    """Faces of a mesh from elsewhere that touch.
+
+    Attributes
+    ----------
+    right : str
+        Node set or surface of the file. Between neighbours the face on the side of the next blade.
+    left : str or None
+        The one that it touches; None against the ground.
+    kind : {"neighbours", "inside", "ground"}
+        Whether the left face is that of the next blade, belongs to the same sector, or is ground that does not move.
+    contact_grid : (int, int) or None
+        Contact points along t1 and along t2 of each plane patch; None: as in `SectorChoice`.
+
+    Examples
+    --------
+    A blade with its root in a slot of the disk:
+
+    >>> from geometry import InterfaceChoice, SectorChoice
+    >>> root = InterfaceChoice("BLADE_FLANKS", "DISK_FLANKS", kind="inside", contact_grid=(3, 2))
+    >>> SectorChoice(40, "mm", interfaces={"root": root}).interfaces["root"].left
+    'DISK_FLANKS'
+    """
+
+    right: str
+    left: str | None = None
+    kind: str = "neighbours"
+    contact_grid: tuple[int, int] | None = None
 
 
 @dataclass(frozen=True)
@@ -48,6 +80,9 @@ class SectorChoice:
     other_faces : {"ask", "free", "cut"}
         What surfaces are that one pitch turns into each other but that `sets` does not name: refused, free surfaces,
         or cut faces of a disk.
+    interfaces : mapping of str to InterfaceChoice
+        Contact interfaces by name. `contact_right` and `contact_left` of `sets` are the one named "shroud"; without
+        any the contact faces are found by geometry. Separate patches of a set are paired one by one.
 
     Raises
     ------
@@ -71,6 +106,7 @@ class SectorChoice:
     tolerance: float | None = None
     bore: str = "clamped"
     other_faces: str = "ask"
+    interfaces: Mapping[str, InterfaceChoice] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.unit not in UNIT_SYSTEMS:
@@ -94,11 +130,28 @@ class SectorChoice:
                     f"mesh.sets.{name}", self.sets[name], f"the sets of a sector are {', '.join(SETS)}"
                 )
         self._check_numbers()
+        self._check_interfaces()
+
+    def _check_interfaces(self) -> None:
+        for name, each in self.interfaces.items():
+            key = f"mesh.interface.{name}"
+            if "/" in name or not name:
+                raise OwnMeshError("mesh.interface", name, 'must be a name without "/"')
+            if name == MAIN and {"contact_right", "contact_left"} & self.sets.keys():
+                raise OwnMeshError(key, None, "is named twice: contact_right and contact_left of mesh.sets are it")
+            if each.kind not in KINDS:
+                raise OwnMeshError(f"{key}.kind", each.kind, f"must be one of {', '.join(KINDS)}")
+            if (each.left is None) != (each.kind == "ground"):
+                told = "must be left out: the ground has no face" if each.left else f"is needed: of {each.kind}"
+                raise OwnMeshError(f"{key}.left", each.left, told)
 
     def _check_numbers(self) -> None:
-        grid = self.contact_grid
-        if grid is not None and (len(grid) != 2 or not all(1 <= count <= _MOST_POINTS for count in grid)):
-            raise OwnMeshError("mesh.contact_grid", grid, f"must be two whole numbers from 1 to {_MOST_POINTS}")
+        given = {"mesh": self.contact_grid}
+        given |= {f"mesh.interface.{name}": each.contact_grid for name, each in self.interfaces.items()}
+        for table, grid in given.items():
+            if grid is not None and (len(grid) != 2 or not all(1 <= count <= _MOST_POINTS for count in grid)):
+                told = f"must be two whole numbers from 1 to {_MOST_POINTS}"
+                raise OwnMeshError(f"{table}.contact_grid", grid, told)
         if self.tolerance is not None and not self.tolerance > 0.0:
             raise OwnMeshError("mesh.tolerance", self.tolerance, "must be above 0")
 

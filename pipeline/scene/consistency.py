@@ -18,12 +18,12 @@ from pipeline.scene.dotted_keys import CONTACT, INTERFACE, interface_of, of_cont
 from pipeline.scene.geometry_parameters import disk_parameters, geometry_parameters, wing_parameters
 from pipeline.scene.loads_section import files_of, force_table, temperature_table
 from pipeline.scene.material_section import USUAL_MATERIAL, unfit_stress_keys
-from pipeline.scene.mesh_section import check_mesh_file
+from pipeline.scene.mesh_section import MAIN_INTERFACE, check_mesh_file
 from pipeline.scene.model_section import unfit_beside_matrices, unfit_matrix_keys
 from pipeline.scene.plausibility import far_beyond, hints_first
 from pipeline.scene.presets import SIZE
 from pipeline.scene.reading import Member, SceneFile, parameter_error, scene_of_tables
-from pipeline.scene.schema import DAMPER, INTERFACES, MAIN_INTERFACE, SECTIONS, Scene
+from pipeline.scene.schema import DAMPER, INTERFACES, SECTIONS, Scene
 from pipeline.scene.size_limits import check_balance, check_modes, check_size, check_speed, check_sweep
 from pipeline.scene.sweep import SHIFTED, read_sweep
 from pipeline.scene.toml_text import key_lines, line_of, load_tables, plain_key, with_line
@@ -183,7 +183,8 @@ def _unfit_sizes(path: Path, member: Member, wrong: Set[str]) -> Unfit:
     if not wrong & {CONTACT, INTERFACE}:
         if member.scene.interfaces is not None:
             yield from unfit_interfaces(path, member, member.scene.interfaces)
-        yield from unfit_node_lists(path, member, of_grid)
+        if not member.scene.mesh.interface:  # of which the mesh alone tells the patches
+            yield from unfit_node_lists(path, member, of_grid)
     if not wrong & {"rom", "excitation", "response", "render"}:
         yield from _raised(check_modes, path, member, n_contacts)
     if "response" not in wrong:
@@ -378,7 +379,16 @@ def _refused(path: Path, member: Member, key: str, value: Any) -> InputError:
     return input_error(path, member.key_in_file(key), shown(value), allowed_values(key))
 
 
-OF_A_FILE = {"n_blades", "unit", "axis", "axis_point", "tolerance", "bore", "sets"}  # keys of [mesh] beside its file
+OF_A_FILE = {
+    "n_blades",
+    "unit",
+    "axis",
+    "axis_point",
+    "tolerance",
+    "bore",
+    "sets",
+    "interface",
+}  # keys of [mesh] beside its file
 _MEANT = re.compile(r"did you mean (\S+)\?")
 
 

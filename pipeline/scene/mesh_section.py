@@ -51,6 +51,7 @@ def check_mesh_file(path: Path, member: Member) -> None:
             raise input_error(path, place, f"{shown_file(file)} includes {part}: {problem}", "files that are there")
 
 
+MAIN_INTERFACE = "shroud"
 SET_NAME = "the name of a node set or surface of the file"
 SetName = Annotated[str, Field(min_length=1, max_length=200)]
 
@@ -70,6 +71,25 @@ class MeshSets(Section):
     cyclic_left: SetName | None = key("the opposite cut face", SET_NAME, None)
 
 
+ContactGrid = tuple[Annotated[Whole, Field(ge=1, le=15)], Annotated[Whole, Field(ge=1, le=15)]]
+GRID = "two whole numbers, {bounds}"
+
+
+class MeshInterface(Section):
+    """[mesh.interface.NAME]: two faces of a mesh file that touch, or one that touches the ground."""
+
+    right: SetName = key("one face; between neighbours that on the side of the next blade", SET_NAME)
+    left: SetName | None = key("the face that it touches; none against the ground", SET_NAME, None)
+    kind: Literal["neighbours", "inside", "ground"] = key(
+        "whether the left face is that of the next blade, one of the same sector, or ground that does not move",
+        "{words}",
+        "neighbours",
+    )
+    contact_grid: ContactGrid | None = key(
+        "contact nodes of each plane patch of the faces; by default as in [mesh]", GRID, None
+    )
+
+
 class Mesh(Section):
     """[mesh]: hexahedra made here, or a mesh from a file, and the grid of contact nodes."""
 
@@ -80,9 +100,7 @@ class Mesh(Section):
     )
     size: Length | None = key("element size, m", LENGTH, None, validate_default=True)
     element: Literal["hex20", "hex8", "hex27"] = key("finite element", "{words}", "hex20")
-    contact_grid: tuple[Annotated[Whole, Field(ge=1, le=15)], Annotated[Whole, Field(ge=1, le=15)]] = key(
-        "contact nodes along the segment and along the radius", "two whole numbers, {bounds}", (3, 3)
-    )
+    contact_grid: ContactGrid = key("contact nodes along the segment and along the radius", GRID, (3, 3))
     grading: Number = key(
         "how many times thinner the airfoil's layers are at root and shroud than at mid span",
         "a number from {bounds}",
@@ -123,6 +141,11 @@ class Mesh(Section):
         "ask",
     )
     sets: MeshSets = key("sets of the file by what they are", "a table [mesh.sets]", MeshSets())
+    interface: dict[str, MeshInterface] = key(
+        "contact interfaces of the file by name, beside that of mesh.sets, shroud",
+        "tables [mesh.interface.NAME]",
+        {},
+    )
 
     @field_validator("size", "n_blades")
     @classmethod
@@ -142,12 +165,24 @@ class Mesh(Section):
             raise ValueError("nothing beside mesh.file, whose elements are used as they are")
         return value
 
-    @field_validator("n_blades", "unit", "axis", "axis_point", "tolerance", "bore", "other_faces", "sets")
+    @field_validator(
+        "n_blades", "unit", "axis", "axis_point", "tolerance", "bore", "other_faces", "sets", "interface"
+    )
     @classmethod
     def _of_a_file(cls, value: Any, info: ValidationInfo) -> Any:
         if value != _default(cls, info) and "file" in info.data and info.data["file"] is None:
             raise ValueError("nothing without mesh.file")
         return value
+
+    def __hash__(self) -> int:
+        """Of all values: the tables by name have none."""
+        return hash(self.model_dump_json())
+
+    @property
+    def interfaces(self) -> tuple[str, ...] | None:
+        """Names of the contact interfaces, where any is named in a table of its own."""
+        shroud = self.sets.contact_right is not None or self.sets.contact_left is not None
+        return (*((MAIN_INTERFACE,) if shroud else ()), *self.interface) if self.interface else None
 
 
 def _default(section: type[Section], info: ValidationInfo) -> Any:

@@ -19,9 +19,9 @@ from pipeline.errors import InputError, input_error, shown, shown_key
 from pipeline.scene.contact_section import mean_of
 from pipeline.scene.dotted_keys import CONTACT, INTERFACE
 from pipeline.scene.material_section import FORCED, USUAL_MATERIAL, WAVE_SPEED, Usual, wave_speed
-from pipeline.scene.mesh_section import Mesh
+from pipeline.scene.mesh_section import MAIN_INTERFACE, Mesh
 from pipeline.scene.reading import Member, SceneFile
-from pipeline.scene.schema import MAIN_INTERFACE, Contact, Material, Rom, Scene
+from pipeline.scene.schema import Contact, Material, Rom, Scene
 from pipeline.scene.size_limits import speed_warning
 
 LARGEST = 0.01  # relative error of a stuck frequency without a warning

@@ -44,7 +44,7 @@ from pipeline.scene.loads_section import (
     unit_vector,
 )
 from pipeline.scene.material_section import Fatigue, Material, NamedMaterial, Stress
-from pipeline.scene.mesh_section import Mesh
+from pipeline.scene.mesh_section import MAIN_INTERFACE, Mesh
 from pipeline.scene.model_section import Model
 from pipeline.studies.backbone.section import Backbone
 from pipeline.studies.map.section import Map
@@ -106,7 +106,6 @@ class Figures(Section):
 
 
 DEFAULT_MODES = 30
-MAIN_INTERFACE = "shroud"
 DAMPER = "damper"
 INTERFACES = {  # contact interfaces that the sections of a blade made here make
     "shroud": (MAIN_INTERFACE,),
@@ -494,7 +493,9 @@ class Scene(Section):
 
     @property
     def interfaces(self) -> tuple[str, ...] | None:
-        """Names of the contact interfaces that a blade made here has; None where the model alone tells them."""
+        """Names of the contact interfaces of a blade made here, or that [mesh] names; None: the model alone tells."""
+        if self.mesh_file is not None and self.model is None and self.mesh is not None:
+            return self.mesh.interfaces
         if self.blade is None or self.mesh_file is not None or self.model is not None:
             return None
         made = {section: names for section, names in INTERFACES.items() if getattr(self, section, None) is not None}
@@ -558,6 +559,7 @@ NOT_SWEPT = ("stress", "fatigue", *STUDIES, "render", "figures")  # made of solv
 NOT_SWEPT_KEYS = (  # tables, and lists of tables
     "disk.profile",
     "mesh.sets",
+    "mesh.interface",
     "model.sets",
     "excitation.harmonic",
     "excitation.load",

@@ -15,7 +15,7 @@ from pipeline.scene.dotted_keys import CONTACT
 from pipeline.scene.fields import allowed_of
 from pipeline.scene.loads_section import TABLES as LOAD_TABLES
 from pipeline.scene.loads_section import Temperature
-from pipeline.scene.mesh_section import MeshSets
+from pipeline.scene.mesh_section import MeshInterface, MeshSets
 from pipeline.scene.model_section import ModelSets
 from pipeline.scene.schema import SECTIONS, Material, Scene
 from pipeline.scene.units import number_in_text
@@ -101,6 +101,7 @@ SETS: dict[str, type[BaseModel]] = {  # tables in sections
 }
 TABLES: dict[str, type[BaseModel]] = {**LOAD_TABLES, "uncertainty.parameter": UncertainParameter}  # lists of tables
 NAMED: dict[str, type[BaseModel]] = {"materials": Material, "interface": Interface}  # tables of tables by name
+NAMED_IN: dict[str, type[BaseModel]] = {"mesh.interface": MeshInterface}  # the same in sections
 ALIKE = {"materials": "material", "interface": "contact"}  # sections with the same keys
 FIELDS = tuple(f"{CONTACT}.{name}" for name in PER_NODE)  # that may be tables over the face
 MOST_ERRORS = 50  # that are listed at once
@@ -156,6 +157,8 @@ def _in_terms_of_the_file(
         return of_field
     if section in NAMED and len(location) > 2:
         return _of_named_table(path, raw, errors, location, places)
+    if ".".join(map(str, location[:2])) in NAMED_IN and len(location) > 2:
+        return _of_table_in_section(path, raw, error, location)
     listed = _of_listed_table(path, raw, error, location)
     if listed is not None:
         return listed
@@ -230,6 +233,19 @@ def _of_named_table(
     same = [each for each in errors if each["loc"][:3] == location[:3]]
     hint = _as_number(like, value, same)
     return input_error(path, said + index, _found(value), allowed_values(like) + (f"; {hint}" if hint else ""))
+
+
+def _of_table_in_section(path: Path, raw: Mapping[str, Any], error: Any, location: tuple[Any, ...]) -> InputError:
+    """An error in a table such as [mesh.interface.NAME]."""
+    section, table, name = (str(part) for part in location[:3])
+    place, kind, value = f"{section}.{table}.{shown_key(name)}", NAMED_IN[f"{section}.{table}"], raw[section][table]
+    if len(location) == 3 or not isinstance(value[name], Mapping):
+        return input_error(path, place, _found(value[name]), f"a table [{place}]")
+    key = str(location[3])
+    if error["type"] == "extra_forbidden":
+        return unknown_key(path, key, list(kind.model_fields), place)
+    found = value[name].get(key, MISSING)
+    return input_error(path, f"{place}.{key}", _found(found) + _nearest(error), allowed_of(kind, key))
 
 
 def _of_listed_table(path: Path, raw: Mapping[str, Any], error: Any, location: tuple[Any, ...]) -> InputError | None:

@@ -130,17 +130,14 @@ def touching_sector(scene: Scene, sector: SectorMesh) -> SectorMesh:
     chosen = scene.contact.interfaces
     if chosen is not None and scene.damper_touches:
         chosen = (*chosen, PLATFORM)
-    names = [name for name in sector.views if chosen is not None and name in chosen]
-    if not names or len(names) == len(sector.views):
-        return sector
-    return replace(sector.seen_from(names[0]), pairs={name: sector.pairs[name] for name in names[1:]})
+    return sector if chosen is None else sector.with_only(chosen)
 
 
 def interface_facts(scene: Scene, model: ReducedModel, sector: SectorMesh | None = None) -> dict[str, Any]:
     """For `facts.json` of a model: numbers of nodes of all interfaces, also of faces of the sector that are left out
     of the model, and of those that touch in a scene.
     """
-    faces = {} if sector is None else {name: len(view.right.nodes) for name, view in sector.views.items()}
+    faces = {} if sector is None else sector.interfaces
     if set(INTERFACES[DAMPER]) & set(model.interfaces):
         faces.pop(PLATFORM, None)
     return {"n_contacts": touching(scene, model).n_contacts, "interfaces": {**faces, **model.interfaces}}

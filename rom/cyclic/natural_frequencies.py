@@ -347,7 +347,7 @@ def _cyclic_modes(
     own = np.diag(mass).real
     with np.errstate(over="ignore"):  # mass is not positive definite then
         still = np.divide(np.diag(stiffness).real, own, np.zeros(own.size), where=own > 0.0).max() * RIGID_IN_WAVE
-    bodies = wave is None or not model.stiffness.any(axis=0).all()  # else the rigid motions of a disk
+    held = motion if wave is None else motion[_in_sector(model)]  # a disk that nothing holds moves all of its sector
     reach, rows, floating = FELT * float(np.abs(motion).max(initial=0.0)), len(mass), 0
     while True:
         last = min(count + floating, rows) - 1
@@ -355,10 +355,18 @@ def _cyclic_modes(
             squared, shapes = eigh(stiffness, mass, subset_by_index=(0, last))
         except LinAlgError:
             raise ReducedModelError("mass: not positive definite, allowed: positive definite") from None
-        felt = np.abs(motion @ shapes).max(axis=0, initial=0.0) > reach * np.abs(shapes).max(axis=0)
-        elastic = ~((squared < still) & felt & bodies)
+        felt = np.abs(held @ shapes).max(axis=0, initial=0.0) > reach * np.abs(shapes).max(axis=0)
+        elastic = ~((squared < still) & felt)
         if np.count_nonzero(elastic) >= count or last + 1 == rows:
             break
         floating += count - int(np.count_nonzero(elastic))
     squared, shapes = squared[elastic], shapes[:, elastic]
     return squared, shapes if wave is None else wave @ shapes
+
+
+def _in_sector(model: ReducedModel) -> NDArray[np.bool_]:
+    """Rows (3 n_c,) of contact nodes that do not touch the next blade."""
+    left = model.contact_left
+    if left is None:
+        return np.ones(3 * model.n_contacts, dtype=bool)
+    return np.repeat(~left.reshape(model.n_contacts, -1).any(axis=1), 3)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from rom.cyclic_sector.cyclic_faces import CyclicFaces
 from rom.errors import FactorisationError
-from rom.finite_elements.full_model import FullModel, node_dofs
+from rom.finite_elements.full_model import SHIFT, FullModel, node_dofs
 from rom.linear_algebra.block_lanczos import IsotropicMatrix
 from rom.linear_algebra.cholmod import COLUMNS, CholmodFactor, library
 from rom.linear_algebra.factorisation import NOT_DEFINITE, nested_dissection
@@ -26,7 +26,6 @@ from rom.units import angular_speed
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
-SHIFT = 1e-9  # of the largest ratio of stiffness to mass: makes the stiffness of a disk that nothing holds definite
 ABOVE_SOFTENING = 2.0  # of the speed squared, by which spin softening lowers the stiffness of a disk moved aside
 
 
@@ -61,8 +60,8 @@ class CondensedSector:
 
     @cached_property
     def shift(self) -> float:
-        """Number s with K + s M definite in every wave, (rad/s)^2: 0 where the disk is held."""
-        if self.full.fixed.size:
+        """Number s with K + s M definite in every wave, (rad/s)^2: 0 where disk and blade are held."""
+        if not self.full.floating:
             return 0.0
         stiffness, mass = self.full.stiffness.diagonal(), self.full.mass.diagonal()
         return max(SHIFT * float((stiffness / mass).max()), ABOVE_SOFTENING * angular_speed(self.full.speed_rpm) ** 2)

@@ -255,8 +255,10 @@ class _Wave:
     @property
     def flexibility(self) -> NDArray[Any] | None:
         """Motions (6 n_c, 6 n_c) of the contact dofs for unit forces there, m/N; None if nothing holds the disk."""
-        contact = 6 * self.dofs.n_contacts
-        return None if self.problem.sector.shift else np.asarray(self.motion[:contact] @ self._static[:, :contact])
+        if self.problem.sector.shift:
+            return None
+        contact = self.dofs.contact
+        return contact.flexibility(self.motion[: 3 * contact.sides] @ self._static[:, : 3 * contact.sides])
 
     @cached_property
     def basis(self) -> NDArray[Any]:
@@ -288,7 +290,7 @@ class _Wave:
             rows = self.loads.selection(selected, lambda vector: vector @ basis)
             selected = self.loads.selection(selected, lambda vector: basis.conj().T @ vector)
             selected["outputs"] = rows["outputs"]
-        right, left = np.split(np.asarray(contact.motion @ basis), 2)
+        right, left = contact.relative(np.asarray(contact.motion @ basis))
         mass, stiffness = (
             _hermitian(_inner(basis, matrix, basis), self.problem.is_real)
             for matrix in (self.problem.sector.mass, self._full.stiffness)

@@ -52,9 +52,12 @@ def save_sector(path: str | Path, sector: SectorMesh) -> None:
         _write_faces(file, sector)
         if sector.main != "shroud":
             file.attrs["main"] = sector.main
+        if sector.kind != "neighbours":
+            file.attrs["kind"] = sector.kind
         for k, (name, pair) in enumerate(sector.pairs.items()):
             group = file.create_group(f"pairs/{k}")
             group.attrs["name"] = name
+            group.attrs["kind"] = pair.kind
             group["face_right"], group["face_left"] = pair.face_right, pair.face_left
             _write_faces(group, pair)
 
@@ -108,6 +111,7 @@ def load_sector(path: str | Path) -> SectorMesh:
                 surfaces={name: _surface(group) for name, group in file.get("surfaces", {}).items()},
                 pairs=dict(_pair(file[f"pairs/{k}"]) for k in range(len(file.get("pairs", ())))),
                 main=str(file.attrs.get("main", "shroud")),
+                kind=str(file.attrs.get("kind", "neighbours")),
             )
     except SectorFileError:
         raise
@@ -132,8 +136,9 @@ def _face(group: Any) -> ContactFace:
 
 
 def _pair(group: Any) -> tuple[str, FacePair]:
-    nodes = (_integers(group[name]) for name in ("face_right", "face_left"))
-    return str(group.attrs["name"]), FacePair(_face(group["right"]), _face(group["left"]), *nodes)
+    right, left = (_integers(group[name]) for name in ("face_right", "face_left"))
+    kind = str(group.attrs.get("kind", "neighbours"))
+    return str(group.attrs["name"]), FacePair(_face(group["right"]), _face(group["left"]), right, left, kind)
 
 
 def _integers(dataset: Any) -> np.ndarray:

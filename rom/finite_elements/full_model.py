@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
     from geometry import SectorMesh
+
+SHIFT = 1e-9  # of the largest ratio of stiffness to mass: makes the stiffness of a body that nothing holds definite
 
 
 @dataclass(frozen=True)
@@ -70,6 +73,14 @@ class FullModel:
     def n_dofs(self) -> int:
         """Number of dofs, the clamped ones included."""
         return 3 * len(self.positions)
+
+    @cached_property
+    def floating(self) -> tuple[NDArray[np.int64], ...]:
+        """Nodes of each body that no clamped node holds."""
+        from scipy.sparse.csgraph import connected_components
+
+        body = np.asarray(connected_components(self.stiffness, directed=False)[1])[::3]
+        return tuple(np.flatnonzero(body == k) for k in np.setdiff1d(body, body[self.fixed // 3]))
 
 
 @one_blas_thread()

@@ -64,21 +64,26 @@ class RotatingBody:
     # (3n, f), T of the admissible displacements u = T z, in whose coordinates the balance is T^T r = 0; None: those
     # of the free dofs
     motion: csr_matrix | None = None
+    springs: csr_matrix | None = None  # (3n, 3n), what holds bodies that contacts alone hold, N/m
 
     @classmethod
-    def of(cls, body: ElasticBody, full: FullModel, motion: csr_matrix | None = None) -> RotatingBody:
+    def of(
+        cls, body: ElasticBody, full: FullModel, motion: csr_matrix | None = None, springs: csr_matrix | None = None
+    ) -> RotatingBody:
         """The body with its full model at rest."""
         n = len(full.positions)
         pairs = full.mass[::3][:, ::3].tocoo()  # the blocks of the mass are multiples of the identity
         mass = np.zeros(body.pattern.n_pairs)
         mass[np.searchsorted(body.pattern.keys, pairs.row.astype(np.int64) * n + pairs.col)] = pairs.data
-        return cls(body, full, mass, np.setdiff1d(np.arange(full.n_dofs), full.fixed), motion)
+        return cls(body, full, mass, np.setdiff1d(np.arange(full.n_dofs), full.fixed), motion, springs)
 
     def unbalance(self, displacement: Array, squared: float) -> tuple[Array, float]:
         """W^2 (f_0 + M_yz u) - f_int(u) on the coordinates (f,), N, and the largest strain; `squared` is W^2."""
         internal, strain = self.body.internal_force(displacement)
         arm = displacement.reshape(-1, 3) * (0.0, 1.0, 1.0)
         external = squared * (self.full.centrifugal + self.full.mass @ arm.ravel())
+        if self.springs is not None:
+            internal = internal + self.springs @ displacement
         return self.on_coordinates(external - internal), strain
 
     def at_rest(self) -> csr_matrix:
@@ -108,10 +113,16 @@ class RotatingBody:
         return displacement
 
     def projected(self, matrix: csr_matrix) -> csr_matrix:
-        """A matrix (3n, 3n) on the coordinates, (f, f)."""
+        """A matrix (3n, 3n), with the springs, on the coordinates, (f, f)."""
+        matrix = on_springs(matrix, self.springs)
         if self.motion is not None:
             return (self.motion.T @ matrix @ self.motion).tocsr()
         return matrix[self.free][:, self.free]
+
+
+def on_springs(stiffness: csr_matrix, springs: csr_matrix | None) -> csr_matrix:
+    """A stiffness with that of springs, where there are any."""
+    return stiffness if springs is None else (stiffness + springs).tocsr()
 
 
 class _Tangent:
@@ -125,9 +136,9 @@ class _Tangent:
         """Factor of a matrix (3n, 3n), that at rest by default. Raises FactorisationError."""
         if matrix is not None:
             projected = self._rotating.projected(matrix)
-            if self._rotating.motion is None:
+            if self._rotating.motion is None and self._rotating.springs is None:
                 self._analysis.load(projected)
-            else:  # a product of matrices may drop zeros: the pattern may be another
+            else:  # a product or a sum of matrices may drop zeros: the pattern may be another
                 self._analysis = analyse(projected)
         return self._analysis.factor()
 
@@ -187,14 +198,13 @@ def stiffen_by_rotation(
     speed_rpm: float,
     equilibrium: str = "nonlinear",
     motion: csr_matrix | None = None,
+    springs: csr_matrix | None = None,
 ) -> FullModel:
     """The full model of a sector in steady rotation about the x axis, for small vibrations about its equilibrium.
 
-    The contacts are free and the root is clamped; cut faces of a disk move as `motion` lets them. With
-    `equilibrium = "nonlinear"` the static displacement u solves f_int(u) = W^2 (f_0 + M_yz u) at large displacements,
-    W in rad/s; the stiffness becomes K_T(u) - W^2 M_yz. With "linear" it is u = W^2 K^-1 f_0, and the geometric part
-    of K_T(u) has the stress of its small strains: no iterations, an error of order W^4. Coriolis forces are no part
-    of the stiffness.
+    The contacts are free and the root is clamped; cut faces of a disk move as `motion` lets them. The static
+    displacement u solves f_int(u) = W^2 (f_0 + M_yz u), W in rad/s; the stiffness becomes K_T(u) - W^2 M_yz, without
+    Coriolis forces. Where `equilibrium` is "linear", u = W^2 K^-1 f_0 with small strains: an error of order W^4.
 
     Parameters
     ----------
@@ -205,23 +215,23 @@ def stiffen_by_rotation(
     material : Material or mapping of str to Material
         Its material, or its materials as in `assemble`.
     speed_rpm : float
-        Rotational speed, rev/min.
+        Rev/min.
     equilibrium : {"nonlinear", "linear"}
         The static equilibrium.
     motion : (N, f) CSR matrix, optional
         Admissible displacements u = T z: `static_motion` of a sector with cut faces; of the free dofs by default.
+    springs : (N, N) CSR matrix, optional
+        `stuck_springs`, which hold bodies meanwhile: the contacts of the model bear what they bore.
 
     Returns
     -------
     FullModel
-        The model at speed, its `centrifugal` such that `centrifugal_displacement` is u / W^2; `full` itself when the
-        speed is 0.
+        The model at speed, `full` itself at speed 0; with the springs its `centrifugal_displacement` is u / W^2.
 
     Raises
     ------
     RomParameterError
-        A value is not allowed, the model is at speed already, `motion` is missing, or there is no equilibrium within
-        the strains of linear elasticity.
+        A value is not allowed, `motion` is missing, or no equilibrium has the strains of linear elasticity.
     FactorisationError
         The structure is not held.
 
@@ -233,21 +243,23 @@ def stiffen_by_rotation(
     >>> sector, steel = build_sector(blade, shroud, MeshParameters(size=0.02)), Material(2e11, 0.3, 7800.0)
     >>> full = assemble(sector, steel, element="hex8")
     >>> tilt = np.outer(full.positions[:, 2] - 0.3, [1.0, 0.0, 0.0]).ravel()  # the tension resists it
-    >>> stiffness = stiffen_by_rotation(full, sector, steel, speed_rpm=3000.0).stiffness
-    >>> bool(tilt @ stiffness @ tilt > tilt @ full.stiffness @ tilt)
+    >>> bool(tilt @ stiffen_by_rotation(full, sector, steel, 3000.0).stiffness @ tilt > tilt @ full.stiffness @ tilt)
     True
     """
     _check(full, sector, speed_rpm, equilibrium, cut_faces_move=motion is not None)
     if speed_rpm == 0.0:
         return full
     discretisation, squared = discretise(sector, full.element), angular_speed(speed_rpm) ** 2
-    rotating = RotatingBody.of(ElasticBody.of(discretisation, material), full, motion)
-    linear = equilibrium == "linear"
-    displacement = squared * centrifugal_displacement(full, motion=motion) if linear else _found(rotating, speed_rpm)
-    stress = stress_at_quadrature(discretisation, material, displacement) if linear else None
-    stiffness = rotating.stiffness(displacement, squared, stress)
-    force = full.centrifugal.copy()
-    force[rotating.free] = (stiffness @ displacement)[rotating.free] / squared  # what neighbours exert included
+    rotating = RotatingBody.of(ElasticBody.of(discretisation, material), full, motion, springs)
+    if equilibrium == "linear":
+        displacement = squared * centrifugal_displacement(full, motion=motion, springs=springs)
+        stress = stress_at_quadrature(discretisation, material, displacement)
+        stiffness = rotating.stiffness(displacement, squared, stress)
+    else:
+        displacement = _found(rotating, speed_rpm)
+        stiffness = rotating.stiffness(displacement, squared)
+    borne = on_springs(stiffness, springs) @ displacement / squared  # what neighbours exert included
+    force = np.where(np.isin(np.arange(full.n_dofs), rotating.free), borne, full.centrifugal)
     return replace(full, stiffness=stiffness, centrifugal=force, speed_rpm=float(speed_rpm))
 
 
@@ -275,7 +287,10 @@ def _found(rotating: RotatingBody, speed_rpm: float) -> NDArray[np.float64]:
 
 
 def centrifugal_displacement(
-    full: FullModel, backend: str = "auto", motion: csr_matrix | None = None
+    full: FullModel,
+    backend: str = "auto",
+    motion: csr_matrix | None = None,
+    springs: csr_matrix | None = None,
 ) -> NDArray[np.float64]:
     """Static displacement of a full model under its centrifugal force at 1 rad/s, with free contacts.
 
@@ -287,8 +302,8 @@ def centrifugal_displacement(
         The full model.
     backend : str
         Backend of the factorisation, see `factorise`.
-    motion : (N, f) CSR matrix, optional
-        Admissible displacements, as in `stiffen_by_rotation`.
+    motion, springs : CSR matrix, optional
+        Admissible displacements and what holds bodies, as in `stiffen_by_rotation`.
 
     Returns
     -------
@@ -313,12 +328,13 @@ def centrifugal_displacement(
     >>> bool(abs(residual).max() < 1e-9 * abs(full.centrifugal).max())
     True
     """
+    stiffness = on_springs(full.stiffness, springs)
     if motion is not None:
-        factor = factorise((motion.T @ full.stiffness @ motion).tocsr(), backend)
+        factor = factorise((motion.T @ stiffness @ motion).tocsr(), backend)
         return np.asarray(motion @ factor.solve(motion.T @ full.centrifugal))
     free = np.setdiff1d(np.arange(full.n_dofs), full.fixed)
     # In two steps, between which the matrix is freed: on a large mesh there is little memory beside the factor.
-    factor = analyse(full.stiffness[free][:, free], backend).factor()
+    factor = analyse(stiffness[free][:, free], backend).factor()
     displacement = np.zeros(full.n_dofs)
     displacement[free] = factor.solve(full.centrifugal[free])
     return displacement

@@ -231,7 +231,7 @@ class BoundaryDofs:
         """Boundary dofs q without the interface, (3f, 3n), of mesh displacements."""
         from scipy.sparse import csr_matrix, vstack
 
-        held = node_dofs(self.nodes[2 * self.n_contacts : len(self.frames)]).ravel()
+        held = node_dofs(self.nodes[self.contact.sides : len(self.frames)]).ravel()
         others = csr_matrix((np.ones(len(held)), (np.arange(len(held)), held)), shape=(len(held), 3 * n_nodes))
         return vstack([self.contact.motion, others], format="csr")
 
@@ -242,7 +242,7 @@ class BoundaryDofs:
     def mesh_displacements(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Mesh displacements T z (N, k) of values (N, k) of the variables z, in their place: few rows differ."""
         if self.variables is not None:
-            replaced = self.nodes[: 2 * self.n_contacts]
+            replaced = self.nodes[: self.contact.sides]
             nodal = values.reshape(len(values) // 3, -1)
             nodal[replaced] = self.variables[replaced] @ nodal
         return values

@@ -15,14 +15,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry import interface_of
 from rom.errors import RomParameterError
 from rom.finite_elements.discretisation import Discretisation, discretise
-from rom.reduction.face_integrals import FacePoints, Rule, face_points, opposite_points, with_points_at
+from rom.reduction.face_integrals import FacePoints, Rule, face_points, opposite_points, sides_of, with_points_at
 from rom.reduction.mortar_dofs import Grid, contact_grid, face_coordinates, mortar_projections
 
 if TYPE_CHECKING:
@@ -41,7 +42,7 @@ CONTACT_DOFS = ("mortar", "patch", "nodal")
 
 
 def patch_averages(discretisation: Discretisation, sector: SectorMesh) -> csr_matrix:
-    """W (2 n_c, n) of the patches of the right, then of the left face, from n mesh nodes; each row sums to 1.
+    """W (m, n) of the patches of the right, then of the left face, from n mesh nodes; each row sums to 1.
 
     On faces whose meshes differ the left patches get linear weights with the centroids of the right patches turned
     back by one pitch.
@@ -50,7 +51,7 @@ def patch_averages(discretisation: Discretisation, sector: SectorMesh) -> csr_ma
     from scipy.sparse import vstack
 
     rows: list[csr_matrix] = []
-    for side, face in (("right", sector.right), ("left", sector.left)):
+    for side, face in sides_of(sector):
         points = face_points(discretisation, sector, side, "patch", _halves())
         owner = _owner(points, face.position)
         average = _averages(points, owner, len(face.position))
@@ -88,15 +89,19 @@ def _halves() -> Rule:
 
 @dataclass(frozen=True)
 class ContactDofs:
-    """Contact dofs of both faces, the n_c of the right face first, on n mesh nodes."""
+    """Contact dofs of both faces, the n_c of the right face first, on n mesh nodes.
 
-    # (2 n_c, n), W: the displacement u_k = sum_j W_kj u_j that a contact node stands for; each row sums to 1
+    Against the ground there is no left face: m = 2 n_c without such interfaces.
+    """
+
+    # (m, n), W: the displacement u_k = sum_j W_kj u_j that a contact node stands for; each row sums to 1
     weights: csr_matrix
-    frames: NDArray[np.float64]  # (2 n_c, 3, 3), contact frames, rows t1, t2, n
+    frames: NDArray[np.float64]  # (m, 3, 3), contact frames, rows t1, t2, n
     position: NDArray[np.float64]  # (n_c, 3), positions of the right contact nodes, m
     area: NDArray[np.float64]  # (n_c,), areas that they stand for, m^2
     kind: str  # kind of contact dofs
-    interfaces: Mapping[str, int]  # pairs of faces by name, with their numbers of contact nodes
+    interfaces: Mapping[str, int]  # contact interfaces by name, with their numbers of contact nodes
+    kinds: Mapping[str, str]  # of these interfaces, as of `geometry.FacePair`
 
     @property
     def count(self) -> int:
@@ -104,11 +109,40 @@ class ContactDofs:
         return len(self.position)
 
     @property
+    def sides(self) -> int:
+        """Contact nodes m of both faces."""
+        return len(self.frames)
+
+    def relative(self, motion: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any] | None]:
+        """The parts of the relative displacement (3 n_c, k) without and with the factor -exp(i psi) of the wave.
+
+        motion (3 m, k): displacements of the contact dofs. None where no interface is between neighbours.
+        """
+        right, left = motion[: 3 * self.count], np.zeros_like(motion[: 3 * self.count])
+        first, at = 0, 3 * self.count
+        for name, count in self.interfaces.items():
+            rows, first = slice(first, first + 3 * count), first + 3 * count
+            if self.kinds[name] == "ground":
+                continue
+            other, at = motion[at : at + 3 * count], at + 3 * count
+            if self.kinds[name] == "inside":
+                right = np.concatenate([right[: rows.start], right[rows] - other, right[rows.stop :]])
+            else:
+                left[rows] = other
+        return right, left if "neighbours" in self.kinds.values() else None
+
+    @property
     def motion(self) -> csr_matrix:
         """Contact dofs (6 n_c, 3n), t1, t2, n of each contact node, of mesh displacements."""
         from scipy.sparse import block_diag, identity, kron
 
         return (block_diag(self.frames) @ kron(self.weights, identity(3))).tocsr()
+
+    def flexibility(self, of_dofs: NDArray[Any]) -> NDArray[Any]:
+        """That of both parts of the relative displacement, one behind the other, from that of the dofs (3 m, 3 m)."""
+        parts = self.relative(np.eye(3 * self.sides))
+        rows = np.concatenate([part for part in parts if part is not None])
+        return np.asarray(rows @ of_dofs @ rows.T)
 
 
 def joined_dofs(parts: Sequence[ContactDofs]) -> ContactDofs:
@@ -120,13 +154,17 @@ def joined_dofs(parts: Sequence[ContactDofs]) -> ContactDofs:
         return first
     sides = [(slice(None, part.count), slice(part.count, None)) for part in parts]
     chosen = [(part, rows[k]) for k in (0, 1) for part, rows in zip(parts, sides, strict=True)]
+    interfaces: dict[str, int] = {}
+    for name, count in (item for part in parts for item in part.interfaces.items()):
+        interfaces[name] = interfaces.get(name, 0) + count
     return ContactDofs(
         vstack([part.weights[rows] for part, rows in chosen], format="csr"),
         np.concatenate([part.frames[rows] for part, rows in chosen]),
         np.concatenate([part.position for part in parts]),
         np.concatenate([part.area for part in parts]),
         first.kind,
-        {name: count for part in parts for name, count in part.interfaces.items()},
+        interfaces,
+        {name: kind for part in parts for name, kind in part.kinds.items()},
     )
 
 
@@ -140,15 +178,22 @@ def nodal_dofs(sector: SectorMesh, vertex_node: NDArray[np.int64], n_nodes: int)
     if sector.pairs:
         return joined_dofs([nodal_dofs(view, vertex_node, n_nodes) for view in sector.views.values()])
     size = float(np.sqrt(sector.right.area.sum()))
-    for face in (sector.right, sector.left):
+    faces = [face for _, face in sides_of(sector)]
+    for face in faces:
         if np.abs(sector.points[face.nodes] - face.position).max() > _ON_NODE * size:
             allowed = 'needs faces whose meshes match, and a contact grid on their nodes; "mortar" and "patch" do not'
             raise RomParameterError("rom", "contact_dofs", "nodal", allowed)
 
-    nodes = vertex_node[np.concatenate([sector.right.nodes, sector.left.nodes])]
+    nodes = vertex_node[np.concatenate([face.nodes for face in faces])]
     weights = csr_matrix((np.ones(len(nodes)), (np.arange(len(nodes)), nodes)), shape=(len(nodes), n_nodes))
-    interfaces = {sector.main: len(sector.right.nodes)}
-    return ContactDofs(weights, _node_frames(sector), sector.right.position, sector.right.area, "nodal", interfaces)
+    named = _named(sector, len(sector.right.nodes))
+    return ContactDofs(weights, _node_frames(sector), sector.right.position, sector.right.area, "nodal", *named)
+
+
+def _named(view: SectorMesh, count: int) -> tuple[dict[str, int], dict[str, str]]:
+    """Number of contact nodes and kind of the interface of one pair of faces, by its name."""
+    name = interface_of(view.main)
+    return {name: count}, {name: view.kind}
 
 
 def averaged_dofs(sector: SectorMesh, element: str | None, kind: str, grid: Grid | None = None) -> ContactDofs:
@@ -164,13 +209,13 @@ def averaged_dofs(sector: SectorMesh, element: str | None, kind: str, grid: Grid
     if kind == "patch":
         weights = patch_averages(nodes, sector)
         centroids = weights[: len(sector.right.position)] @ nodes.positions
-        interfaces = {sector.main: len(centroids)}
-        return ContactDofs(weights, _node_frames(sector), centroids, sector.right.area, kind, interfaces)
+        named = _named(sector, len(centroids))
+        return ContactDofs(weights, _node_frames(sector), centroids, sector.right.area, kind, *named)
     grid = grid or contact_grid(sector.right.position, sector.right.frame)
     weights, frames, shares = mortar_projections(nodes, sector, grid)
     position = weights[: len(shares)] @ nodes.positions
     areas = shares * float(sector.right.area.sum())
-    return ContactDofs(weights, frames, position, areas, kind, {sector.main: len(position)})
+    return ContactDofs(weights, frames, position, areas, kind, *_named(sector, len(position)))
 
 
 @dataclass(frozen=True)
@@ -283,15 +328,14 @@ def contact_nodes(sector: SectorMesh, kind: str) -> ContactNodes:
     """
     if kind == "nodal":
         faces = [view.right for view in sector.views.values()]
-        interfaces = {name: len(face.nodes) for name, face in zip(sector.views, faces, strict=True)}
         position, area, frame = (
             np.concatenate([getattr(face, name) for face in faces]) for name in ("position", "area", "frame")
         )
-        return ContactNodes(interfaces, position, area, frame)
+        return ContactNodes(sector.interfaces, position, area, frame)
     straight = all(block.kind == "hex8" for block in sector.blocks)
     dofs = averaged_dofs(sector, "hex8" if straight else None, kind)
     return ContactNodes(dofs.interfaces, dofs.position, dofs.area, dofs.frames[: dofs.count])
 
 
 def _node_frames(sector: SectorMesh) -> NDArray[np.float64]:
-    return np.concatenate([sector.right.frame, sector.left.frame])
+    return np.concatenate([face.frame for _, face in sides_of(sector)])

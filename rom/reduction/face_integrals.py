@@ -27,7 +27,7 @@ from rom.finite_elements.discretisation import Discretisation, Rule, SidePoints,
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
-    from geometry import SectorMesh
+    from geometry import ContactFace, SectorMesh
 
 _NORMALISED = 1e-12
 Array = NDArray[np.float64]
@@ -85,14 +85,20 @@ def _interpolated(discretisation: Discretisation, points: SidePoints) -> FacePoi
     return FacePoints(points.position.reshape(-1, 3), area.ravel(), interpolation)
 
 
+def sides_of(sector: SectorMesh) -> list[tuple[str, ContactFace]]:
+    """The faces of a sector seen from one pair, by the side; the ground has none."""
+    faces = [("right", sector.right), ("left", sector.left)]
+    return faces[:1] if sector.kind == "ground" else faces
+
+
 def opposite_points(position: Array, sector: SectorMesh) -> Array:
     """Points (k, 3) of the left face that lie opposite points of the right face.
 
-    They are turned back by one pitch; where the contact nodes of the left face stand beside the right ones so turned,
-    as with a gap along the circumference, they are moved as those are, by a linear function of the position.
+    Between neighbours they are turned back by one pitch; where the contact nodes of the left face stand beside the
+    right ones so turned, as with a gap along the circumference, they are moved as those are, by a linear function of
+    the position.
     """
-    pitch = 2.0 * np.pi / sector.n_blades
-    there, known = (rotate_about_axis(each, -pitch) for each in (position, sector.right.position))
+    there, known = (rotate_about_axis(each, -sector.turn) for each in (position, sector.right.position))
     shift = sector.left.position - known
     if np.abs(shift).max() <= _EQUAL * float(np.sqrt(sector.right.area.sum())):
         return there

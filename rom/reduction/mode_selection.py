@@ -208,13 +208,13 @@ def _next_count(models: _NestedModels, count: int, excess: float) -> int:
 
 def _first_coordinates(model: ReducedModel, count: int) -> ReducedModel:
     """The model with its first `count` coordinates only, the others held at 0."""
-    assert model.contact_left is not None  # a blade has both faces
+    left = model.contact_left
     return replace(
         model,
         mass=model.mass[:count, :count],
         stiffness=model.stiffness[:count, :count],
         contact_right=model.contact_right[:, :count],
-        contact_left=model.contact_left[:, :count],
+        contact_left=None if left is None else left[:, :count],
         force_excitation=model.force_excitation[:count],
         outputs={name: vector[:count] for name, vector in model.outputs.items()},
         force_harmonics={h: vector[:count] for h, vector in model.force_harmonics.items()},

@@ -44,7 +44,7 @@ from numpy.typing import NDArray
 from geometry import ElementBlock, ElementSides, sides_on
 from rom.errors import RomParameterError
 from rom.finite_elements.discretisation import Discretisation
-from rom.reduction.face_integrals import FacePoints, Rule, face_points, opposite_points, with_points_at
+from rom.reduction.face_integrals import FacePoints, Rule, face_points, opposite_points, sides_of, with_points_at
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
@@ -143,7 +143,7 @@ def contact_grid(position: Array, frame: Array) -> Grid:
 def mortar_projections(
     discretisation: Discretisation, sector: SectorMesh, grid: Grid
 ) -> tuple[csr_matrix, NDArray[np.float64], NDArray[np.float64]]:
-    """W (2 n_c, n) from n mesh nodes, frames (2 n_c, 3, 3) and shares w_k / A (n_c,) of the face's area.
+    """W (m, n) from n mesh nodes, frames (m, 3, 3) and shares w_k / A (n_c,) of the face's area.
 
     W u are the displacements u_k of the right, then of the left face; each row sums to 1. The left contact nodes are
     the right ones turned back by one pitch, whether the meshes of the faces match or not. A face that is far from a
@@ -158,11 +158,14 @@ def mortar_projections(
     if _oblique(found) > _OBLIQUE:
         allowed = 'needs contact faces that lines along t1 cross once; "patch" is for any shape'
         raise RomParameterError("rom", "contact_dofs", "mortar", allowed)
-    right, left = found
-    targets = opposite_points(right.rows @ discretisation.positions, sector)
-    rows = with_points_at(left.rows, targets, discretisation.positions, left.points)
-    frames = np.concatenate([_frames(sector.right, right.at), _frames(sector.left, left.at)])
-    return vstack([right.rows, rows], format="csr"), frames, right.weight / right.weight.sum()
+    right, *others = found
+    rows = [right.rows]
+    for left in others:
+        targets = opposite_points(right.rows @ discretisation.positions, sector)
+        rows.append(with_points_at(left.rows, targets, discretisation.positions, left.points))
+    faces = [face for _, face in sides_of(sector)]
+    frames = np.concatenate([_frames(face, each.at) for face, each in zip(faces, found, strict=True)])
+    return vstack(rows, format="csr"), frames, right.weight / right.weight.sum()
 
 
 @dataclass(frozen=True)
@@ -190,7 +193,7 @@ def _projections(
     """
     found = []
     rule = _element_rule(max(grid) + _CURVED * straighten)
-    for side, face in (("right", sector.right), ("left", sector.left)):
+    for side, face in sides_of(sector):
         points = face_points(discretisation, sector, side, "mortar", rule)
         s, r = _coordinates(face, points.position)
         if straighten:

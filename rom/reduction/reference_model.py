@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from rom.cyclic.cyclic_symmetry import in_wave
 from rom.cyclic.reduced_model import ReducedModel
 from rom.errors import ReducedModelError, RomParameterError
-from rom.finite_elements.full_model import FullModel
+from rom.finite_elements.full_model import SHIFT, FullModel
 from rom.linear_algebra.block_lanczos import orthonormal_combinations
 from rom.linear_algebra.factorisation import Factor, factorise
 from rom.linear_algebra.threads import one_blas_thread
@@ -56,7 +56,8 @@ class FullReference:
         Responds like the full model at the boundary dofs.
     flexibility : (6 n_c, 6 n_c) array or None
         Displacements of right, then left contact dofs for unit forces there, m/N; solved on the mesh itself. Of a
-        sector of a disk those in the wave of the reference, complex; None where nothing holds the disk.
+        sector of a disk those in the wave of the reference, complex; None where nothing holds a body. Inside a sector
+        and against the ground as in `ContactInterface.rows`; (3 n_c, 3 n_c) where no interface is between neighbours.
     modes : int
         Free natural modes of the full model in `model`.
     face : ReducedModel or None
@@ -96,23 +97,23 @@ class FullReference:
         ReducedModelError
             There is no `face`.
         """
-        if self.face is None or self.face.contact_left is None:
+        if self.face is None:
             raise ReducedModelError("face: missing, allowed: a reference made with it")
         rows, shares = coarser_mortar(self.face_grid, grid)
-        interfaces = self.face.interfaces
-        pairs, area = np.eye(len(interfaces)), self.face.contact_area
+        fine, left = int(np.prod(self.face_grid)), self.face.contact_left
+        pairs, area = np.eye(self.face.n_contacts // fine), self.face.contact_area
         nodes = np.kron(pairs, rows)
         each = np.kron(nodes, np.eye(3))
         return replace(
             self.face,
             contact_right=each @ self.face.contact_right,
-            contact_left=each @ self.face.contact_left,
+            contact_left=None if left is None else each @ left,
             contact_position=nodes @ self.face.contact_position,
             contact_frame=None if (frame := self.face.contact_frame) is None else orthonormal(nodes, frame),
             contact_area=None
             if area is None
             else np.concatenate([shares * float(part.sum()) for part in np.split(area, len(pairs))]),
-            interfaces=dict.fromkeys(interfaces, len(shares)),
+            interfaces={name: count // fine * len(shares) for name, count in self.face.interfaces.items()},
         )
 
 
@@ -226,14 +227,15 @@ def _reference(
     free = np.setdiff1d(np.arange(full.n_dofs), full.fixed)
     parts = _Matrices(*(matrix[free][:, free] for matrix in (full.stiffness, full.mass)))
     motion = dofs.motion(len(full.positions))[:, free]
-    factor = factorise(parts.stiffness, backend)
+    held = parts.held() if full.floating else parts.stiffness
+    factor = factorise(held, backend)
     forces = motion.T.toarray()
     if loads is not None:
         forces = np.hstack([forces, loads.columns()[free]])
     static = factor.solve(forces)
     modes = _modes_beyond(parts.mass, factor, highest_hz)
     basis = _basis(parts.mass, factor, modes, _without_modes(static, forces, modes))
-    contact = 6 * dofs.n_contacts
+    contact = 3 * dofs.contact.sides
 
     def selected(basis: NDArray[np.float64]) -> dict[str, Any]:
         found = boundary_selection(dofs, motion @ basis)
@@ -249,7 +251,8 @@ def _reference(
         **parts.projected(basis),
         **selected(basis),
     )
-    reference = FullReference(model, (motion @ static)[:contact, :contact], len(modes))
+    flexibility = None if full.floating else dofs.contact.flexibility((motion @ static)[:contact, :contact])
+    reference = FullReference(model, flexibility, len(modes))
     if face is None:
         return reference
     forces = face[0].motion[:, free].T.toarray()
@@ -262,8 +265,8 @@ def _reference(
 def _on_face(
     model: ReducedModel, contact: ContactDofs, motion: NDArray[np.float64], changes: dict[str, Any]
 ) -> ReducedModel:
-    """A model with other coordinates, in which `changes` are given, and other contact dofs, motion (6 m_c, n)."""
-    right, left = np.split(motion, 2)
+    """A model with other coordinates, in which `changes` are given, and other contact dofs, motion (3 m, n)."""
+    right, left = contact.relative(motion)
     nodes = {"contact_position": contact.position, "contact_area": contact.area, "interfaces": contact.interfaces}
     nodes["contact_frame"] = contact.frames[: contact.count]
     return replace(model, **(changes | nodes | {"contact_right": right, "contact_left": left}))
@@ -275,6 +278,11 @@ class _Matrices:
 
     stiffness: csr_matrix
     mass: csr_matrix
+
+    def held(self) -> csr_matrix:
+        """K + s M with a small shift s, definite where a body floats: in place of K it gives a basis as good."""
+        shift = SHIFT * float((self.stiffness.diagonal() / self.mass.diagonal()).max())
+        return (self.stiffness + shift * self.mass).tocsr()
 
     def projected(self, basis: NDArray[np.float64]) -> dict[str, Any]:
         """Both projected on a basis (n, m), by argument of `ReducedModel`."""
@@ -345,11 +353,6 @@ def static_error(model: ReducedModel, flexibility: NDArray[Any], phase: float = 
     phase : float
         Inter-blade phase angle, rad, of a sector of a disk.
 
-    Raises
-    ------
-    ReducedModelError
-        The model has no left contacts.
-
     Examples
     --------
     A model twice as stiff as it should be has half the flexibility:
@@ -361,9 +364,8 @@ def static_error(model: ReducedModel, flexibility: NDArray[Any], phase: float = 
     >>> round(static_error(model, rows @ rows.T / 1e6), 9)
     0.5
     """
-    if model.contact_left is None:
-        raise ReducedModelError("contact/left: missing, allowed: a blade with both faces")
-    rows: NDArray[Any] = np.vstack([model.contact_right, model.contact_left])
+    left = model.contact_left
+    rows: NDArray[Any] = model.contact_right if left is None else np.vstack([model.contact_right, left])
     stiffness, wave = model.stiffness, model.wave(phase)
     if wave is not None:
         rows, stiffness = rows @ wave, in_wave(stiffness, wave)

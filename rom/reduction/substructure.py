@@ -30,7 +30,13 @@ from rom.finite_elements.rotation import coriolis_acceleration
 from rom.linear_algebra.block_lanczos import IsotropicMatrix
 from rom.linear_algebra.factorisation import Factor, analyse
 from rom.linear_algebra.threads import beside
-from rom.reduction.boundary_dofs import BoundaryChoice, BoundaryDofs, InteriorLoads, choose_boundary_dofs
+from rom.reduction.boundary_dofs import (
+    BoundaryChoice,
+    BoundaryDofs,
+    InteriorLoads,
+    choose_boundary_dofs,
+)
+from rom.reduction.floating_bodies import Motions, floating_motions, without_rigid_motions
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
@@ -53,7 +59,7 @@ def partitioned(
         return rows[:, inside], rows[:, held], matrix[held][:, held]
     at_boundary = _for_each(boundary.variables[:, boundary.nodes], per_node)
     product = (matrix @ at_boundary).tocsr()
-    replaced = boundary.nodes[: 2 * boundary.n_contacts]
+    replaced = boundary.nodes[: boundary.contact.sides]
     weights = _for_each(boundary.variables[replaced][:, interior], per_node)
     p = _unknowns(replaced, per_node)
     correction = ((rows[:, p] + 0.5 * (weights.T @ matrix[p][:, p])) @ weights).tocsr()
@@ -158,6 +164,7 @@ class HeldSector:
     element: str | None
     speed_rpm: float
     loads: InteriorLoads | None
+    floating: tuple[Motions, ...]  # rigid motions of bodies that contacts alone hold
 
     @property
     def size(self) -> int:
@@ -180,7 +187,7 @@ class HeldSector:
             factor=self.factor,
             constraint=constraint,
             coupling=coupling,
-            stiffness=symmetric(self.stiffness_bb + k_ib.T @ constraint),
+            stiffness=without_rigid_motions(symmetric(self.stiffness_bb + k_ib.T @ constraint), self.floating),
             mass=symmetric(rotation @ inertia + m_ib.T @ constraint + constraint.T @ coupling),
             centrifugal=self.centrifugal,
             coriolis=None
@@ -217,6 +224,7 @@ def hold_at_boundary(
         "centrifugal": boundary.transform_force(full.centrifugal),
         "element": full.element,
         "speed_rpm": full.speed_rpm,
+        "floating": floating_motions(full, boundary),
         "loads": InteriorLoads.of(given, boundary, interior, full.n_dofs)
         if given is not None and given.size
         else None,
@@ -329,7 +337,7 @@ def boundary_selection(boundary: BoundaryDofs, motion: NDArray[np.float64]) -> d
     """
     load = boundary.direction @ boundary.node_displacement(boundary.loaded) @ motion
     tip = boundary.node_displacement(boundary.tip) @ motion
-    right, left = motion[: 6 * boundary.n_contacts].reshape(2, 3 * boundary.n_contacts, -1)
+    right, left = boundary.contact.relative(motion[: 3 * boundary.contact.sides])
     interface = boundary.interface
     inner = motion[boundary.size - interface.size :] if interface is not None else motion[:0]
     return {

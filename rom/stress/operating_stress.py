@@ -265,7 +265,7 @@ def _surroundings(
         loaded.append(np.flatnonzero(full.vertex_node == dofs.nodes[dofs.loaded]))
     places: dict[str, Any] = {"loaded node": full.vertex_node[np.unique(np.concatenate(loaded))]}
     if boundary.contact_dofs == "nodal":
-        places["contact node"] = dofs.nodes[: 2 * dofs.n_contacts]
+        places["contact node"] = dofs.nodes[: dofs.contact.sides]
     found = singular_vertices(sector)
     places |= {cause: full.vertex_node[vertices] for cause, vertices in found.items()}
     return Surroundings.of(recovery, full.positions, places)

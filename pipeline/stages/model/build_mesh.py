@@ -57,12 +57,13 @@ def read_mesh_file(file: str, contents: Contents | None = None) -> ImportedMesh:
 
 def sector_choice(mesh: Mesh) -> SectorChoice:
     """What [mesh] says about its file."""
-    from geometry import SectorChoice
+    from geometry import InterfaceChoice, SectorChoice
 
     assert mesh.n_blades is not None
     sets = {role: name for role, name in mesh.sets.model_dump().items() if name is not None}
-    where = mesh.unit, mesh.axis, mesh.axis_point
-    return SectorChoice(mesh.n_blades, *where, sets, mesh.contact_grid, mesh.tolerance, mesh.bore, mesh.other_faces)
+    where, said = (mesh.unit, mesh.axis, mesh.axis_point), (mesh.tolerance, mesh.bore, mesh.other_faces)
+    interfaces = {name: InterfaceChoice(**each.model_dump()) for name, each in mesh.interface.items()}
+    return SectorChoice(mesh.n_blades, *where, sets, mesh.contact_grid, *said, interfaces)
 
 
 def with_materials(mesh: ImportedMesh, names: frozenset[str]) -> ImportedMesh:

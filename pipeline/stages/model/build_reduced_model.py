@@ -192,11 +192,12 @@ def at_speed(
     full: FullModel, sector: SectorMesh, scene: Scene, materials: Material | dict[str, Material]
 ) -> FullModel:
     """The full model at the scene's speed of rotation, about its static equilibrium under gas loads too."""
-    from rom import cyclic_faces, static_motion, stiffen_by_rotation
+    from rom import cyclic_faces, static_motion, stiffen_by_rotation, stuck_springs
 
     load = scene.load
     if load.speed_rpm == 0.0:
         return full
     loaded = with_static_loads(scene, sector, materials, full)
     motion = static_motion(full, cyclic_faces(full, sector)) if is_joined(sector) else None
-    return stiffen_by_rotation(loaded, sector, materials, load.speed_rpm, load.equilibrium, motion)
+    springs = stuck_springs(full, sector, scene.rom.contact_dofs)
+    return stiffen_by_rotation(loaded, sector, materials, load.speed_rpm, load.equilibrium, motion, springs)
