@@ -78,6 +78,11 @@ class RingStructure(ABC):
     def output(self, name: str, coordinates: ComplexArray) -> ComplexArray:
         """An output of all blades, (N_b, n_h), of modal coordinates (n_h, N_b, m)."""
 
+    @property
+    @abstractmethod
+    def floating_motions(self) -> ComplexArray:
+        """Motions of the nodes of a pair by bodies that contacts alone hold, in all waves, (N_b, 3 n_nodes, r)."""
+
     @abstractmethod
     def factorise(self, system: RingSystem) -> BorderedFactors:
         """Factors of a bordered Jacobian."""

@@ -241,9 +241,7 @@ class Mistuning:
 
 
 def check_blades(modal: RingModes, mistuning: Mistuning) -> None:
-    """Check that a model has no bodies that contacts alone hold, and knows the stiffness of blades that differ."""
-    if modal.at(0).floating:
-        raise MistuningError("model: bodies that contacts alone hold, such as a damper, allowed: a ring without them")
+    """Check that a model knows the stiffness of blades that differ."""
     if mistuning.frequency.any() and not modal.blades_may_differ:
         raise MistuningError(
             "frequency: blades on a disk that differ, allowed: with blade_stiffness in the reduced model"

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from nonlinear.contact.element_choice import contact_element
 from nonlinear.contact.fourier import ComplexArray, to_complex, to_real
 from nonlinear.contact.parameters import STICK, Array, ContactElement, ContactForces, ContactParameters
+from nonlinear.harmonic_balance.newton_decisions import SOFT
 from nonlinear.harmonic_balance.residual import (
     BorderedFactors,
     HarmonicBalance,
@@ -169,6 +170,22 @@ class RingBalance(HarmonicBalance):
         """Fourier coefficients by pair, (H+1, N_b, 3 n_nodes), of real ones (2H+1, N_b n_nodes, 3), N."""
         found = to_complex(force.reshape(force.shape[0], -1))
         return found.reshape(found.shape[0], self.n_blades, -1)
+
+    def weighted(self, residual: Array) -> Array:
+        """As `HarmonicBalance.weighted`, of the bodies of all sectors."""
+        if not self.receptance.floating:
+            return residual
+        found, size = residual.copy(), self.n_blades * self.pair_dofs
+        waves = np.fft.fft(found[:size].reshape(self.n_blades, -1, 1), axis=0)
+        motions = self._floating_directions
+        waves -= (1.0 - SOFT) * motions @ (motions.conj().transpose(0, 2, 1) @ waves)
+        found[:size] = np.fft.ifft(waves, axis=0).real.ravel()
+        return found
+
+    @cached_property
+    def _floating_directions(self) -> ComplexArray:
+        """Orthonormal ones of each wave, (N_b, 3 n_nodes, r)."""
+        return np.asarray(np.linalg.qr(self.structure.floating_motions)[0])
 
     @cached_property
     def static_resolution(self) -> float:

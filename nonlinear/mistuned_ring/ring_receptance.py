@@ -20,6 +20,7 @@ import numpy as np
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactParameters
+from nonlinear.harmonic_balance.newton_decisions import SOFT
 from nonlinear.mistuned_ring.cyclic_blocks import CyclicBlockFactors, CyclicBlocks
 from nonlinear.mistuned_ring.mistuned_structure import RingStructure, RingSystem, by_pair, from_pairs, real_product
 from nonlinear.mistuned_ring.mistuning import Mistuning
@@ -42,6 +43,7 @@ class RingFactors:
 
     factors: CyclicBlockFactors
     n_rows: int
+    weight: Array  # (3 n_c, 3 n_c), of the rows of harmonic 0 in the factors, see `RingReceptance.row_weight`
 
     @property
     def sign(self) -> int:
@@ -50,8 +52,9 @@ class RingFactors:
 
     def solve(self, right: Array, last: float) -> tuple[Array, float]:
         """Solution (x (n,), z) for the right-hand side (b (n,), b_e); NaN for a singular system."""
-        n_blades = len(self.factors.column)
-        solution, z = self.factors.solve(by_pair(right, self.n_rows, n_blades), np.array([last]))
+        weighted = by_pair(right, self.n_rows, len(self.factors.column))
+        weighted[:, : len(self.weight)] @= self.weight
+        solution, z = self.factors.solve(weighted, np.array([last]))
         return from_pairs(solution, self.n_rows), float(z[0])
 
 
@@ -98,8 +101,10 @@ class RingReceptance(RingStructure):
 
     @cached_property
     def _squared(self) -> Array:
-        """((1 + delta_j) omega_m)^2, (N_b, m)."""
-        squared: Array = np.outer(self.frequency_ratio, self.blade.angular_frequency) ** 2
+        """((1 + delta_j) omega_m)^2, (n_h, N_b, m); bodies that contacts alone hold are the same in all sectors."""
+        ratio = np.repeat(self.frequency_ratio[:, None], self.blade.damping.size, axis=1)
+        ratio[:, : self.tuned.floating] = 1.0
+        squared: Array = (ratio * self.tuned.waves.angular_frequency[:, None, :]) ** 2
         return squared
 
     def denominators(self, omega: float) -> tuple[ComplexArray, ComplexArray]:
@@ -129,6 +134,15 @@ class RingReceptance(RingStructure):
     def output(self, name: str, coordinates: ComplexArray) -> ComplexArray:
         """An output of all blades, each in its own time, (N_b, n_h), of modal coordinates (n_h, N_b, m)."""
         found: ComplexArray = (coordinates @ self.blade.outputs[name]).T
+        return found
+
+    @property
+    def floating_motions(self) -> ComplexArray:
+        """R - exp(2 pi i l / N_b) L of the bodies that contacts alone hold, (N_b, 3 n_c, r)."""
+        modal, some = self.blade, slice(self.tuned.floating)
+        left = np.zeros_like(modal.right) if modal.left is None else modal.left
+        turns = np.exp(2j * np.pi * np.arange(self.n_blades) / self.n_blades)[:, None, None]
+        found: ComplexArray = modal.right[:, some] - turns * left[:, some]
         return found
 
     def blocks(self, omega: float) -> RingBlocks:
@@ -163,8 +177,22 @@ class RingReceptance(RingStructure):
         """Factors of a bordered Jacobian, by block elimination."""
         n_rows, end = system.n_rows, np.array([[system.corner]])
         column, row = (by_pair(each, n_rows, self.n_blades)[..., None] for each in (system.column, system.row))
-        blocks = self.jacobian_blocks(system.omega, system.change)
-        return RingFactors(CyclicBlockFactors.of(blocks, column, row, end), n_rows)
+        blocks, weight = self.jacobian_blocks(system.omega, system.change), self.row_weight
+        for part in (*blocks, column):
+            part[:, : len(weight)] = weight @ part[:, : len(weight)]
+        return RingFactors(CyclicBlockFactors.of(blocks, column, row, end), n_rows, weight)
+
+    @cached_property
+    def row_weight(self) -> Array:
+        """Weight (3 n_c, 3 n_c) of a residual of harmonic 0 that is large where a body is on a soft support.
+
+        See `HarmonicBalance.weighted`; (0, 0) where there is none.
+        """
+        motions = np.linalg.qr(self.blade.right[:, : self.tuned.floating])[0]
+        if not motions.size:
+            return np.zeros((0, 0))
+        weight: Array = np.eye(len(motions)) - (1.0 - SOFT) * motions @ motions.T
+        return weight
 
 
 def ring_in_time(

@@ -31,7 +31,7 @@ References
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -96,8 +96,16 @@ class SectorRing(RingStructure):
 
     @cached_property
     def waves(self) -> WaveModes:
-        """Modes of all waves of all harmonics, n_h N rows; rigid motions have no static response."""
-        return self.tuned.modal.waves(self._phases.ravel(), np.repeat(self._harmonics != 0.0, self.n_blades).tolist())
+        """Modes of all waves of all harmonics, n_h N rows; rigid motions have no static response but on a support."""
+        moving = np.repeat(self._harmonics != 0.0, self.n_blades)
+        waves, support = self.tuned.modal.waves(self._phases.ravel(), moving.tolist()), self.tuned.support
+        if support is None:
+            return waves
+        frequency = waves.angular_frequency.copy()
+        for row in np.flatnonzero(~moving):
+            floating = self.tuned.modal.at_phase(float(self._phases.ravel()[row])).floating
+            frequency[row, :floating] = np.sqrt(support.stiffness)
+        return replace(waves, angular_frequency=frequency)
 
     @cached_property
     def motion(self) -> ComplexArray:
@@ -156,6 +164,11 @@ class SectorRing(RingStructure):
     @cached_property
     def _outputs(self) -> dict[str, ComplexArray]:
         return {}
+
+    @property
+    def floating_motions(self) -> ComplexArray:
+        """Motions of the nodes by bodies that contacts alone hold, in the waves of harmonic 0, (N, 3 n_nodes, r)."""
+        return self.motion[0, :, :, : self.tuned.floating]
 
     @cached_property
     def factors(self) -> dict[int, NearFactors]:

@@ -37,6 +37,10 @@ class DifferentBlades(Protocol):
     def output(self, name: str, coordinates: ComplexArray) -> ComplexArray:
         """An output of all blades, (N, n_h)."""
 
+    @property
+    def floating_motions(self) -> ComplexArray:
+        """Relative displacements by bodies that contacts alone hold, in all waves, (N, r, number of motions)."""
+
 
 @dataclass(frozen=True)
 class Ring:
@@ -185,20 +189,23 @@ class Ring:
         """Static modal force on bodies that contacts alone hold, (r,): without contact there is no equilibrium."""
         return self.excited.modal_force[0, : self.excited.floating].real
 
-    def floating_position(self, displacement: Array, coordinates: ComplexArray) -> Array:
-        """Mean modal coordinates (r,) of bodies that contacts alone hold.
+    def floating_positions(self, displacement: Array, coordinates: ComplexArray) -> Array:
+        """Mean modal coordinates (s, r) of bodies that contacts alone hold.
 
         Parameters
         ----------
-        displacement : (3 n_c,) float
+        displacement : (s, 3 n_c) float
             Mean relative displacement, m.
-        coordinates : (m,) complex
-            Mean modal coordinates; those of the bodies are not used.
+        coordinates : (n_h, s, m) complex
+            Modal coordinates; of the bodies the mean ones are not used.
         """
-        still = self.excited
-        motion, elastic = still.relative[0].real, coordinates.real.copy()
-        elastic[: still.floating] = 0.0
-        found: Array = np.linalg.lstsq(motion[:, : still.floating], displacement - motion @ elastic, rcond=None)[0]
+        elastic, count = coordinates.copy(), self.excited.floating
+        elastic[0, :, :count] = 0.0
+        of_bodies = np.fft.fft(displacement - self.relative(elastic)[0].real, axis=0)[..., None]
+        motions = self.excited.relative[:1, :, :count]
+        if self.blades_apart is not None:
+            motions = self.blades_apart.floating_motions
+        found: Array = np.fft.ifft((np.linalg.pinv(motions) @ of_bodies)[..., 0], axis=0).real
         return found
 
     def relative(self, coordinates: ComplexArray) -> ComplexArray:

@@ -342,7 +342,7 @@ class RingIntegrator:
         by_pair = to_complex(force).reshape(len(order), self.ring.frequency_ratio.size, -1)
         coordinates = self.ring.coordinates(self.omega, by_pair)
         if count := self.ring.static_push.size:
-            mean = self.ring.floating_position(displacement[0].ravel(), coordinates[0, 0])
+            mean = self.ring.floating_positions(displacement[0].reshape(by_pair.shape[1:]), coordinates)
             coordinates[0, :, :count] = mean
         return coordinates, order
 

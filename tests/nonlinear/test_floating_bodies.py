@@ -5,18 +5,25 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from lumped import lumped_blade
+from lumped_disk import sector_with_disk
+from lumped_disk import whole_ring as ring_with_disk
 
 from nonlinear import (
     ContactParameters,
     Excitation,
+    Mistuning,
     Ring,
     RingIntegrator,
     SolverOptions,
     build_harmonic_balance,
     forced_response,
+    mistuned_response,
 )
+from nonlinear.contact.fourier import to_real
 from nonlinear.harmonic_balance.initial_solution import periodic_start, static_displacement
+from nonlinear.mistuned_ring.ring_receptance import ring_in_time
 from nonlinear.stability.floquet import FloquetAnalysis
+from nonlinear.time_integration.ring import whole_ring as ring_of_blades
 from rom import (
     ContactInterface,
     ReducedModel,
@@ -120,32 +127,40 @@ def test_normal_forces_of_a_damper_between_two_planes(form, friction, stiffness)
     assert [load[: nodes // 2].sum(), load[nodes // 2 :].sum()] == pytest.approx([expected] * 2, rel=1e-5)
 
 
+DEVIATIONS = {"friction": 0.1, "interference": 0.01}  # their sizes
 N, OMEGA = 6, 1.79  # rad/s, below the resonance
 SMALL = lumped_blade(N)
 
 
-def sector(law):
-    """A blade with a damper of two coordinates between its right face and the left face of the next one."""
-    n = SMALL.size
+def sector(law, bare=SMALL):
+    """A blade with a damper of two coordinates between its right face and the left face of the next one.
+
+    The damper's coordinates stand before those of the cut faces of a disk.
+    """
+    at = bare.size if bare.cyclic_right is None else bare.size - 6
+    damper = np.zeros((3, bare.size + 2))
+    damper[[1, 2], [at, at + 1]] = 1.0
 
     def wider(rows):
-        return np.concatenate([rows, np.zeros((*rows.shape[:-1], 2))], axis=-1)
+        return None if rows is None else np.insert(rows, [at, at], 0.0, axis=-1)
 
+    def larger(matrix):
+        return None if matrix is None else wider(wider(matrix).T).T
+
+    rows = ("contact_right", "contact_left", "force_excitation", "cyclic_right", "cyclic_left")
     blade = replace(
-        SMALL,
-        mass=np.diag([*np.diag(SMALL.mass), 0.05, 0.05]),
-        stiffness=np.pad(SMALL.stiffness, (0, 2)),
-        contact_right=wider(SMALL.contact_right),
-        contact_left=wider(SMALL.contact_left),
-        force_excitation=wider(SMALL.force_excitation),
-        force_static=np.eye(n + 2)[n + 1],
-        outputs={name: wider(row) for name, row in SMALL.outputs.items()},
+        bare,
+        mass=larger(bare.mass) + 0.05 * damper.T @ damper,
+        stiffness=larger(bare.stiffness),
+        blade_stiffness=larger(bare.blade_stiffness),
+        force_static=wider(np.zeros(bare.size) if bare is SMALL else bare.force_static) + damper[2],
+        outputs={name: wider(row) for name, row in bare.outputs.items()},
+        **{name: wider(getattr(bare, name)) for name in rows},
     )
-    damper = np.vstack([np.zeros(n + 2), np.eye(n + 2)[n:]])
     c, s = np.cos(np.deg2rad(40.0)), np.sin(np.deg2rad(40.0))
     own, next_one = (np.array([[1.0, 0.0, 0.0], [0.0, c, k * s], [0.0, -k * s, c]]) for k in (1.0, -1.0))
-    right = ContactInterface(own @ damper, NOWHERE, own @ wider(SMALL.contact_right[:3]), inside=True)
-    left = ContactInterface(next_one @ damper, NOWHERE, next_one @ wider(SMALL.contact_left[:3]))
+    right = ContactInterface(own @ damper, NOWHERE, own @ wider(bare.contact_right[:3]), inside=True)
+    left = ContactInterface(next_one @ damper, NOWHERE, next_one @ wider(bare.contact_left[:3]))
     return with_interfaces(blade, right, left), pair(5.0, 0.3, tangential=0.7, law=law), Excitation(1, 0.2)
 
 
@@ -209,3 +224,41 @@ def test_a_body_that_no_contact_spring_holds_is_refused():
     loose = replace(contact, normal_stiffness=np.zeros(2), tangential_stiffness=np.zeros(2))
     with pytest.raises(ValueError, match="contacts alone hold a body"):
         build_harmonic_balance(modal_model(model, damping_ratio=0.02), loose, excitation, SolverOptions((0.1, 0.4)))
+
+
+@pytest.mark.parametrize("joined", [False, True])
+def test_a_mistuned_ring_with_dampers_is_that_of_all_of_them_in_one_structure(joined):
+    """Contacts, and clamped blades too, that differ: the motions of the ring solve the balance of one structure."""
+    model, contact, excitation = sector("two_sliders", sector_with_disk(N) if joined else SMALL)
+    modal = modal_model(model, damping_ratio=0.02)
+    deviations = {name: size * np.random.default_rng(3).normal(size=N) for name, size in DEVIATIONS.items()}
+    mistuning = Mistuning.of(N, frequency=0.0 if joined else deviations["friction"] / 10.0, **deviations)
+    options = SolverOptions((0.22, 0.3), harmonics=1, search="off")
+    response = mistuned_response(modal, contact, excitation, options, mistuning)
+    assert response.complete
+    if joined:
+        whole, order = modal_model(ring_with_disk(model, N, 1), damping_ratio=0.02), 0
+    else:
+        whole, order = ring_of_blades(modal, excitation, 1.0 + mistuning.frequency), 1
+    assert whole.floating == 2 * N
+    balance = build_harmonic_balance(whole, mistuning.contact(contact), Excitation(order, excitation.force), options)
+    turns = np.exp(1j * modal.phase(1) * np.multiply.outer(np.arange(2), np.arange(N)))
+    for frequency, motion in list(zip(response.frequency_hz, response.relative_displacement, strict=True))[::5]:
+        unknown = to_real((motion.reshape(2, N, -1) * turns[..., None]).reshape(2, -1)).ravel()
+        residual = balance.evaluate(unknown, 2.0 * np.pi * frequency).residual
+        assert balance.relative_error(residual, unknown) < 1e-6
+
+
+def test_dampers_of_different_blades_stay_where_they_are_in_time():
+    model, contact, excitation = sector("two_sliders")
+    modal = modal_model(model, damping_ratio=0.02)
+    mistuning = Mistuning.of(N, friction=0.1 * np.random.default_rng(3).normal(size=N))
+    options = SolverOptions((0.25, 0.2502), harmonics=5, search="off")
+    response = mistuned_response(modal, contact, excitation, options, mistuning)
+    motion = to_real(response.relative_displacement[0].reshape(6, -1)).reshape(11, -1, 3)
+    ring = ring_in_time(modal, contact, excitation, mistuning)
+    integrator = RingIntegrator.of(ring, 2.0 * np.pi * response.frequency_hz[0], retention=200.0)
+    start = integrator.on_wave(motion)
+    final = integrator.march(start, 3).final
+    size = np.abs(start.coordinates[:, :2]).max()
+    assert final.coordinates[:, :2] == pytest.approx(start.coordinates[:, :2], abs=1e-2 * size)
