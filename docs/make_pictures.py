@@ -55,6 +55,7 @@ def pictures() -> dict[str, Picture]:
         Picture("contact_element", (drawings,), _drawn("contact_element", "element_figure")),
         Picture("architecture", (drawings,), _drawn("architecture", "architecture_figure")),
         Picture("frames", (drawings, DUMMY), _drawn("frames", "frames_figure")),
+        Picture("damper", (f"{drawings}/damper.py", f"{drawings}/lines.py"), _drawn("damper", "damper_figure")),
         Picture("dummy_response", (DUMMY, *CURVES), _of_run("dummy", "figures/response.png")),
         Picture("dummy_peaks", (DUMMY, STYLE, "pipeline/figures/peaks.py"), _of_run("dummy", "figures/peaks.png")),
         Picture(
@@ -126,6 +127,10 @@ def pictures() -> dict[str, Picture]:
             "own_reduced_model_response",
             (f"{tutorials}/own_reduced_model.md", STYLE, LINE),
             _of_page("own_reduced_model"),
+        ),
+        *(
+            Picture(f"damper_{name}", (f"{tutorials}/damper.md", STYLE, LINE), _of_page("damper"))
+            for name in ("response", "performance", "loops")
         ),
         Picture("matrices_response", (f"{tutorials}/matrices.md",), _of_page("matrices")),
         Picture(

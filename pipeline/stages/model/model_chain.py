@@ -100,7 +100,8 @@ class ModelChain:
         if entry is None:
             kind, sector = WITH_BASIS if self.expands else "reduce", mesh.file(SECTOR)
             if key != keys.blade:
-                blade = self._reduced(scene, keys, mesh, keys.blade).file(REDUCED_MODEL).parent
+                known = self.store.find(kind, keys.blade)  # one of a sweep that needs it again is not counted again
+                blade = (known or self._reduced(scene, keys, mesh, keys.blade)).file(REDUCED_MODEL).parent
                 build = partial(add_damper, sector_file=sector, blade=blade, scene=scene, store_basis=self.expands)
                 return self._make("reduce", kind, key, "", build)  # too short to be reported
             assembled: list[FullModel] = []  # to read it from its file takes as long as to assemble half of it
