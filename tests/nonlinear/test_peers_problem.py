@@ -1,4 +1,4 @@
-"""A published comparison problem: 36 dofs, 9 friction nodes against ground, 128 samples a period.
+"""Published comparison problems. One: 36 dofs, 9 friction nodes against ground, 128 samples a period.
 
 Values of |q^(1)| of node 12 in x on which three other programs agree to 9 decimals (variable load: two programs).
 """
@@ -91,3 +91,41 @@ def test_peaks(kind, harmonics, omega, height):
         assert curve.harmonic_m[top, 0] == pytest.approx(height, rel=1e-3)
         assert 2 * np.pi * curve.frequency_hz[top] == pytest.approx(omega, rel=4e-3)
         assert curve.energy_error.max() < 1e-8
+
+
+LENGTH, HEIGHT, WIDTH, YOUNG, DENSITY, ELEMENTS = 2000.0, 100.0, 300.0, 185000.0, 7.83e-9, 8  # mm, N, t, s
+SLIDER = 750.0  # mm from the clamped end
+
+
+def beam():
+    """A clamped Euler-Bernoulli beam of eight cubic elements with a slider against the ground."""
+    area, second, own = HEIGHT * WIDTH, WIDTH * HEIGHT**3 / 12.0, LENGTH / ELEMENTS
+    scale = np.tile([1.0, own], 2)
+    bending = np.array([[12, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]])
+    inertia = np.array([[156, 22, 54, -13], [22, 4, 13, -3], [54, 13, 156, -22], [-13, -3, -22, 4]])
+    stiffness, mass = np.zeros((2, 2 * ELEMENTS + 2, 2 * ELEMENTS + 2))
+    for first in range(0, 2 * ELEMENTS, 2):
+        place = slice(first, first + 4)
+        stiffness[place, place] += YOUNG * second / own**3 * bending * np.outer(scale, scale)
+        mass[place, place] += DENSITY * area * own / 420.0 * inertia * np.outer(scale, scale)
+    unit = np.eye(2 * ELEMENTS)
+    right, tip = np.zeros((3, 2 * ELEMENTS)), unit[-2]
+    right[0] = unit[2 * (round(SLIDER / own) - 1)]
+    return ReducedModel(mass[2:, 2:], stiffness[2:, 2:], right, np.zeros((1, 3)), tip, {"tip": tip})
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "harmonics", "peak", "at"),
+    [(1e4, 1, 0.521032, 134.975), (1e5, 1, 0.203218, 171.539), (1e5, 21, 0.182486, 166.346)],
+)
+def test_peaks_of_a_beam_with_a_slider(stiffness, harmonics, peak, at):
+    """Another program: largest displacement of the tip, mm, at rad/s; the slider slips at 1500 N."""
+    modal = modal_model(beam(), rayleigh=(24.897320, 0.0))
+    assert modal.angular_frequency[0] == pytest.approx(123.34059, rel=1e-7)
+    contact = ContactParameters.shared(
+        1, normal_stiffness=0.0, tangential_stiffness=stiffness, friction=1.0, preload=1500.0
+    )
+    own = SolverOptions((20.0, 30.0), harmonics=harmonics, stability="folds", detached=False, search="off")
+    found = forced_response(modal, contact, Excitation(0, 200.0), own).peak
+    assert found.amplitude_m == pytest.approx(peak, rel=1e-5)
+    assert 2.0 * np.pi * found.frequency_hz == pytest.approx(at, rel=5e-4)
