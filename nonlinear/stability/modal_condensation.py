@@ -122,6 +122,9 @@ class Chosen:
         return result
 
 
+# poles that near to s = 0, in units of omega, are states wherever contacts may move them: those of a body that only
+# contacts hold rise by its frequency on these. One of a pair alone has a large residue
+SLOW = 0.5
 CRITICAL = 1e-8  # least abs(1 - (c_m / (2 omega_m))^2): a double pole is split by that much
 
 
@@ -144,7 +147,7 @@ class ContactFreeModel:
     Each mode, 1 / (s^2 + c_m s + omega_m^2), has two poles: one rotates in the sense of h, one in the opposite sense.
     The first is retained as a state where its abs(s) is below (abs(h) + rho) omega, the second where it is below
     (rho - abs(h)) omega. A condensed pole is more than rho omega away from lambda = 0, and a contact, which stiffens,
-    moves it farther away.
+    moves it farther away. Slow ones, abs(s) < omega / 2, are always retained: contacts move them past any harmonic.
     """
 
     modes: WaveModes  # the modes in the wave of each harmonic, with their relative contact motion B_h phi
@@ -172,7 +175,7 @@ class ContactFreeModel:
         same_sense = (size[:, 0] <= np.minimum(h, h_r) + rho) & ((h <= h_r) | (size[:, 0] >= h - rho))
         retained = np.stack([same_sense, size[:, 1] <= rho - h], axis=1)
         retained[: self._first] = size[: self._first, :1] <= rho  # both or none
-        return retained
+        return retained | (size < SLOW)
 
     def condensed(self, omega: float, active: NDArray[np.bool_]) -> CondensedModes:
         """The model near lambda = 0.

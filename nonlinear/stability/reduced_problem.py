@@ -19,6 +19,7 @@ from nonlinear.stability.contact_feedback import ContactFeedback, Factors, add_i
 from nonlinear.stability.eigenproblem import Pencil
 from nonlinear.stability.hill import HillProblem
 from nonlinear.stability.modal_condensation import (
+    SLOW,
     Chosen,
     CondensedModes,
     ContactFreeModel,
@@ -271,8 +272,10 @@ def near_poles(
     """
     distance = poles.imag - middle
     distance = np.where(poles.imag >= 0.0, distance, -distance)
-    low = np.abs(poles) <= highest
-    return np.asarray((distance <= above) & (distance >= -np.minimum(below, farthest)) & low)
+    size = np.abs(poles)
+    slow = size < SLOW
+    near = (distance <= above) & (distance >= -np.where(slow, below, np.minimum(below, farthest))) & (size <= highest)
+    return np.asarray(near | (slow & near[..., ::-1, :]))
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,8 @@ from nonlinear.contact.fourier import to_real
 from nonlinear.harmonic_balance.initial_solution import periodic_start, static_displacement
 from nonlinear.mistuned_ring.ring_receptance import ring_in_time
 from nonlinear.stability.floquet import FloquetAnalysis
+from nonlinear.stability.ring_stability import LinearisedContact, RingStability
+from nonlinear.time_integration.period_map import PeriodMap
 from nonlinear.time_integration.ring import whole_ring as ring_of_blades
 from rom import (
     ContactInterface,
@@ -262,3 +264,21 @@ def test_dampers_of_different_blades_stay_where_they_are_in_time():
     final = integrator.march(start, 3).final
     size = np.abs(start.coordinates[:, :2]).max()
     assert final.coordinates[:, :2] == pytest.approx(start.coordinates[:, :2], abs=1e-2 * size)
+
+
+def test_growth_by_the_fast_vibration_of_dampers_on_their_contacts():
+    """Seven times the excitation frequency: the least stable exponent of all waves against the ring in time."""
+    model, contact, excitation = sector("two_sliders")
+    balance, motion = solved(model, contact, excitation, 11)
+    analysis = FloquetAnalysis.of(balance.receptance, contact)
+    point = LinearisedContact(motion, balance.element.evaluate(motion).jacobian, OMEGA)
+    leading = RingStability(analysis, N).leading(point)
+    own = FloquetAnalysis.of(balance.receptance, contact, kappa=2.0 * np.pi * leading.nodal_diameter / N)
+    assert np.abs(own.exponents(motion, point.jacobian, OMEGA) - leading.exponent).min() < 1e-3 * OMEGA
+    ring = Ring(modal_model(model, damping_ratio=0.02), contact, excitation)
+    integrator = RingIntegrator.of(ring, OMEGA, nodal_diameter=1, retention=200.0, finer=2.0)
+    period = PeriodMap(integrator, integrator.on_wave(motion))
+    marched = period.exponents(period.fixed_point(period.start)[1])
+    assert leading.exponent.real > 0.01 * OMEGA
+    assert np.abs(marched - leading.exponent).min() < 5e-3 * OMEGA
+    assert leading.exponent.real == pytest.approx(marched[0].real, abs=2e-3 * OMEGA)
