@@ -159,10 +159,13 @@ def root_mesh(
         points, index = _merged(points)
         nodes = index[nodes]
         sets = {name: np.unique(index[rows]) for name, rows in sets.items()}
-    blocks = (ElementBlock("hex20", nodes, "STEEL"),)
-    material = {"STEEL": {"young_modulus": 2.1e11, "poisson_ratio": 0.3, "density": 7850.0}}
-    labels = (np.arange(1, len(nodes) + 1),)
-    return ImportedMesh("root.inp", points, np.arange(1, len(points) + 1), blocks, labels, sets, materials=material)
+    steel = {"young_modulus": 2.1e11, "poisson_ratio": 0.3, "density": 7850.0}
+    counts = [sum(len(cells) for _, cells in bodies[:2]), *(len(cells) for _, cells in bodies[2:])]
+    names = ("STEEL", "DAMPER")[: len(counts)]
+    parts = np.split(np.arange(len(nodes)), np.cumsum(counts)[:-1])
+    blocks = tuple(ElementBlock("hex20", nodes[rows], name) for rows, name in zip(parts, names, strict=True))
+    labels, numbers = tuple(rows + 1 for rows in parts), np.arange(1, len(points) + 1)
+    return ImportedMesh("root.inp", points, numbers, blocks, labels, sets, materials=dict.fromkeys(names, steel))
 
 
 def _sets(points: np.ndarray, owner: np.ndarray) -> dict[str, np.ndarray]:

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from geometry.imported_mesh import ImportedMesh
     from geometry.mesh_files.read import included_names, read_mesh
     from geometry.mesh_files.write import write_mesh
+    from geometry.own_mesh.interfaces import found_interfaces
     from geometry.own_mesh.matching_faces import named_cuts
     from geometry.own_mesh.own_sector import OwnSector, SectorFindings, sector_from_mesh
     from geometry.own_mesh.ring import SectorRing, fitting_ring, ring_of_faces
@@ -75,6 +76,7 @@ __all__ = [
     "contact_frames",
     "export_sector",
     "fitting_ring",
+    "found_interfaces",
     "hexahedron_scaled_jacobian",
     "import_sector",
     "included_names",
@@ -131,6 +133,7 @@ _PLACES = {
     "contact_frames": "geometry.frames",
     "export_sector": "geometry.exchange",
     "fitting_ring": "geometry.own_mesh.ring",
+    "found_interfaces": "geometry.own_mesh.interfaces",
     "hexahedron_scaled_jacobian": "geometry.quality",
     "import_sector": "geometry.exchange",
     "included_names": "geometry.mesh_files.read",

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 
 from geometry.elements import ElementSides, IntArray
 from geometry.errors import OwnMeshError
-from geometry.frames import rotate_about_axis
+from geometry.frames import axes_through, rotate_about_axis
 from geometry.imported_mesh import ImportedMesh
-from geometry.own_mesh.body import chosen_sides, face_sides, pieces, side_codes, side_corners
-from geometry.own_mesh.face_pairing import FaceNames
+from geometry.own_mesh.body import boundary, chosen_sides, face_sides, pieces, side_codes, side_corners
+from geometry.own_mesh.face_pairing import FaceNames, Surface, gap_along, overlap
 from geometry.own_mesh.matching_faces import smooth_pieces, together
-from geometry.own_mesh.sector_choice import MAIN, SectorChoice
+from geometry.own_mesh.sector_choice import MAIN, InterfaceChoice, SectorChoice
 from geometry.own_mesh.side_quadrature import SidePoints, quadrature, side_tables
 from geometry.sector import FloatArray, SectorMesh, interface_of
 
@@ -229,3 +230,116 @@ def _not_held(sector: SectorMesh, part: IntArray, body: int) -> str:
     where = f"it touches at {', '.join(dict.fromkeys(touching))} alone" if touching else "no interface touches it"
     told = f"{_said(sector, part, body)}: nothing holds it even where all contacts stick; {where}"
     return f"{told}: name its other interfaces, more contact nodes, or the nodes that are clamped"
+
+
+_NAMES = {
+    "root": ("root", "dovetail", "fir", "flank", "slot"),
+    "damper": ("damper",),
+    "platform": ("platform",),
+    "shroud": ("shroud",),
+    "snubber": ("snubber",),
+}
+_LEAST_OPPOSITE = 0.9  # share of the area of either face that has the other opposite
+_REACH, _LARGER = 0.05, 0.1  # largest distance over the size of a face, and difference of the areas over the area
+
+
+def found_interfaces(mesh: ImportedMesh, choice: SectorChoice) -> dict[str, InterfaceChoice]:
+    """Interfaces between several bodies of a mesh: sets of different bodies that lie on each other, or a pitch apart.
+
+    Parameters
+    ----------
+    mesh : ImportedMesh
+        The mesh, in the units and axes of its file.
+    choice : SectorChoice
+        Number of blades, axis, and sets that are something else.
+
+    Returns
+    -------
+    dict of str to InterfaceChoice
+        By a name that the words of the sets suggest; the right face is that of the smaller body. Empty for one body.
+
+    Examples
+    --------
+    Two bricks, one on the other:
+
+    >>> import numpy as np
+    >>> from geometry import ElementBlock, ImportedMesh, SectorChoice, found_interfaces
+    >>> x, y = np.array([0.0, 1, 1, 0] * 4), np.array([0.0, 0, 1, 1] * 4)
+    >>> points = np.column_stack([x, y, [5.0] * 4 + [6.0] * 8 + [7.0] * 4])
+    >>> sets = {"disk top": np.arange(4, 8), "root": np.arange(8, 12)}
+    >>> bricks = ElementBlock("hex8", np.arange(16).reshape(2, 8))
+    >>> mesh = ImportedMesh("b.inp", points, np.arange(16), (bricks,), (), sets)
+    >>> found_interfaces(mesh, SectorChoice(40))["root"].kind
+    'inside'
+    """
+    part = pieces(len(mesh.points), [block.nodes for block in mesh.blocks])
+    used = np.unique(np.concatenate([block.nodes.ravel() for block in mesh.blocks]))
+    size = np.bincount(part[used])
+    if np.count_nonzero(size) < 2:
+        return {}
+    points = mesh.points - np.asarray(choice.axis_point, dtype=float)
+    points = points @ axes_through(choice.direction, points[used].mean(axis=0)).T
+    faces = _candidates(replace(mesh, points=points), choice, part)
+    pitch = 2.0 * np.pi / choice.n_blades
+    found: dict[str, InterfaceChoice] = {}
+    for (one, a), (other, b) in combinations(faces.items(), 2):
+        if a.body == b.body:
+            continue
+        right, left = (one, other) if size[a.body] <= size[b.body] else (other, one)
+        for turn, pair in ((0.0, (right, left)), (pitch, (right, left)), (pitch, (left, right))):
+            if _opposite(faces[pair[0]].surface, faces[pair[1]].surface, turn):
+                kind = "neighbours" if turn else "inside"
+                found[_name(pair, kind, found)] = InterfaceChoice(*pair, kind=kind)
+                break
+    return found
+
+
+@dataclass(frozen=True)
+class _Candidate:
+    """A set that is a face of one body."""
+
+    body: int
+    surface: Surface
+
+
+def _candidates(mesh: ImportedMesh, choice: SectorChoice, part: IntArray) -> dict[str, _Candidate]:
+    """Sets that are faces of one body and that the choice does not use otherwise."""
+    outside, known = boundary(mesh.blocks), set()
+    found: dict[str, _Candidate] = {}
+    for name in dict.fromkeys((*mesh.surfaces, *mesh.node_sets)):
+        if name in choice.sets.values():
+            continue
+        try:
+            sides = face_sides(mesh, "contact_right", name, outside)
+        except OwnMeshError:  # no face
+            continue
+        nodes = sides.nodes(mesh.blocks)
+        bodies, codes = np.unique(part[nodes]), side_codes(mesh.blocks, sides).tobytes()
+        if len(bodies) == 1 and codes not in known:
+            known.add(codes)
+            found[name] = _Candidate(int(bodies[0]), Surface(mesh.points, nodes, side_tables(mesh.blocks, sides)))
+    return found
+
+
+def _opposite(right: Surface, left: Surface, turn: float) -> bool:
+    """Whether a face turned back lies on the other one."""
+    at = right.samples(), left.samples()
+    areas = [float(points.area.sum()) for points in at]
+    reach = _REACH * float(np.sqrt(areas[0]))
+    centre = rotate_about_axis(at[0].centroid, -turn)
+    if abs(areas[1] / areas[0] - 1.0) > _LARGER or np.linalg.norm(centre - at[1].centroid) > np.sqrt(areas[0]):
+        return False
+    back, normal = (rotate_about_axis(each, -turn) for each in (at[0].position, at[0].normal))
+    return overlap(at[0], gap_along(back, normal, left.triangles(), reach)) > _LEAST_OPPOSITE
+
+
+def _name(pair: tuple[str, str], kind: str, taken: Mapping[str, InterfaceChoice]) -> str:
+    """A name that the sets suggest."""
+    text = " ".join(pair).lower()
+    word = next((name for name, words in _NAMES.items() if any(each in text for each in words)), "joint")
+    names = (
+        word,
+        f"{word}_next" if kind == "neighbours" else f"{word}_inside",
+        *(f"{word}_{k}" for k in range(2, 99)),
+    )
+    return next(name for name in names if name not in taken)

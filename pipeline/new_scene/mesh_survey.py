@@ -6,7 +6,7 @@ import itertools
 import math
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pipeline.stages.model.scene_materials import propose_unit
 
 if TYPE_CHECKING:
-    from geometry import ImportedMesh, SectorRing
+    from geometry import ImportedMesh, InterfaceChoice, SectorRing
 
 Array = NDArray[np.float64]
 ROLES = ("root", "contact_right", "contact_left", "tip")
@@ -55,6 +55,7 @@ class Guess:
     axis_point: tuple[float, float, float] = (0.0, 0.0, 0.0)  # A point of the axis, in the unit of the file
     # numbers of materials, in SI units, that are in other units in the file
     numbers: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    interfaces: Mapping[str, InterfaceChoice] = field(default_factory=dict)  # contacts between several bodies
 
 
 def survey(mesh: ImportedMesh) -> list[str]:
@@ -77,6 +78,25 @@ def survey(mesh: ImportedMesh) -> list[str]:
 
 def guess(mesh: ImportedMesh, unit: str | None = None, axis: str | None = None, n_blades: int | None = None) -> Guess:
     """What to say about a mesh; what is given is taken as it is."""
+    told = _of_one_body(mesh, unit, axis, n_blades)
+    if told.n_blades is None:
+        return told
+    from geometry import SectorChoice, found_interfaces
+
+    roles = {role: name for role, name in told.sets.items() if not role.startswith("contact")}
+    found = found_interfaces(mesh, SectorChoice(told.n_blades, "m", told.axis, told.axis_point, roles))
+    taken = {name for each in found.values() for name in (each.right, each.left)}
+    sets = {role: name for role, name in told.sets.items() if name not in taken}
+    if {"contact_right", "contact_left"} & (told.sets.keys() - sets.keys()):  # of a pair that is an interface
+        sets = {role: name for role, name in sets.items() if not role.startswith("contact")}
+    places = {"inside": "lie on each other", "neighbours": "are a pitch apart"}
+    why = [f'interface {name}: "{e.right}" and "{e.left}" {places[e.kind]}' for name, e in found.items()]
+    why = [line for line in told.why if line.split(":")[0] not in told.sets.keys() - sets.keys()] + why
+    return replace(told, sets=sets, why=tuple(why), interfaces=found)
+
+
+def _of_one_body(mesh: ImportedMesh, unit: str | None, axis: str | None, n_blades: int | None) -> Guess:
+    """What to say about a mesh but for contacts between its bodies."""
     used = {block.material for block in mesh.blocks}
     materials = {name: numbers for name, numbers in mesh.materials.items() if name in used}
     proposal = propose_unit(float(np.abs(mesh.points).max()), materials, mesh.units)
@@ -87,7 +107,7 @@ def guess(mesh: ImportedMesh, unit: str | None = None, axis: str | None = None, 
     why += [] if unit else [f"material {name}: {text}" for name, text in proposal.stated.items()]
     why += [f'{role}: "{name}", by its name' for role, name in sets.items()]
     best = None
-    kind = next((kind for kind in ("contact", "cyclic") if {f"{kind}_right", f"{kind}_left"} <= sets.keys()), "")
+    kind = next((kind for kind in ("cyclic", "contact") if {f"{kind}_right", f"{kind}_left"} <= sets.keys()), "")
     right, left = f"{kind}_right", f"{kind}_left"
     faces = "contact faces" if kind == "contact" else "cut faces"
     if kind:

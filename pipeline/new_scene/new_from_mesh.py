@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import os
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -33,7 +33,7 @@ from pipeline.stages.model.model_files import REDUCED_MODEL
 from pipeline.stages.model.scene_materials import check_materials, materials_of_file
 
 if TYPE_CHECKING:
-    from geometry import ElementBlock, ImportedMesh, OwnSector
+    from geometry import ElementBlock, ImportedMesh, InterfaceChoice, OwnSector, SectorMesh
     from pipeline.new_scene.mesh_survey import Guess
     from pipeline.scene.schema import Scene
 
@@ -41,6 +41,7 @@ if TYPE_CHECKING:
 STEEL = {"young_modulus": 210e9, "poisson_ratio": 0.3, "density": 7850.0}
 UNITS = {"young_modulus": "Pa", "density": "kg/m^3"}
 SOFT = 1e-4  # contact stiffness to start with, over E sqrt(A)
+SEATED = 0.3  # the same where bodies are held by their contacts
 COLUMN = 30
 
 
@@ -64,7 +65,7 @@ def scene_of_mesh(name: str, title: str, file: str, guess: Guess, values: Starti
     material = {key: (values.material or STEEL)[key] for key in STEEL}
     modulus = material["young_modulus"] if values.modulus is None else values.modulus
     area = 6e-5 if values.area is None else values.area
-    normal = float(f"{SOFT * modulus * area**0.5:.2g}")
+    normal = float(f"{(SEATED if guess.interfaces else SOFT) * modulus * area**0.5:.2g}")
     low, high = values.frequency or (100.0, 2000.0)
     lines = [
         f"#:schema ./{SCHEMA}",
@@ -79,14 +80,14 @@ def scene_of_mesh(name: str, title: str, file: str, guess: Guess, values: Starti
         *_material_lines(material, values),
         *_named_materials(guess, values),
         "[load]",
-        *_keys({"speed_rpm": 0.0}, {"speed_rpm": "rotation; 0 = none"}),
+        *_keys({"speed_rpm": 3000.0 if guess.interfaces else 0.0}, {"speed_rpm": "rotation; 0 = none"}),
         "",
         "[contact]",
         *_keys(
             {"normal_stiffness": normal, "tangential_stiffness": float(f"{0.75 * normal:.2g}"), "friction": 0.4},
             {"normal_stiffness": 'N/m for the whole face, to be set; or "punch"', "friction": "friction coefficient"},
         ),
-        *_keys({"interference": 5e-6}, {"interference": "m; below 0: gap"}),
+        *_keys({"interference": 0.0 if guess.interfaces else 5e-6}, {"interference": "m; below 0: gap"}),
         "",
         "[excitation]",
         *_keys(
@@ -104,8 +105,9 @@ def scene_of_mesh(name: str, title: str, file: str, guess: Guess, values: Starti
 
 
 def _mesh_lines(file: str, guess: Guess) -> list[str]:
-    """[mesh] and [mesh.sets]."""
+    """[mesh], [mesh.sets] and [mesh.interface.NAME]."""
     blades = guess.n_blades
+    roles = ("root", *(() if guess.interfaces else ("contact_right", "contact_left")), "tip")
     return [
         "",
         "[mesh]",
@@ -132,8 +134,15 @@ def _mesh_lines(file: str, guess: Guess) -> list[str]:
         "",
         "[mesh.sets]                   # node sets or surfaces of the file; what is left out is found by geometry",
         *(f"{role} = {json.dumps(chosen, ensure_ascii=False)}" for role, chosen in guess.sets.items()),
-        *(f'# {role} = "..."' for role in ("root", "contact_right", "contact_left", "tip") if role not in guess.sets),
+        *(f'# {role} = "..."' for role in roles if role not in guess.sets),
+        *(line for name, each in guess.interfaces.items() for line in _interface_lines(name, each)),
     ]
+
+
+def _interface_lines(name: str, interface: InterfaceChoice) -> list[str]:
+    """[mesh.interface.NAME]."""
+    values = {"kind": interface.kind, "right": interface.right, "left": interface.left}
+    return ["", f"[mesh.interface.{name}]", *_keys(values, {"kind": "inside the sector, or between neighbours"})]
 
 
 def _named_materials(guess: Guess, values: StartingValues) -> list[str]:
@@ -187,19 +196,27 @@ Array = NDArray[np.float64]
 ROOT_COLOUR, BODY = "#009E73", (0.78, 0.82, 0.86)
 COLOURS = {"contact_right": RIGHT_COLOUR, "contact_left": LEFT_DARK, "root": ROOT_COLOUR}
 NAMES = {"contact_right": "right contact face (+y)", "contact_left": "left contact face (-y)", "root": "clamped root"}
+INSIDE = {"contact_right": "right faces", "contact_left": "left faces"}  # where interfaces are named
+APART = 0.12  # of the size of the mesh, by which bodies are drawn apart: their faces lie on each other
 MOST_EDGES = 20_000  # triangles above which edges of elements are not drawn
 
 
 def mesh_picture(
-    points: Array, blocks: tuple[ElementBlock, ...], marked: Mapping[str, NDArray[np.int64]], title: str
+    points: Array,
+    blocks: tuple[ElementBlock, ...],
+    marked: Mapping[str, NDArray[np.int64]],
+    title: str,
+    interfaces: Collection[str] = (),
 ) -> bytes:
-    """PNG of the boundary of a mesh from both sides.
+    """PNG of the boundary of a mesh from both sides; `interfaces`: names of those whose faces are marked, if any.
 
     Shapes: `points` (N, 3), `marked` (k,).
     """
     from matplotlib.figure import Figure
 
     triangles = triangles_of(blocks)
+    said = {role: f"{text}: {', '.join(interfaces)}" for role, text in INSIDE.items()}
+    names = NAMES | (said if interfaces else {})
     rows: dict[str, NDArray[np.bool_]] = {}
     colours = np.tile(np.array(BODY), (len(triangles), 1))
     for role, nodes in marked.items():
@@ -212,8 +229,8 @@ def mesh_picture(
             view = _towards(points, triangles[rows[role]]) if role in rows else np.array([-0.6, 0.8, 0.0]) * side
             view = view + np.array([0.45 * view[1], -0.45 * view[0], 0.45 * side])  # a little from the side
             _draw(axes, points, triangles, colours, view / np.linalg.norm(view))
-            axes.set_title(f"{NAMES[role]}, {where}" if role in rows else where)
-        _legend(figure, marked)
+            axes.set_title(f"{names[role]}, {where}" if role in rows else where)
+        _legend(figure, marked, names)
         figure.suptitle(title)
         return drawn(figure, "png")
 
@@ -247,10 +264,10 @@ def _draw(axes: Any, points: Array, triangles: NDArray[np.int64], colours: Array
     axes.set_axis_off()
 
 
-def _legend(figure: Any, marked: Mapping[str, Any]) -> None:
+def _legend(figure: Any, marked: Mapping[str, Any], names: Mapping[str, str]) -> None:
     from matplotlib.patches import Patch
 
-    handles = [Patch(color=COLOURS[role], label=NAMES[role]) for role in COLOURS if role in marked]
+    handles = [Patch(color=COLOURS[role], label=names[role]) for role in COLOURS if role in marked]
     if handles:
         figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
 
@@ -296,7 +313,8 @@ def new_scene_of_mesh(folder: Path, title: str, file: Path, options: MeshOptions
     heading = folder.resolve().name
     text = partial(scene_of_mesh, heading, title, name, told)
     own, problem, values, materials = _tried(folder, text, mesh, told)
-    picture = mesh_picture(*_drawn(mesh, told, own), f"{file.name}: {_heading(own, told)}")
+    interfaces = () if own is None or not told.interfaces else tuple(own.sector.interfaces)
+    picture = mesh_picture(*_drawn(mesh, told, own), f"{file.name}: {_heading(own, told)}", interfaces)
     files = new_files(folder, text(values), {PICTURE: picture})
     lines = [*survey(mesh), *told.why]
     lines += [] if own is None else [line for line in own.findings.lines if not {line, f"note: {line}"} & {*lines}]
@@ -330,7 +348,7 @@ def _tried(
     complete = [m.numbers for m in materials.values() if m.name and not m.missing and not m.unread and m.of_file]
     incomplete = {m.name: m.missing for m in materials.values() if m.name and m.missing and (m.unread or m.numbers)}
     modulus = next((m.numbers["young_modulus"] for m in materials.values() if "young_modulus" in m.of_file), None)
-    area = float(own.sector.right.area.sum())
+    area = sum(float(view.right.area.sum()) for view in own.sector.views.values())
     general = any(not m.name or not (m.numbers or m.unread) for m in materials.values())
     values = StartingValues(complete[0] if complete else None, area, None, general, incomplete, modulus)
     scene = given_scene(tomllib.loads(text(values)), {}).first
@@ -362,18 +380,34 @@ def _frequency_range(scene: Scene, own: OwnSector) -> tuple[float, float] | None
         free = float(natural_frequencies(model, phase, count=1)[0])
         shared = {key: float(value) / model.n_contacts for key, value in stiff.items()}  # type: ignore[arg-type]
         stuck = float(natural_frequencies(model, phase, count=1, **shared)[0])
-        return float(f"{BELOW * free:.2g}"), float(f"{ABOVE * stuck:.2g}")
+        return float(f"{BELOW * min(free, stuck):.2g}"), float(f"{ABOVE * stuck:.2g}")  # what floats has no free one
     return None
 
 
 def _drawn(mesh: ImportedMesh, told: Guess, own: OwnSector | None) -> tuple[Any, Any, dict[str, Any]]:
     """Points, elements and marked nodes of the picture: of the sector, or of the file as it is."""
     if own is not None:
-        sets = own.sector.node_sets
-        marked = {"contact_right": "face_right", "contact_left": "face_left", "root": "root"}
-        return own.sector.points, own.sector.blocks, {role: sets[name] for role, name in marked.items()}
+        views = own.sector.views.values()
+        faces = {f"contact_{side}": [view.node_sets[f"face_{side}"] for view in views] for side in ("right", "left")}
+        marked = {role: np.unique(np.concatenate(nodes)) for role, nodes in faces.items()}
+        return _bodies_apart(own.sector), own.sector.blocks, {**marked, "root": own.sector.node_sets["root"]}
     roles = ("contact_right", "contact_left", "root")
     return mesh.points, mesh.blocks, {role: set_nodes(mesh, told.sets[role]) for role in roles if role in told.sets}
+
+
+def _bodies_apart(sector: SectorMesh) -> Array:
+    """Points (N, 3) of a mesh with its bodies moved outward from each other, the innermost one in place."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    first = np.concatenate([np.repeat(block.nodes[:, 0], block.nodes.shape[1]) for block in sector.blocks])
+    nodes = np.concatenate([block.nodes.ravel() for block in sector.blocks])
+    size = len(sector.points)
+    graph = coo_matrix((np.ones(len(nodes), dtype=np.int8), (first, nodes)), shape=(size, size))
+    body = connected_components(graph, directed=False)[1]
+    inner = np.array([sector.points[body == k, 2].min() for k in range(body.max() + 1)])
+    step = APART * float(np.ptp(sector.points[:, 2]))
+    return sector.points + np.outer(step * np.argsort(np.argsort(inner))[body], [0.0, 0.0, 1.0])
 
 
 def _heading(own: OwnSector | None, told: Guess) -> str:

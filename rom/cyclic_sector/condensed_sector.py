@@ -16,17 +16,14 @@ from numpy.typing import NDArray
 
 from rom.cyclic_sector.cyclic_faces import CyclicFaces
 from rom.errors import FactorisationError
-from rom.finite_elements.full_model import SHIFT, FullModel, node_dofs
+from rom.finite_elements.full_model import FullModel, floating_shift, node_dofs
 from rom.linear_algebra.block_lanczos import IsotropicMatrix
 from rom.linear_algebra.cholmod import COLUMNS, CholmodFactor, library
 from rom.linear_algebra.factorisation import NOT_DEFINITE, nested_dissection
 from rom.linear_algebra.schur_complement import SchurComplement
-from rom.units import angular_speed
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
-
-ABOVE_SOFTENING = 2.0  # of the speed squared, by which spin softening lowers the stiffness of a disk moved aside
 
 
 @dataclass(frozen=True)
@@ -61,10 +58,7 @@ class CondensedSector:
     @cached_property
     def shift(self) -> float:
         """Number s with K + s M definite in every wave, (rad/s)^2: 0 where disk and blade are held."""
-        if not self.full.floating:
-            return 0.0
-        stiffness, mass = self.full.stiffness.diagonal(), self.full.mass.diagonal()
-        return max(SHIFT * float((stiffness / mass).max()), ABOVE_SOFTENING * angular_speed(self.full.speed_rpm) ** 2)
+        return floating_shift(self.full, self.faces.nodes)
 
     @cached_property
     def shifted_stiffness(self) -> csr_matrix:

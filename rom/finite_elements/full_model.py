@@ -7,12 +7,13 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from rom.finite_elements.assembly import elastic_matrices
 from rom.finite_elements.discretisation import Discretisation, discretise
 from rom.finite_elements.material import Materials
 from rom.linear_algebra.threads import one_blas_thread
+from rom.units import angular_speed
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
     from geometry import SectorMesh
 
 SHIFT = 1e-9  # of the largest ratio of stiffness to mass: makes the stiffness of a body that nothing holds definite
+ABOVE_SOFTENING = 2.0  # of the speed squared, by which spin softening lowers the stiffness of a disk moved aside
+TILTING = 10.0  # the same times radius over height, by which a body tilts out of the seat that bears its pull
 
 
 @dataclass(frozen=True)
@@ -81,6 +84,22 @@ class FullModel:
 
         body = np.asarray(connected_components(self.stiffness, directed=False)[1])[::3]
         return tuple(np.flatnonzero(body == k) for k in np.setdiff1d(body, body[self.fixed // 3]))
+
+
+def floating_shift(full: FullModel, joined: ArrayLike = ()) -> float:
+    """Number s with K + s M definite, (rad/s)^2: 0 where every body is held.
+
+    `joined`: nodes at which bodies are joined to those of the neighbours.
+    """
+    if not full.floating:
+        return 0.0
+    ratio = ABOVE_SOFTENING
+    for nodes in full.floating:
+        if not np.isin(joined, nodes).any():
+            at = full.positions[nodes]
+            ratio = max(ratio, TILTING * float(np.hypot(at[:, 1], at[:, 2]).max() / np.ptp(at, axis=0).min()))
+    stiffness, mass = full.stiffness.diagonal(), full.mass.diagonal()
+    return max(SHIFT * float((stiffness / mass).max()), ratio * angular_speed(full.speed_rpm) ** 2)
 
 
 @one_blas_thread()

@@ -2,9 +2,9 @@
 
 With its contact dofs held such a body is held too, so that it needs nothing of its own in a Craig-Bampton reduction;
 its rigid motions are motions of the reduced model without stiffness. Let R be these motions and d = D q the relative
-displacement of the contacts inside the sector and with the ground. The rigid motion of the body relative to what it
-touches is R F q with F = (D R)^+ D, by least squares. The stiffness is that of the rest of the motion, q - R F q:
-K' = (I - R F)^T K (I - R F), K' R = 0.
+displacement at its contacts inside the sector, with the ground or with bodies nearer to a held one. The rigid motion
+of the body relative to what it touches is R F q with F = (D R)^+ D, by least squares. The stiffness is that of the
+rest of the motion, q - R F q: K' = (I - R F)^T K (I - R F), K' R = 0.
 
 At rest that changes K by round-off. At a speed it makes stress stiffening and spin softening of the body go with the
 motion of what it touches; they feel the deflection of the contacts not: a relative error of a frequency w of
@@ -53,9 +53,10 @@ def floating_motions(full: FullModel, boundary: BoundaryDofs) -> tuple[Motions, 
         for i in range(3):
             rows[nodes, i, 3 * dofs[nodes] + i] += sign
     found = []
-    for k in np.argsort(-away, kind="stable"):
+    for k in np.argsort(-away[1:], kind="stable"):
         motions = _rigid(full, boundary, bodies[k])
-        relative = rows[(sides[0] == k + 1) != (sides[1] == k + 1)].reshape(-1, boundary.size)
+        nearer = [(one == k + 1) & (away[other] < away[k + 1]) for one, other in (sides, sides[::-1])]
+        relative = rows[nearer[0] | nearer[1]].reshape(-1, boundary.size)
         fit = np.linalg.pinv(relative @ motions, rcond=_HELD) @ relative
         own = np.zeros((6, boundary.size))  # what holds it only together with contacts between neighbours
         own[:, : 3 * len(of_dof)] = np.linalg.pinv(motions[: 3 * len(of_dof)])
@@ -78,13 +79,13 @@ def _inside(boundary: BoundaryDofs) -> tuple[NDArray[np.int64], NDArray[np.int64
 
 
 def _distance(right: NDArray[np.int64], left: NDArray[np.int64], count: int) -> NDArray[np.int64]:
-    """Contacts between each of the bodies 1 to `count` and a held one, 0, by the bodies of both sides of contacts."""
+    """Contacts between each of the bodies 0 to `count` and a held one, 0, by the bodies of both sides of contacts."""
     away = np.full(count + 1, count + 1)
     away[0] = 0
     for _ in range(count):
         np.minimum.at(away, right, away[left] + 1)
         np.minimum.at(away, left, away[right] + 1)
-    return away[1:]
+    return away
 
 
 def _rigid(full: FullModel, boundary: BoundaryDofs, nodes: NDArray[np.int64]) -> Array:

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from rom.cyclic.cyclic_symmetry import in_wave
 from rom.cyclic.reduced_model import ReducedModel
 from rom.errors import ReducedModelError, RomParameterError
-from rom.finite_elements.full_model import SHIFT, FullModel
+from rom.finite_elements.full_model import FullModel, floating_shift
 from rom.linear_algebra.block_lanczos import orthonormal_combinations
 from rom.linear_algebra.factorisation import Factor, factorise
 from rom.linear_algebra.threads import one_blas_thread
@@ -227,8 +227,7 @@ def _reference(
     free = np.setdiff1d(np.arange(full.n_dofs), full.fixed)
     parts = _Matrices(*(matrix[free][:, free] for matrix in (full.stiffness, full.mass)))
     motion = dofs.motion(len(full.positions))[:, free]
-    held = parts.held() if full.floating else parts.stiffness
-    factor = factorise(held, backend)
+    factor = factorise(parts.held(floating_shift(full)), backend)
     forces = motion.T.toarray()
     if loads is not None:
         forces = np.hstack([forces, loads.columns()[free]])
@@ -279,10 +278,9 @@ class _Matrices:
     stiffness: csr_matrix
     mass: csr_matrix
 
-    def held(self) -> csr_matrix:
-        """K + s M with a small shift s, definite where a body floats: in place of K it gives a basis as good."""
-        shift = SHIFT * float((self.stiffness.diagonal() / self.mass.diagonal()).max())
-        return (self.stiffness + shift * self.mass).tocsr()
+    def held(self, shift: float) -> csr_matrix:
+        """K + s M, definite where a body floats: in place of K it gives a basis as good."""
+        return (self.stiffness + shift * self.mass).tocsr() if shift else self.stiffness
 
     def projected(self, basis: NDArray[np.float64]) -> dict[str, Any]:
         """Both projected on a basis (n, m), by argument of `ReducedModel`."""

@@ -1,6 +1,7 @@
 """Contact interfaces of meshes from elsewhere: kinds, patches, several bodies, files, and what is refused."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,7 +9,15 @@ from own_mesh_support import N_BLADES as OF_DUMMY
 from own_mesh_support import NAMES, dummy, imported
 
 from benchmarks.root_mesh import N_BLADES, root_mesh
-from geometry import InterfaceChoice, OwnMeshError, SectorChoice, export_sector, import_sector, sector_from_mesh
+from geometry import (
+    InterfaceChoice,
+    OwnMeshError,
+    SectorChoice,
+    export_sector,
+    import_sector,
+    read_mesh,
+    sector_from_mesh,
+)
 from rom import load_sector, save_sector
 
 SETS = {"root": "BORE", "cyclic_right": "CYCLIC_HIGH", "cyclic_left": "CYCLIC_LOW"}
@@ -131,3 +140,10 @@ def test_faces_with_normals_that_point_the_same_way_are_refused():
 def test_bad_values_are_named_by_their_keys(key, faces):
     with pytest.raises(OwnMeshError, match=rf"^{key}"):
         SectorChoice(40, interfaces={"a": faces})
+
+
+def test_the_mesh_of_the_shipped_scene_is_the_one_described():
+    shipped = read_mesh(Path(__file__).parents[2] / "scenes/root.inp")
+    made = root_mesh()
+    assert shipped.points == pytest.approx(made.points, abs=1e-12)
+    assert np.array_equal(shipped.blocks[0].nodes, made.blocks[0].nodes)

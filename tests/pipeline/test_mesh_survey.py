@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.root_mesh import root_mesh
 from geometry import (
     UNIT_SYSTEMS,
     ElementBlock,
@@ -144,3 +145,15 @@ def test_an_axis_that_is_not_through_the_origin_is_found(place):
     assert sector_from_mesh(rooted, SectorChoice(12, axis_point=told.axis_point, **where))
     with pytest.raises(OwnMeshError, match=r"mesh\.axis_point"):
         sector_from_mesh(rooted, SectorChoice(12, **where))
+
+
+def test_contacts_between_bodies_are_found_with_their_kinds():
+    told = guess(root_mesh(damper=True))
+    assert told.n_blades == 40
+    assert {name: (each.kind, each.right, each.left) for name, each in told.interfaces.items()} == {
+        "root": ("inside", "DISK_FLANKS", "BLADE_FLANKS"),
+        "damper": ("inside", "DAMPER_OWN", "PLATFORM_RIGHT"),
+        "damper_next": ("neighbours", "DAMPER_NEXT", "PLATFORM_LEFT"),
+    }
+    choice = SectorChoice(told.n_blades, told.unit, told.axis, sets=told.sets, interfaces=told.interfaces)
+    assert set(sector_from_mesh(root_mesh(damper=True), choice).sector.interfaces) == set(told.interfaces)
