@@ -15,15 +15,19 @@ from scipy import stats
 from pipeline import run_scene
 from pipeline.codec import plain, restored
 from pipeline.figures.style import styled
+from pipeline.scene.reading import read_scene
+from pipeline.stages.scene_to_solver import contact_on_model
+from pipeline.studies.study import StudyError
 from pipeline.studies.uncertainty.figure import uncertainty_figure
 from pipeline.studies.uncertainty.quantiles import exceedance, mixed_values, quantile, sampled_values
+from pipeline.studies.uncertainty.random_field import RandomField, karhunen_loeve, random_field
 from pipeline.studies.uncertainty.remarks import headline, remarks_on
 from pipeline.studies.uncertainty.report import uncertainty_section
 from pipeline.studies.uncertainty.result import UncertaintyResult
 from pipeline.studies.uncertainty.section import Marginal
 from pipeline.studies.uncertainty.sensitivities import polynomial_chaos, sobol_indices
 from pipeline.studies.uncertainty.study import _without_derivative
-from rom import ReducedModel, write_reduced_model
+from rom import ReducedModel, read_reduced_model, write_reduced_model
 
 FRICTION = {"key": "contact.friction", "distribution": "normal", "deviation": 0.05}
 LOGNORMAL = Marginal("excitation.force", "lognormal", 2.0, 1.3, 1e-12, 1e15)
@@ -37,6 +41,50 @@ def test_moments_are_those_of_the_quantiles(marginal: Marginal) -> None:
     assert np.all(np.diff(values) > 0.0)
     assert marginal.low <= values[0] < values[-1] <= marginal.high
     assert marginal.moments == pytest.approx((values.mean(), values.std()), rel=2e-4)
+
+
+def test_a_random_field_has_the_covariance_of_its_correlation() -> None:
+    """At each node the deviation of its distribution, between nodes the correlation exp(-(d / l)^2)."""
+    position = np.column_stack([np.repeat([0.0, 4e-3, 8e-3], 2), np.tile([0.0, 3e-3], 3), np.zeros(6)])
+    modes = karhunen_loeve(position, 6e-3)
+    marginal = Marginal("contact.interference", "normal", 1e-5, 2e-6, -1e3, 1e3)
+    field = RandomField(marginal.key, marginal, modes, np.full(6, 1e-5), np.ones(6))
+    coordinates = sampled_values(field.coordinates, 1024, 0)[0]
+    values = np.array([field.values(row) for row in coordinates])
+    distance = np.linalg.norm(position[:, None] - position[None], axis=2)
+    assert np.abs(np.cov(values.T) / 2e-6**2 - np.exp(-((distance / 6e-3) ** 2))).max() < 0.03
+    assert values.mean(axis=0) == pytest.approx(np.full(6, 1e-5), rel=2e-3)
+    assert karhunen_loeve(position, 1.0).shape == (6, 1)  # all nodes alike
+    assert karhunen_loeve(position, 1e-4).shape == (6, 6)  # each for itself
+
+
+VARIED = {"key": "contact.friction", "distribution": "lognormal", "factor": 1.2, "correlation_length": 8e-3}
+
+
+def test_friction_that_varies_over_the_face(tmp_path: Path) -> None:
+    """Its median is the scene's own value at each node; one field for one face."""
+    tilted = {"mean": 0.4, "tilt": [0.1, 0.0]}
+    tables = small_scene(contact__friction=tilted, uncertainty={"samples": 16, "parameter": [VARIED]})
+    tables.pop("sweep", None)
+    path = write_scene(tmp_path / "scene.toml", tables)
+    results = run_scene(path, tmp_path / "out", until="reduce", quiet=True)
+    rom = results.folder / results.summary["models"][0]["rom"]
+    scene, model = read_scene(path).first, read_reduced_model(rom, with_basis=False)
+    assert scene.uncertainty is not None
+    (item,) = scene.uncertainty.parameter
+    field = random_field(item, scene, rom)
+    friction = contact_on_model(scene, model).friction
+    assert field.values(np.zeros(len(field.coordinates))) == pytest.approx(friction)
+    one = np.array(field.values([1.0, *[0.0] * (len(field.coordinates) - 1)]))
+    assert np.log(one / friction) == pytest.approx(math.log(1.2) * field.modes[:, 0])
+    two = {"left": model.n_contacts // 2, "right": model.n_contacts - model.n_contacts // 2}
+    write_reduced_model(tmp_path / "two.h5", replace(model, interfaces=two))
+    with pytest.raises(StudyError, match=r"allowed: interface\.left\.friction, interface\.right\.friction"):
+        random_field(item, scene, tmp_path / "two.h5")
+    tables["uncertainty"]["parameter"] = [VARIED | {"key": "excitation.force"}]
+    status, _, error = shroud("validate", write_scene(path, tables))
+    assert (status, error.count("\n")) == (2, 1)
+    assert "uncertainty.parameter[0].correlation_length: 0.008, allowed: nothing with this key" in error
 
 
 def test_samples_of_smaller_runs_are_the_first_of_larger_ones() -> None:

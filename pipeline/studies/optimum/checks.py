@@ -58,6 +58,11 @@ def unfit_optimum_keys(file: SceneFile, given_model: bool = False) -> Iterator[I
     yield from _unfit_objective(file, given_model)
     if section.tolerance == "uncertainty" and file.first.uncertainty is None:
         yield input_error(file.path, TOLERANCE, '"uncertainty"', "a scene with a table [uncertainty]")
+    if section.tolerance == "uncertainty" and file.first.uncertainty is not None:
+        for number, item in enumerate(file.first.uncertainty.parameter):
+            if item.correlation_length is not None:
+                place = f"uncertainty.parameter[{number}].correlation_length"
+                yield input_error(file.path, place, shown(item.correlation_length), f"nothing with {TOLERANCE}")
     for key, tolerance in section.tolerances.items():
         if key not in section.ranges or key in sound:
             error = _unfit_tolerance(file, key, tolerance, section.ranges.get(key), given_model)

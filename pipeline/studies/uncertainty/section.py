@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import Field, ValidationInfo, field_validator
 
 from pipeline.scene.contact_section import PER_NODE
-from pipeline.scene.dotted_keys import INTERFACE, of_contact
-from pipeline.scene.fields import POSITIVE, Number, Positive, Section, StudyKeys, Truth, Whole
+from pipeline.scene.dotted_keys import CONTACT, INTERFACE, of_contact
+from pipeline.scene.fields import LENGTH, POSITIVE, Length, Number, Positive, Section, StudyKeys, Truth, Whole
 from pipeline.scene.fields import key as _key
 
 if TYPE_CHECKING:
@@ -83,6 +83,22 @@ class UncertainParameter(Section):
         None,
         validate_default=True,
     )
+
+    correlation_length: Length | None = _key(
+        "of a contact parameter: its value varies over the face, node by node with this distribution, and with the "
+        "correlation exp(-(d / correlation_length)^2) of nodes at the distance d, m; none: one value for all nodes",
+        f"{LENGTH}, with a key of contact or of an interface",
+        None,
+        validate_default=True,
+    )
+
+    @field_validator("correlation_length")
+    @classmethod
+    def _of_contact(cls, value: Any, info: ValidationInfo) -> Any:
+        key = str(info.data.get("key", f"{CONTACT}."))
+        if value is not None and not of_contact(key).startswith(f"{CONTACT}."):
+            raise ValueError("nothing with this key: it has one value, not one at each contact node")
+        return value
 
     @field_validator(*_OF)
     @classmethod

@@ -29,6 +29,7 @@ from pipeline.studies.uncertainty.quantiles import (
     quantile,
     sampled_values,
 )
+from pipeline.studies.uncertainty.random_field import random_field
 from pipeline.studies.uncertainty.remarks import headline, remarks_on
 from pipeline.studies.uncertainty.result import (
     Centre,
@@ -103,7 +104,11 @@ class _Computation:
         section = context.scene.uncertainty
         assert section is not None  # the study is asked for
         self.context, self.section = context, section
-        self.marginals = [marginal_of(item, key_value(context.scene, item.key) or 0.0) for item in section.parameter]
+        scene, rom = context.scene, context.model.rom
+        self.fields = [random_field(item, scene, rom) for item in section.parameter if item.correlation_length]
+        plain = [item for item in section.parameter if not item.correlation_length]
+        self.marginals = [marginal_of(item, key_value(scene, item.key) or 0.0) for item in plain]
+        self.marginals += [each for field in self.fields for each in field.coordinates]
         self.keys = [marginal.key for marginal in self.marginals]
         self.mixes = section.sensitivities and len(self.keys) > 1  # the index of a single parameter is 1
         self.first, self.second = sampled_values(self.marginals, section.samples, section.seed)
@@ -170,7 +175,11 @@ class _Computation:
     def _member(self, name: str, values: Array, **others: Any) -> Member:
         """The scene with some values of the parameters; it differs from all others by a word alone."""
         scene = self.context.scene
-        given = {key: as_in_scene(scene, key, value) for key, value in zip(self.keys, values.tolist(), strict=True)}
+        at = dict(zip(self.keys, values.tolist(), strict=True))
+        given: dict[str, Any] = {}
+        for field in self.fields:
+            given[field.key] = field.values([at.pop(each.key) for each in field.coordinates])
+        given |= {key: as_in_scene(scene, key, value) for key, value in at.items()}
         if scene.response.residual_tractions == "bounds":  # 5 to 20 times the time of a curve: at the centre alone
             given[RESIDUAL] = "projected"
         return replace(self.context.member({**given, **others}, PLACE), parameters={SAMPLE: name})
@@ -199,7 +208,9 @@ class _Computation:
             return "the worst motion at the centre is no peak: it stands at the end of stable motion or of the range"
         missing = [key for key in self.keys if key not in rates]
         if missing:
-            return _without_derivative(missing, [each.key for each in self.marginals if each.centre == 0.0])
+            modes = {each.key for field in self.fields for each in field.coordinates}
+            zero = [each.key for each in self.marginals if each.centre == 0.0 and each.key not in modes]
+            return _without_derivative(missing, zero)
         peak = facts.worst_amplitude_m, facts.worst_frequency_hz
         return first_order(self.marginals, peak, rates, levels, self.section.seed)
 
