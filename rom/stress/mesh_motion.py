@@ -5,8 +5,9 @@ the static response of the modes left out. One static solution for each harmonic
 
     u = K^-1 (f + (h w)^2 M u_r - i h w C u_r),
 
-which for harmonic 0 is the exact static displacement. With a disk K is that of the wave of the harmonic. The solution
-of the full model itself,
+which for harmonic 0 is the exact static displacement. With a disk K is that of the wave of the harmonic. Where
+contacts alone hold a body, K + S and f + S u_r take their place, with springs S at these contacts. The solution of
+the full model itself,
 
     (K - (h w)^2 M + i h w C) u = f,    C = M Phi diag(2 zeta_m w_m) Phi^T M,
 
@@ -20,7 +21,7 @@ Y. Saad, M. H. Schultz, GMRES, SIAM J. Sci. Stat. Comput. 7 (1986) 856.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -36,9 +37,11 @@ from rom.cyclic_sector.cyclic_faces import CyclicFaces
 from rom.cyclic_sector.cyclic_modes import WaveProblem
 from rom.errors import FactorisationError
 from rom.finite_elements.full_model import FullModel
+from rom.finite_elements.rotation import on_springs
 from rom.linear_algebra.factorisation import Factor, factorise
 from rom.linear_algebra.threads import one_blas_thread
 from rom.reduction.boundary_dofs import BoundaryChoice, LoadVectors, choose_boundary_dofs
+from rom.reduction.floating_bodies import stuck_springs
 from rom.units import angular_speed
 
 if TYPE_CHECKING:
@@ -160,7 +163,8 @@ class MeshMotion:
         self.motion = self.dofs.motion(len(full.positions))
         found = None if boundary.loads is None else boundary.loads(full)
         self.loads = LoadVectors() if found is None else found
-        self.statics = SectorStatics(full, faces)
+        self.springs = stuck_springs(full, sector, boundary.contact_dofs)
+        self.statics = SectorStatics(replace(full, stiffness=on_springs(full.stiffness, self.springs)), faces)
         self.free = self.statics.free
 
     def static_force(self) -> NDArray[np.float64]:
@@ -233,6 +237,10 @@ class MeshMotion:
                 damping = self._expand(modes, modes.damping * coordinates[row, : modes.damping.size])
                 inertia = (h * point.omega) ** 2 * reduced[row] - 1j * h * point.omega * damping
                 found[row] += self.full.mass @ inertia
+            if (
+                self.springs is not None
+            ):  # (K + S) u = f + S u: the motion of the contacts is that of the reduced model
+                found[row] += self.springs @ reduced[row]
             found[row] = self.statics.solve(found[row], h * point.phase)
         return found
 
