@@ -71,9 +71,8 @@ def add_contacts(plotter: Any, sector: SectorMesh, points: Array) -> None:
     import pyvista as pv
 
     pairs: list[SectorMesh | FacePair] = [sector, *sector.pairs.values()]
-    faces = [
-        (face, colour) for pair in pairs for face, colour in ((pair.right, RIGHT_COLOUR), (pair.left, LEFT_COLOUR))
-    ]
+    faces = [(pair.right, RIGHT_COLOUR) for pair in pairs]
+    faces += [(pair.left, LEFT_COLOUR) for pair in pairs if pair.kind != "ground"]  # whose left face is the right one
     for face, colour in faces:
         radius = 0.25 * float(np.sqrt(np.min(face.area)))
         spheres = pv.PolyData(points[face.nodes]).glyph(geom=pv.Sphere(radius=radius), scale=False, orient=False)

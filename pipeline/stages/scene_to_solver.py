@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 
 PLATFORM = "platform"  # pair of faces under which a damper lies
+ONE_WAY = 0.7  # cosine of the largest angle between a normal and the mean normal of one face
 NO_CONTACT = {"normal_stiffness": 0.0, "tangential_stiffness": 0.0, "friction": 0.0, "preload": 0.0}
 
 
@@ -65,6 +66,10 @@ def _on_nodes(fields: Mapping[str, FaceField], nodes: ContactNodes) -> dict[str,
 
     if nodes.frame is None:
         raise ReducedModelError(f"contact/frame: missing, allowed with {min(fields)} as {AS_FIELD}: a model with it")
+    normals = nodes.frame[:, 2]
+    if (normals @ normals.mean(axis=0)).min() < ONE_WAY * np.linalg.norm(normals.mean(axis=0)):
+        name, allowed = next(iter(nodes.interfaces)), "numbers, or lists node by node, where it has several faces"
+        raise ReducedModelError(f"interface {name}: {min(fields)} as {AS_FIELD}, allowed: {allowed}")
     ones: dict[str, Any] = dict.fromkeys(PER_NODE, 1.0)
     unit = ContactParameters.shared(len(nodes.position), **ones, area=nodes.area)
     x = nodes.coordinates
