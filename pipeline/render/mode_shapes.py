@@ -112,7 +112,7 @@ def _compose(plotter: Any, job: RenderJob, sector: SectorMesh, modes: Sequence[M
         ring.add_outline(plotter, sector)
         ring.add_axes(plotter, sector, 17)
         if view == 0:
-            ring.name_faces(plotter, 9, 0.17)
+            ring.name_faces(plotter, sector, 9, 0.17)
         first = f"{job.title}\n" if view == 0 else "\n"
         plotter.add_text(f"{first}{mode.heading}", position="upper_left", font_size=13, color="black")
         ring.aim_from_side(plotter, sector)
@@ -139,7 +139,7 @@ def _add_tips(plotter: Any, job: RenderJob, sector: SectorMesh, shape: NDArray[n
     """The shrouds at rest from the tip, in a view with this share of the window's width."""
     _add_ring(plotter, job, sector, shape, from_tip=True)
     plotter.add_text("at rest, from the tip", position="upper_left", font_size=13, color="black")
-    ring.name_faces(plotter, 9, 0.06)
+    ring.name_faces(plotter, sector, 9, 0.06)
     _aim_from_tip(plotter, sector, job.blades, width)
 
 

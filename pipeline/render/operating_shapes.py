@@ -178,7 +178,7 @@ def _add_ring(
             ring.add_neighbour(plotter, surface)
     ring.add_outline(plotter, sector)
     ring.add_axes(plotter, sector, round(18 * small))
-    ring.name_faces(plotter, round(9 * small), 0.17)
+    ring.name_faces(plotter, sector, round(9 * small), 0.17)
     heading = f"{job.title}\n{shape.frequency_hz:.1f} Hz, drawn {_rounded(scale)} times as large"
     plotter.add_text(heading, position="upper_left", font_size=round(15 * small), color="black")
     ring.aim_from_side(plotter, sector)

@@ -79,10 +79,11 @@ def add_contacts(plotter: Any, sector: SectorMesh, points: Array) -> None:
         plotter.add_mesh(spheres, color=colour, ambient=0.3)
 
 
-def name_faces(plotter: Any, size: int, bottom: float) -> None:
+def name_faces(plotter: Any, sector: SectorMesh, size: int, bottom: float) -> None:
     """Names of both contact faces in the colours of their nodes, at the left from this share of the height upwards:
     beside the faces they would lie on the neighbours."""
-    names = (("left face (-y)", LEFT_DARK), ("right face (+y)", RIGHT_COLOUR))
+    sides = (" (-y)", " (+y)") if sector.kind == "neighbours" else ("", "")
+    names = ((f"left face{sides[0]}", LEFT_DARK), (f"right face{sides[1]}", RIGHT_COLOUR))
     for line, (name, colour) in enumerate(names):
         place = (0.05, bottom + 0.035 * line)
         plotter.add_text(name, position=place, viewport=True, font_size=size, color=colour)

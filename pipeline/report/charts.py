@@ -197,7 +197,13 @@ def _faces(model: ReducedModel, pitch: float, screen: Array) -> list[Face]:
             sides.append(("left contact face (-y)", -pitch, 1.0 if each.name == flank else -1.0, False))
         for words, angle, outward, on_right in sides:
             normal = turned(each.frame[:, 2].mean(axis=0), angle)
-            name = words if alone else each.name if len(sides) == 1 else f"{each.name}, {words.split()[0]}"
+            name = (
+                words
+                if alone and each.left is not None
+                else each.name
+                if len(sides) == 1
+                else f"{each.name}, {words.split()[0]}"
+            )
             seen = outward * float(normal @ screen[2]) > 0.0
             found.append(Face(turned(each.position, angle) @ screen[:2].T, name, seen, on_right))
     return found

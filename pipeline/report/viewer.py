@@ -282,6 +282,7 @@ def _plain_surface(sector: SectorMesh, surface: Surface) -> dict[str, Any]:
         "right": _text(surface.right.astype("<u2")),
         "left": _text(surface.left.astype("<u2")),
         "pitch": 2.0 * np.pi / sector.n_blades,
+        "between": sector.kind == "neighbours",
         "height": float(np.ptp(sector.points[:, 2])),
     }
 

@@ -175,7 +175,8 @@
       pen.lineWidth = 1.6; pen.fillStyle = colour; pen.fillText(text, x, spot[1]);
     };
     const out = 0.35 * (frame.high[1] - frame.low[1]);
-    [["right", "right face (+y)", 1, "#B34700"], ["left", "left face (−y)", -1, "#1f78b4"]].forEach(([side, name, way, colour]) => {
+    [["right", " (+y)", 1, "#B34700"], ["left", " (−y)", -1, "#1f78b4"]].forEach(([side, sign, way, colour]) => {
+      const name = side + " face" + (surface.between ? sign : "");
       const rows = surface.rows[side], mean = [0, 1, 2].map((k) => rows.reduce((sum, row) => sum + at[3 * row + k], 0) / rows.length);
       const beside = project([mean[0], mean[1] + way * out, mean[2]]);
       line(project(mean), beside, colour);
