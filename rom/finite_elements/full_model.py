@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 SHIFT = 1e-9  # of the largest ratio of stiffness to mass: makes the stiffness of a body that nothing holds definite
 ABOVE_SOFTENING = 2.0  # of the speed squared, by which spin softening lowers the stiffness of a disk moved aside
 TILTING = 10.0  # the same times radius over height, by which a body tilts out of the seat that bears its pull
+HELD = 1e-6  # of the sum of the diagonal: a translation that meets more stiffness is held, stress stiffening is less
 
 
 @dataclass(frozen=True)
@@ -79,11 +80,22 @@ class FullModel:
 
     @cached_property
     def floating(self) -> tuple[NDArray[np.int64], ...]:
-        """Nodes of each body that no clamped node holds."""
+        """Nodes of each body that nothing holds: no clamped node, and no stiffness left of one.
+
+        Matrices of other programs may come without their clamped dofs.
+        """
         from scipy.sparse.csgraph import connected_components
 
         body = np.asarray(connected_components(self.stiffness, directed=False)[1])[::3]
-        return tuple(np.flatnonzero(body == k) for k in np.setdiff1d(body, body[self.fixed // 3]))
+        free = [np.flatnonzero(body == k) for k in np.setdiff1d(body, body[self.fixed // 3])]
+        return tuple(nodes for nodes in free if not self._held(nodes))
+
+    def _held(self, nodes: NDArray[np.int64]) -> bool:
+        """Whether the translation of some nodes meets stiffness."""
+        moved = np.zeros((len(self.positions), 3, 3))
+        moved[nodes] = np.eye(3)
+        energy = np.einsum("ij,ij->j", columns := moved.reshape(-1, 3), self.stiffness @ columns)
+        return bool(energy.max() > HELD * self.stiffness.diagonal()[columns.any(axis=1)].sum())
 
 
 def floating_shift(full: FullModel, joined: ArrayLike = ()) -> float:

@@ -1,5 +1,7 @@
 """Stiffness and mass against exact properties of the continuum and against scikit-fem's own forms."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from rom_meshes import annulus, box, box_sector, distorted_box, mesh_of
@@ -108,6 +110,21 @@ def test_matrices_are_exactly_symmetric_and_share_no_element_order():
     first, _ = elastic_matrices(discretise(mesh_of(points, hexahedra), "hex8"), STEEL)
     second, _ = elastic_matrices(mesh, STEEL)
     assert abs(first - second).max() < 1e-12 * abs(first).max()
+
+
+def test_matrices_without_their_clamped_dofs_are_of_a_body_that_is_held():
+    """As those that another program writes of its active dofs alone; without any clamped node it floats."""
+    full = assemble(box_sector((3, 3, 4)), STEEL, "hex8")
+    free = replace(full, fixed=np.zeros(0, dtype=np.int64))
+    assert [len(nodes) for nodes in free.floating] == [len(full.positions)]
+    kept = np.setdiff1d(np.arange(full.n_dofs), full.fixed)
+    held = replace(
+        free,
+        positions=full.positions[kept[::3] // 3],
+        stiffness=full.stiffness[kept][:, kept],
+        mass=full.mass[kept][:, kept],
+    )
+    assert held.floating == ()
 
 
 def test_clamped_nodes_are_all_nodes_of_the_root_surface():
