@@ -186,7 +186,10 @@ def coarse(name: str) -> dict[str, Any]:
     scene["sweep"] = {key: [each[:4] if isinstance(each, list) else each] for key, each in sweep.items()}
     for study in ("map", "optimum", "uncertainty"):
         scene.pop(study, None)
-    return scene | {"mesh": {"size": 0.012, "element": "hex8", "contact_grid": [2, 2]}, "rom": {"modes": 4}}
+    mesh = {"size": 0.012, "element": "hex8", "contact_grid": [2, 2]}
+    if "file" in (given := scene.get("mesh", {})):
+        mesh = given | {"file": str(Path(__file__).parents[2] / "scenes" / given["file"])}
+    return scene | {"mesh": mesh, "rom": {"modes": 4}}
 
 
 @pytest.fixture
