@@ -89,7 +89,12 @@ def subdivided(sector: SectorMesh, parts: int = 2) -> SectorMesh:
         name: sides_on(blocks, _finer_set(sector, nodes, cuts, sides.nodes(sector.blocks)))
         for name, sides in sector.surfaces.items()
     }
-    return replace(sector, points=points, blocks=blocks, node_sets=sets, surfaces=surfaces)
+    pairs = {
+        name: replace(pair, face_right=whole[0], face_left=whole[1])
+        for name, pair in sector.pairs.items()
+        if (whole := [_finer_set(sector, nodes, cuts, each) for each in (pair.face_right, pair.face_left)])
+    }
+    return replace(sector, points=points, blocks=blocks, node_sets=sets, surfaces=surfaces, pairs=pairs)
 
 
 @dataclass(frozen=True)

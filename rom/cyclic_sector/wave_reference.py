@@ -33,7 +33,14 @@ from rom.reduction.boundary_dofs import (
     choose_boundary_dofs,
 )
 from rom.reduction.contact_dofs import ContactDofs
-from rom.reduction.reference_model import BEYOND, FIRST_GUESS, MOST_MODES, FullReference, spread_over_face
+from rom.reduction.reference_model import (
+    BEYOND,
+    FIRST_GUESS,
+    MOST_MODES,
+    FullReference,
+    require_at_rest,
+    spread_over_face,
+)
 from rom.reduction.substructure import boundary_selection
 
 if TYPE_CHECKING:
@@ -201,10 +208,12 @@ def wave_reference(
     >>> np.allclose(found, cyclic_modes(full, cyclic_faces(full, sector), 3, 2).frequency_hz, rtol=1e-6)
     True
     """
+    faces = cyclic_faces(full, sector)
+    require_at_rest(full, faces.nodes)
     dofs = choose_boundary_dofs(full, sector, replace(boundary, interface=None))
     loads = None if boundary.loads is None else boundary.loads(full)
     given = dofs, loads if loads is not None and loads.size else None
-    condensed = CondensedSector(full, cyclic_faces(full, sector), backend)
+    condensed = CondensedSector(full, faces, backend)
     wave = _Wave(WaveProblem(condensed, nodal_diameter), *given, highest_hz)
     reference = FullReference(wave.model(wave.basis, dofs.contact), wave.flexibility, len(wave.modes.omega))
     face = spread_over_face(full, sector) if with_face else None

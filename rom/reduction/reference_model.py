@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from rom.cyclic.cyclic_symmetry import in_wave
 from rom.cyclic.reduced_model import ReducedModel
@@ -170,11 +170,22 @@ def full_reference(
     >>> static_error(reduced, full_reference(full, sector, highest_hz=1000.0).flexibility) < 1e-8
     True
     """
+    require_at_rest(full)
     dofs = choose_boundary_dofs(full, sector, boundary)
     face = spread_over_face(full, sector) if with_face else None
     loads = None if boundary.loads is None else boundary.loads(full)
     given = dofs, loads if loads is not None and loads.size else None
     return _reference(full, sector.n_blades, highest_hz, given, face, backend)
+
+
+def require_at_rest(full: FullModel, joined: ArrayLike = ()) -> None:
+    """Refuse a reference at a speed with bodies that contacts alone hold: without contacts these are unstable.
+
+    `joined`: nodes of cut faces. Raises RomParameterError.
+    """
+    if full.speed_rpm and any(not np.isin(joined, nodes).any() for nodes in full.floating):
+        allowed = "0 to measure a model with bodies that contacts alone hold against the whole mesh"
+        raise RomParameterError("load", "speed_rpm", full.speed_rpm, allowed)
 
 
 @one_blas_thread()

@@ -60,6 +60,12 @@ def test_flanks_are_patches_of_one_interface_and_face_each_other():
         )
 
 
+def test_a_finer_mesh_has_the_faces_of_every_patch():
+    finer = subdivided(sector_from_mesh(root_mesh(), choice(root=ROOT)).sector)
+    sizes = {len(view.node_sets[f"face_{side}"]) for view in finer.views.values() for side in ("right", "left")}
+    assert sizes == {93}  # 6 x 4 sides of 20-node hexahedra
+
+
 def test_files_keep_kinds_and_patches(tmp_path):
     sector = sector_from_mesh(root_mesh(), choice(root=replace(ROOT, contact_grid=(3, 1)))).sector
     for name, write, read in (("s.vtu", export_sector, import_sector), ("s.h5", save_sector, load_sector)):
