@@ -17,6 +17,7 @@ from geometry import (
     import_sector,
     read_mesh,
     sector_from_mesh,
+    subdivided,
 )
 from rom import load_sector, save_sector
 
