@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy.linalg
 from lumped import lumped_blade
 from lumped_disk import sector_with_disk
 from lumped_disk import whole_ring as ring_with_disk
@@ -134,7 +135,7 @@ N, OMEGA = 6, 1.79  # rad/s, below the resonance
 SMALL = lumped_blade(N)
 
 
-def sector(law, bare=SMALL):
+def sector(law, bare=SMALL, mass=0.05):
     """A blade with a damper of two coordinates between its right face and the left face of the next one.
 
     The damper's coordinates stand before those of the cut faces of a disk.
@@ -152,7 +153,7 @@ def sector(law, bare=SMALL):
     rows = ("contact_right", "contact_left", "force_excitation", "cyclic_right", "cyclic_left")
     blade = replace(
         bare,
-        mass=larger(bare.mass) + 0.05 * damper.T @ damper,
+        mass=larger(bare.mass) + mass * damper.T @ damper,
         stiffness=larger(bare.stiffness),
         blade_stiffness=larger(bare.blade_stiffness),
         force_static=wider(np.zeros(bare.size) if bare is SMALL else bare.force_static) + damper[2],
@@ -164,6 +165,24 @@ def sector(law, bare=SMALL):
     right = ContactInterface(own @ damper, NOWHERE, own @ wider(bare.contact_right[:3]), inside=True)
     left = ContactInterface(next_one @ damper, NOWHERE, next_one @ wider(bare.contact_left[:3]))
     return with_interfaces(blade, right, left), pair(5.0, 0.3, tangential=0.7, law=law), Excitation(1, 0.2)
+
+
+@pytest.mark.parametrize("wave", [0, 1, 3])
+@pytest.mark.parametrize("mass", [1e-9, 1e9])
+def test_a_stuck_damper_of_no_mass_is_a_spring_and_of_large_mass_the_ground(wave, mass):
+    """Half the stiffness from face to face along its two coordinates, the whole one to the ground along the third."""
+    stuck, phase = 4.0, 2.0 * np.pi * wave / N
+    found = natural_frequencies(sector("two_sliders", mass=mass)[0], phase, normal=stuck, tangential=stuck)
+    right, left = SMALL.contact_right[:3], SMALL.contact_left[:3]
+    across = right - np.exp(1j * phase) * left
+    apart = np.diag([1.0, 0.0, 0.0] if mass < 1.0 else [1.0, 1.0, 1.0])
+    added = stuck * (right.T @ apart @ right + left.T @ apart @ left)
+    added = added + stuck / 2.0 * across.conj().T @ (np.eye(3) - apart) @ across
+    squared = scipy.linalg.eigh(SMALL.stiffness + added, SMALL.mass, eigvals_only=True)
+    expected = np.sqrt(squared) / (2.0 * np.pi)
+    elastic = found[(found > 1e-3) & (found < 1e3)]
+    assert elastic == pytest.approx(expected[: elastic.size], rel=1e-6)
+    assert elastic.size >= 10
 
 
 def whole_ring(model, contact):
