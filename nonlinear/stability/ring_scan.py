@@ -120,15 +120,16 @@ class SliceMatrices:
         return Pencil(*((weights @ part.reshape(count, size**2)).reshape(shape) for part in self.pencil))
 
 
-FAR = 0.15  # growth beyond which a slice around the imaginary axis is too far off: its slider memory is linear
-GROWTH = 0.3  # of the middle of the slices that stand in for it there
+GROWTHS = np.array([0.0, 0.3, 0.9])  # real parts of the middles of slices, in units of omega
+HEIGHTS = WIDTH / 2.0 * np.arange(-2, 3)  # their imaginary parts; those of odd number for what is far from the others
 
 
 @dataclass(frozen=True)
 class ScannedSlices:
     """The slices of the strip, which have the eigenvalues of all nodal diameters of one point.
 
-    Beside each slice around the imaginary axis there is one in the growing half plane, formed where it is needed.
+    Three slices lie around the imaginary axis. What grows there and is nearer to the middle of another slice, between
+    two of them or in the growing half plane, is looked for in that one: the slider memory is linear in each.
     """
 
     form: Callable[[complex, Array], SliceMatrices]  # the matrices around a shift at some kappas
@@ -141,33 +142,33 @@ class ScannedSlices:
 
         Shapes: `diameters` (n,).
         """
-        k = np.arange(1, len(self.interpolation.weights) + 1) if diameters is None else diameters
-        found: list[tuple[complex, int]] = []
-        for centre in (0.0, WIDTH, -WIDTH):
-            found += self._of_slice(1j * centre, k)
-        return sorted(found, key=lambda item: -item[0].real)
-
-    def _of_slice(self, shift: complex, k: NDArray[np.int64]) -> list[tuple[complex, int]]:
-        """Eigenvalues of one slice; those that grow fast come from the slice beside it."""
-        if not k.size:
+        every = np.arange(1, len(self.interpolation.weights) + 1) if diameters is None else diameters
+        values, numbers = np.zeros(0, dtype=complex), np.zeros(0, dtype=np.int64)
+        if not every.size:
             return []
-        values = self._around(shift, k)
-        values[np.abs(values.imag) > WIDTH / 2.0 + OVERLAP + MISPLACED * np.clip(values.real, 0.0, WIDTH)] = np.nan
-        fast = values.real > FAR
-        some = k[fast.any(axis=1)]
-        values[fast] = np.nan
-        faster = self._around(shift + GROWTH, some) if some.size else np.zeros((0, 0), dtype=complex)
-        faster += GROWTH
-        faster[(np.abs(faster.imag) > WIDTH / 2.0 + OVERLAP) | (faster.real < FAR - OVERLAP)] = np.nan
-        found: list[tuple[complex, int]] = []
-        for numbers, part in ((k, values), (some, faster)):
-            row, column = np.nonzero(np.isfinite(part))
-            found += zip((part[row, column] + shift).tolist(), numbers[row].tolist(), strict=True)
-        return found
+        for shift in (0j, 1j * WIDTH, -1j * WIDTH):
+            found, k = self._around(shift, every)
+            margin = OVERLAP + MISPLACED * np.clip(found.real, 0.0, WIDTH)
+            near = np.abs(found.imag - shift.imag) <= WIDTH / 2.0 + margin
+            values, numbers = np.append(values, found[near]), np.append(numbers, k[near])
+        middle = _middle_of(values)
+        elsewhere = (values.real > 0.0) & (np.abs(values - middle) < np.abs(values - _middle_of(values, 2, 1)))
+        if np.any((values.real > 0.0) & ~elsewhere):  # it grows for certain: what is between two slices can wait
+            elsewhere &= middle.real > 0.0
+        left = ~elsewhere
+        parts = [(values[left], numbers[left])]
+        for shift in np.unique(middle[elsewhere]):
+            found, k = self._around(complex(shift), np.unique(numbers[elsewhere & (middle == shift)]))
+            own = _middle_of(found - OVERLAP * np.sign(found - shift)) == shift
+            parts.append((found[own], k[own]))
+        values, numbers = (np.concatenate(part) for part in zip(*parts, strict=True))
+        order = np.argsort(-values.real, kind="stable")
+        return list(zip(values[order].tolist(), numbers[order].tolist(), strict=True))
 
-    def _around(self, shift: complex, k: NDArray[np.int64]) -> ComplexArray:
-        """Eigenvalues less a shift of some nodal diameters, (n, m)."""
-        return nearest_eigenvalues(self._matrices(shift).interpolated(self.interpolation.weights[k - 1]))
+    def _around(self, shift: complex, k: NDArray[np.int64]) -> tuple[ComplexArray, NDArray[np.int64]]:
+        """Eigenvalues of the slice around a shift, of some nodal diameters, and these, (n,) each."""
+        found = nearest_eigenvalues(self._matrices(shift).interpolated(self.interpolation.weights[k - 1]))
+        return (found + shift).ravel(), np.repeat(k, found.shape[1])
 
     def _matrices(self, shift: complex) -> SliceMatrices:
         """The matrices around a shift at all kappas; those at the other sign or shift follow where they can."""
@@ -180,6 +181,14 @@ class ScannedSlices:
             else:
                 self._known[shift] = self.form(shift, kappas)
         return self._known[shift]
+
+
+def _middle_of(values: ComplexArray, step: int = 1, growths: int | None = None) -> ComplexArray:
+    """The nearest middle of a slice, of every `step`-th height and the first `growths`."""
+    real, imaginary = GROWTHS[:growths], HEIGHTS[::step]
+    rows = np.argmin(np.abs(values.real[:, None] - real), axis=1)
+    columns = np.argmin(np.abs(values.imag[:, None] - imaginary), axis=1)
+    return np.asarray(real[rows] + 1j * imaginary[columns])
 
 
 NODES = 4  # kappas between 0 and pi at which the matrices are formed
