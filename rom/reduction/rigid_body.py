@@ -202,7 +202,7 @@ def platform_damper(
     >>> platform, mesh = PlatformParameters(0.32, 0.006, flank_angle=35.0), MeshParameters(size=0.005)
     >>> wedge = platform_damper(build_sector(blade, shroud, mesh, platform=platform), "wedge", 0.01)
     >>> round(float(np.hypot(*wedge.centre[1:])), 4)
-    0.3146
+    0.3181
     """
     view, middle = sector.seen_from(pair), pi / sector.n_blades
     across = np.array([0.0, -cos(middle), sin(middle)])  # from the plane midway towards the blade
