@@ -52,7 +52,8 @@ def linear_limits(curves: Sequence[PlottedCurve]) -> list[Limit]:
         groups: dict[object, list[int]] = {}
         for position, curve in enumerate(curves):
             groups.setdefault(_case(curve, kind), []).append(position)
-        limits += [_limit(kind, models[curves[at[0]].rom], curves, at) for at in groups.values()]
+        found = (_limit(kind, models[curves[at[0]].rom], curves, at) for at in groups.values())
+        limits += [limit for limit in found if limit is not None]
     return limits
 
 
@@ -83,12 +84,18 @@ def _case(curve: PlottedCurve, kind: str) -> object:
     return *case, scene.excitation.engine_order, *springs
 
 
-def _limit(kind: str, model: ReducedModel, curves: Sequence[PlottedCurve], at: list[int]) -> Limit:
+def _limit(kind: str, model: ReducedModel, curves: Sequence[PlottedCurve], at: list[int]) -> Limit | None:
+    """The limit of some curves; no free one of a blade that contacts alone hold."""
+    from rom import RelativeReceptance
+
     curve = curves[at[0]]
     scene = curve.scene
     modal: RingModes = damped_modes(model, scene.response, scene.load)
     contact, wave = curve.contact_parameters, section_excitation(scene.excitation)
     problem, (low, high) = (modal, contact, wave), scene.response.frequency
+    own = RelativeReceptance(modal, modal.phase(wave.engine_order), (1,), wave.force, wave.factors)
+    if kind == "free" and own.pushes_floating_bodies:
+        return None
     frequency, amplitude = linear_limit(kind, model, problem, (low, high))
     top = int(np.argmax(amplitude))
     resonance: tuple[float, float] | None = float(frequency[top]), float(amplitude[top])

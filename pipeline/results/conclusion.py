@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     from pipeline.stages.request import Run, RunOutcome
 
 ROW = ("contact", "free_blade_m")  # what summary.json adds to the entry of a curve that has a row
+ALL_SAID = {1: "", 2: "both "}  # of so many frequencies inside the range
 MOST_MODES = 3  # modes in the line about them
 
 
@@ -166,6 +167,8 @@ def modes_line(linear: Sequence[Mapping[str, Any]], limits: Sequence[float]) -> 
     for (number, name), entries in list(modes.items())[:MOST_MODES]:
         states = []
         for state in ("free", "stuck"):
+            if f"{state}_hz" not in entries[0]:
+                continue
             low = min(entry[f"{state}_hz"][0] for entry in entries)
             high = max(entry[f"{state}_hz"][1] for entry in entries)
             text = " to ".join(dict.fromkeys(map(_hertz, (low, high)))) + " Hz"
@@ -175,10 +178,7 @@ def modes_line(linear: Sequence[Mapping[str, Any]], limits: Sequence[float]) -> 
                 outside.append(text)
         said.append(f"mode {number}{f' ({name})' if name else ''}: {', '.join(states)}")
     within = f"the range {limits[0]:g} to {limits[1]:g} Hz"
-    if outside:
-        end = f"{' and '.join(outside)} outside {within}"
-    else:
-        end = f"{'both' if count == 2 else 'all'} inside {within}"
+    end = f"{' and '.join(outside)} outside {within}" if outside else f"{ALL_SAID.get(count, 'all ')}inside {within}"
     return "; ".join([*said, end])
 
 

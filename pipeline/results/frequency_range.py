@@ -85,7 +85,8 @@ def missing(scene: Scene, resonances: Sequence[Resonance]) -> list[Resonance]:
     low, high = scene.response.frequency
     states = dict.fromkeys(state for face in scene.contacts.values() for state in contact_states(face))
     about = _modes_about(resonances, (low, high))
-    return [way[state] for way in about for state in states if not low <= way[state].frequency_hz <= high]
+    ends = (way[state] for way in about for state in states if state in way)
+    return [end for end in ends if not low <= end.frequency_hz <= high]
 
 
 def proposed_range(resonances: Sequence[Resonance], limits: tuple[float, float]) -> tuple[float, float] | None:
@@ -96,7 +97,7 @@ def proposed_range(resonances: Sequence[Resonance], limits: tuple[float, float])
     about = _modes_about(resonances, limits)
     if not about:
         return None
-    low = min(way[FREE].frequency_hz for way in about) * (1.0 - ROOM)
+    low = min(way.get(FREE, way[STUCK]).frequency_hz for way in about) * (1.0 - ROOM)
     high = max(way[STUCK].frequency_hz for way in about) * (1.0 + ROOM)
     return _rounded(low, math.floor), _rounded(high, math.ceil)
 
@@ -113,30 +114,38 @@ def linear_modes(
     free_m = {}
     for member in members:
         about = _modes_about(resonances[member.index], member.scene.response.frequency)
-        if about:
-            free_m[member.index] = max(way[FREE].amplitude_m for way in about)
+        if any(FREE in way for way in about):
+            free_m[member.index] = max(way[FREE].amplitude_m for way in about if FREE in way)
         for way in about:
-            order, mode = way[FREE].engine_order, way[FREE].number
+            order, mode = way[STUCK].engine_order, way[STUCK].number
             entry = found.setdefault((order, mode), {"engine_order": order, "mode": mode})
-            for state in (FREE, STUCK):
-                hertz = [way[state].frequency_hz, *entry.get(f"{state}_hz", ())]
+            for state, end in way.items():
+                hertz = [end.frequency_hz, *entry.get(f"{state}_hz", ())]
                 entry[f"{state}_hz"] = [min(hertz), max(hertz)]
     return list(found.values()), free_m
 
 
 def _modes_about(resonances: Sequence[Resonance], limits: tuple[float, float]) -> list[dict[str, Resonance]]:
-    """Free and stuck resonance of each excited mode that has a part in a range, Hz; else of the first excited one."""
+    """Free and stuck resonance of each excited mode that has a part in a range, Hz; else of the first excited one.
+
+    A blade that contacts alone hold has stuck ones only.
+    """
     strongest = max((each.amplitude_m for each in resonances), default=0.0)
     ways: dict[tuple[int, int], dict[str, Resonance]] = {}
+    states = len({each.state for each in resonances})
     for each in resonances:
         ways.setdefault((each.engine_order, each.number), {})[each.state] = each
     excited = {
         key: way
         for key, way in ways.items()
-        if len(way) == 2 and max(each.amplitude_m for each in way.values()) >= EXCITED * strongest > 0.0
+        if len(way) == states and max(each.amplitude_m for each in way.values()) >= EXCITED * strongest > 0.0
     }
     low, high = limits
-    about = [way for way in excited.values() if way[FREE].frequency_hz <= high and way[STUCK].frequency_hz >= low]
+    about = [
+        way
+        for way in excited.values()
+        if way.get(FREE, way[STUCK]).frequency_hz <= high and way[STUCK].frequency_hz >= low
+    ]
     return about or [excited[key] for key in sorted(excited)[:1]]
 
 
@@ -211,7 +220,10 @@ def resonances_of(rom: Path, scene: Scene) -> list[Resonance]:
     springs = {"normal": contact.normal_stiffness, "tangential": contact.tangential_stiffness}
     states: dict[str, dict[str, Any]] = {FREE: {}, STUCK: springs}
     found = []
-    for h in RelativeReceptance(modal, phase, (1,), wave.force, wave.factors).excited_harmonics:
+    receptance = RelativeReceptance(modal, phase, (1,), wave.force, wave.factors)
+    if receptance.pushes_floating_bodies:
+        del states[FREE]
+    for h in receptance.excited_harmonics:
         for state, stiffness in states.items():
             own = natural_frequencies(model, h * phase, count=min(COUNT, model.size), **stiffness) / h
             amplitude = abs(linear_response(modal, own, harmonic=h, **given, **stiffness))

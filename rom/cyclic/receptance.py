@@ -140,6 +140,7 @@ class Support:
     position: Array
 
 
+PUSHED = 1e-6  # modal force on a rigid motion, over the largest one, from which the excitation moves that body
 NOT_HELD = 1e8  # frequency of rigid motions in harmonic 0 that nothing holds there, times the highest one
 BANDS = 4.0  # frequency bands of the interface modes in an octave
 
@@ -263,6 +264,16 @@ class RelativeReceptance:
         factors, own = dict(self.harmonic_factors), self.modal.harmonic_forces
         given = sorted({1, *own} | set(factors))
         return tuple(h for h in given if factors.get(h, 1.0) != 0.0) or (1,)
+
+    @property
+    def pushes_floating_bodies(self) -> bool:
+        """Whether the excitation moves a body that contacts alone hold: without contact it flies away."""
+        for harmonic in self.excited_harmonics:
+            force = np.abs(self.unit_force(harmonic))
+            floating = self.modal.at_phase(harmonic * self.phase).floating
+            if force[:floating].max(initial=0.0) > PUSHED * force.max(initial=0.0):
+                return True
+        return False
 
     @cached_property
     def adjoint(self) -> ComplexArray:

@@ -1,5 +1,6 @@
 """[mesh.interface.NAME] of a scene: what is read, and bad input in one line."""
 
+import json
 import tomllib
 from pathlib import Path
 
@@ -31,6 +32,19 @@ def test_interfaces_of_a_mesh_are_known_by_their_names(tmp_path):
     assert scene.interfaces == ("root",)
     assert scene.contact_of("root").friction == 0.2
     assert shroud("validate", changed(tmp_path))[0] == 0
+
+
+def test_a_blade_that_its_root_alone_holds_has_no_free_limit(tmp_path):
+    """Without contact it flies away: nothing is compared with that, and no resonance of it is missed in the range."""
+    few = {"mesh__contact_grid": [2, 2], "rom__modes": 4, "response__harmonics": 1, "sweep": {}}
+    alone = {"response__search": "off", "response__stability": "folds", "load__speed_rpm": 6000.0}
+    status, said, error = shroud("run", changed(tmp_path, **few, **alone), "--out", tmp_path / "out", "--jobs", "1")
+    assert status == 0, error
+    assert " Hz stuck; inside the range 1020 to 1130 Hz" in said
+    assert " free" not in said
+    assert "leaves out" not in error
+    (entry,) = json.loads((tmp_path / "out" / "summary.json").read_text())["linear"]
+    assert "free_hz" not in entry
 
 
 @pytest.mark.parametrize(
