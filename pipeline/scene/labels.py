@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from pipeline.scene.contact_section import FaceField
 from pipeline.scene.dotted_keys import interface_of, of_contact, split_key
+from pipeline.scene.mesh_section import MAIN_INTERFACE
 from pipeline.scene.reading import Member
 
 if TYPE_CHECKING:
@@ -104,6 +105,8 @@ def fixed_values(scene: Scene, swept: Collection[str]) -> dict[str, Any]:
     """Engine order, force, speed, shroud angle, friction as in summary.json; None: swept, or not one number."""
     wave, shroud, frictions = scene.excitation, scene.shroud, {face.friction for face in scene.contacts.values()}
     friction = frictions.pop() if len(frictions) == 1 else None
+    if MAIN_INTERFACE not in (scene.contact.interfaces or (MAIN_INTERFACE,)):
+        shroud = None  # it does not touch
     keys = {
         "engine_order": (wave.engine_order, "excitation.engine_order"),
         "force_n": (wave.force, "excitation.force"),

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from pipeline_support import shroud, small_scene, summary_of, write_scene
 
+from pipeline.scene.labels import fixed_values, values_said
+from pipeline.scene.reading import read_scene
 from rom import read_reduced_model
 
 FLANK_ANGLE, SPEED = 35.0, 3000.0
@@ -121,3 +123,8 @@ def test_a_damper_needs_a_platform(tmp_path: Path) -> None:
     status, _, error = shroud("validate", write_scene(tmp_path / "scene.toml", tables))
     assert (status, error.count("\n")) == (2, 1)
     assert "platform: missing, allowed: a table [platform]" in error
+
+
+def test_a_shroud_that_does_not_touch_is_not_said() -> None:
+    scene = read_scene(Path(__file__).parents[2] / "scenes" / "damper.toml").first
+    assert values_said(fixed_values(scene, ["damper.mass"])) == "EO 12, 1 N at the tip, 3000 rev/min, friction 0.3"
