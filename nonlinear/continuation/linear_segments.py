@@ -21,7 +21,7 @@ from nonlinear.continuation.response_quantities import amplitude_derivative
 from nonlinear.continuation.solution_point import LinearState, Metric, SolutionPoint
 from nonlinear.continuation.zero_bracket import closed_bracket
 from nonlinear.harmonic_balance.newton_decisions import SOFT
-from nonlinear.harmonic_balance.residual import HarmonicBalance
+from nonlinear.harmonic_balance.residual import HarmonicBalance, counted_at_contacts
 from rom import RelativeReceptance, SpringSupportedMotion, contact_springs
 
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ class LinearSegmentSystem:
     def _weighted(self) -> tuple[Array, Array]:
         """Weights of harmonic 0 (see `HarmonicBalance.weighted`), and these times its flexibility."""
         motions, rest = self.balance.floating_motions, self._at_rest
-        weights = np.eye(len(motions)) - (1.0 - SOFT) * motions @ motions.T
+        weights = counted_at_contacts(np.eye(len(motions)), motions)
         if not rest.floating:
             return weights, rest.matrix(0.0)[0].real
         return weights, (self._weighted_motion / rest.waves.angular_frequency[0] ** 2) @ rest.relative[0].real.T
@@ -98,7 +98,7 @@ class LinearSegmentSystem:
     def _weighted_motion(self) -> Array:
         """Weighted relative motion of the modes of harmonic 0, that of soft supports without round-off."""
         motion, motions = self._at_rest.relative[0].real, self.balance.floating_motions
-        found = motion - (1.0 - SOFT) * motions @ (motions.T @ motion)
+        found = counted_at_contacts(motion, motions)
         found[:, : self._at_rest.floating] = SOFT * motion[:, : self._at_rest.floating]
         return found
 

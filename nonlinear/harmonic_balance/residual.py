@@ -15,7 +15,7 @@ element.
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -369,7 +369,7 @@ class HarmonicBalance:
         if not motions.shape[1]:
             return residual
         found, size = residual.copy(), len(motions)
-        found[:size] -= (1.0 - SOFT) * motions @ (motions.T @ found[:size])
+        found[:size] = counted_at_contacts(found[:size], motions)
         return found
 
     @cached_property
@@ -393,6 +393,15 @@ class HarmonicBalance:
         free[: receptance.floating] = 0.0
         right = np.abs(receptance.modal.at(0).right)
         return STATIC_RESOLUTION * float(np.linalg.norm(right @ free[: right.shape[1]]))
+
+
+def counted_at_contacts(residual: NDArray[Any], motions: NDArray[Any]) -> NDArray[Any]:
+    """Residuals (..., n) or (..., n, k) of harmonic 0, see `HarmonicBalance.weighted`.
+
+    Shapes: `motions` (..., n, r), orthonormal ones of bodies that contacts alone hold.
+    """
+    found: NDArray[Any] = residual - (1.0 - SOFT) * motions @ (motions.conj().swapaxes(-1, -2) @ residual)
+    return found
 
 
 def receptance_times_force_jacobian(receptance: ComplexArray, jacobian: Array, first: int) -> Array:

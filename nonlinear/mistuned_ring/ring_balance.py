@@ -20,11 +20,11 @@ from numpy.typing import NDArray
 from nonlinear.contact.element_choice import contact_element
 from nonlinear.contact.fourier import ComplexArray, to_complex, to_real
 from nonlinear.contact.parameters import STICK, Array, ContactElement, ContactForces, ContactParameters
-from nonlinear.harmonic_balance.newton_decisions import SOFT
 from nonlinear.harmonic_balance.residual import (
     BorderedFactors,
     HarmonicBalance,
     LinearisedResidual,
+    counted_at_contacts,
     has_odd_harmonics_only,
 )
 from nonlinear.mistuned_ring.mistuned_structure import RingStructure, RingSystem
@@ -177,9 +177,7 @@ class RingBalance(HarmonicBalance):
             return residual
         found, size = residual.copy(), self.n_blades * self.pair_dofs
         waves = np.fft.fft(found[:size].reshape(self.n_blades, -1, 1), axis=0)
-        motions = self._floating_directions
-        waves -= (1.0 - SOFT) * motions @ (motions.conj().transpose(0, 2, 1) @ waves)
-        found[:size] = np.fft.ifft(waves, axis=0).real.ravel()
+        found[:size] = np.fft.ifft(counted_at_contacts(waves, self._floating_directions), axis=0).real.ravel()
         return found
 
     @cached_property

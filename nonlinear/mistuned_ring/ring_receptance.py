@@ -20,7 +20,7 @@ import numpy as np
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactParameters
-from nonlinear.harmonic_balance.newton_decisions import SOFT
+from nonlinear.harmonic_balance.residual import counted_at_contacts
 from nonlinear.mistuned_ring.cyclic_blocks import CyclicBlockFactors, CyclicBlocks
 from nonlinear.mistuned_ring.mistuned_structure import RingStructure, RingSystem, by_pair, from_pairs, real_product
 from nonlinear.mistuned_ring.mistuning import Mistuning
@@ -191,8 +191,7 @@ class RingReceptance(RingStructure):
         motions = np.linalg.qr(self.blade.right[:, : self.tuned.floating])[0]
         if not motions.size:
             return np.zeros((0, 0))
-        weight: Array = np.eye(len(motions)) - (1.0 - SOFT) * motions @ motions.T
-        return weight
+        return counted_at_contacts(np.eye(len(motions)), motions)
 
 
 def ring_in_time(

@@ -120,8 +120,9 @@ class SliceMatrices:
         return Pencil(*((weights @ part.reshape(count, size**2)).reshape(shape) for part in self.pencil))
 
 
-GROWTHS = np.array([0.0, 0.3, 0.9])  # real parts of the middles of slices, in units of omega
-HEIGHTS = WIDTH / 2.0 * np.arange(-2, 3)  # their imaginary parts; those of odd number for what is far from the others
+# sigma in the middles of the slices around the imaginary axis, and of all slices
+ON_AXIS = np.array([0j, 1j * WIDTH, -1j * WIDTH])
+MIDDLES = np.add.outer([0.0, 0.3, 0.9], 1j * WIDTH / 2.0 * np.arange(-2, 3)).ravel()
 
 
 @dataclass(frozen=True)
@@ -146,20 +147,20 @@ class ScannedSlices:
         values, numbers = np.zeros(0, dtype=complex), np.zeros(0, dtype=np.int64)
         if not every.size:
             return []
-        for shift in (0j, 1j * WIDTH, -1j * WIDTH):
-            found, k = self._around(shift, every)
+        for shift in ON_AXIS:
+            found, k = self._around(complex(shift), every)
             margin = OVERLAP + MISPLACED * np.clip(found.real, 0.0, WIDTH)
             near = np.abs(found.imag - shift.imag) <= WIDTH / 2.0 + margin
             values, numbers = np.append(values, found[near]), np.append(numbers, k[near])
-        middle = _middle_of(values)
-        elsewhere = (values.real > 0.0) & (np.abs(values - middle) < np.abs(values - _middle_of(values, 2, 1)))
+        middle = _nearest(values, MIDDLES)
+        elsewhere = (values.real > 0.0) & (np.abs(values - middle) < np.abs(values - _nearest(values, ON_AXIS)))
         if np.any((values.real > 0.0) & ~elsewhere):  # it grows for certain: what is between two slices can wait
             elsewhere &= middle.real > 0.0
         left = ~elsewhere
         parts = [(values[left], numbers[left])]
         for shift in np.unique(middle[elsewhere]):
             found, k = self._around(complex(shift), np.unique(numbers[elsewhere & (middle == shift)]))
-            own = _middle_of(found - OVERLAP * np.sign(found - shift)) == shift
+            own = _nearest(found - OVERLAP * np.sign(found - shift), MIDDLES) == shift  # or nearly so
             parts.append((found[own], k[own]))
         values, numbers = (np.concatenate(part) for part in zip(*parts, strict=True))
         order = np.argsort(-values.real, kind="stable")
@@ -183,12 +184,9 @@ class ScannedSlices:
         return self._known[shift]
 
 
-def _middle_of(values: ComplexArray, step: int = 1, growths: int | None = None) -> ComplexArray:
-    """The nearest middle of a slice, of every `step`-th height and the first `growths`."""
-    real, imaginary = GROWTHS[:growths], HEIGHTS[::step]
-    rows = np.argmin(np.abs(values.real[:, None] - real), axis=1)
-    columns = np.argmin(np.abs(values.imag[:, None] - imaginary), axis=1)
-    return np.asarray(real[rows] + 1j * imaginary[columns])
+def _nearest(values: ComplexArray, middles: ComplexArray) -> ComplexArray:
+    """The nearest of some middles, (n,)."""
+    return np.asarray(middles[np.argmin(np.abs(values[:, None] - middles), axis=1)])
 
 
 NODES = 4  # kappas between 0 and pi at which the matrices are formed

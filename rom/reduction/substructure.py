@@ -30,12 +30,7 @@ from rom.finite_elements.rotation import coriolis_acceleration
 from rom.linear_algebra.block_lanczos import IsotropicMatrix
 from rom.linear_algebra.factorisation import Factor, analyse
 from rom.linear_algebra.threads import beside
-from rom.reduction.boundary_dofs import (
-    BoundaryChoice,
-    BoundaryDofs,
-    InteriorLoads,
-    choose_boundary_dofs,
-)
+from rom.reduction.boundary_dofs import BoundaryChoice, BoundaryDofs, InteriorLoads, choose_boundary_dofs
 from rom.reduction.floating_bodies import Motions, floating_motions, without_rigid_motions
 
 if TYPE_CHECKING:

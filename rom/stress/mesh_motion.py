@@ -237,9 +237,7 @@ class MeshMotion:
                 damping = self._expand(modes, modes.damping * coordinates[row, : modes.damping.size])
                 inertia = (h * point.omega) ** 2 * reduced[row] - 1j * h * point.omega * damping
                 found[row] += self.full.mass @ inertia
-            if (
-                self.springs is not None
-            ):  # (K + S) u = f + S u: the motion of the contacts is that of the reduced model
+            if self.springs is not None:  # the motion of the contacts is that of the reduced model
                 found[row] += self.springs @ reduced[row]
             found[row] = self.statics.solve(found[row], h * point.phase)
         return found
