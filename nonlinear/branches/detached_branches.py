@@ -229,7 +229,7 @@ def straight_end(
     last = segments.state(end)
     if last is None or not np.array_equal(last.pressed, state.pressed):
         return None
-    before, after = (segments.system(state).moved(each) for each in (start, end))
-    if not np.array_equal(before, after) or (segments.contact.law == "cone" and before.any()):
+    system = segments.system(state)
+    if system.moved_in_cone(start).any() or not np.array_equal(system.moved(start), system.moved(end)):
         return None
     return replace(point, unknown=unknown, parameter=limit)

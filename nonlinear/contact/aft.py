@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import basis_table
 from nonlinear.contact.numba_cache import compiled, inner
@@ -172,13 +173,19 @@ class AFTContact:
         force = np.zeros((size, n_contacts, 3))
         jacobian = np.zeros((n_contacts, 3, 3, size, size))
         state = np.zeros(n_contacts, dtype=np.int64)
-        law = (p.normal_stiffness, p.tangential_stiffness, p.friction, p.initial_load, p.preload)
-        evaluate_normal(displacement, motion, law, self._prefix, force, jacobian)
-        if p.law == "cone":
-            evaluate_cone(motion, law, self.table, force, jacobian, state)
-        else:
+        evaluate_normal(displacement, motion, self._law(~p.cone), self._prefix, force, jacobian)
+        if p.cone.any():
+            evaluate_cone(motion, self._law(p.cone), self.table, force, jacobian, state)
+        if not p.cone.all():
+            law = self._law(~p.cone)
             evaluate_two_sliders(displacement, motion, law, self._prefix, self.table, force, jacobian, state)
         return ContactForces(force, jacobian, state)
+
+    def _law(self, nodes: NDArray[np.bool_]) -> Law:
+        """The parameters with sliders at some nodes (n_c,) alone."""
+        p = self.parameters
+        stiffness = np.where(nodes, p.tangential_stiffness, 0.0)
+        return p.normal_stiffness, stiffness, p.friction, p.initial_load, p.preload
 
 
 @compiled

@@ -94,7 +94,7 @@ def contact_cycle(displacement: ComplexArray, contact: ContactParameters, sample
         limit = mu * force[:, node, 2]
         if kt == 0.0:
             continue
-        if contact.law == "cone":
+        if contact.cone[node]:
             plane, traction = np.ascontiguousarray(motion[:, node, :2]), np.empty((samples, 2))
             tolerance = REPEAT_TOLERANCE * float(np.abs(plane).max())
             cone_return_map(plane, limit, kt, MAX_PERIODS, tolerance, state[:, node], traction)
@@ -127,7 +127,7 @@ class QuasistaticContact:
         dn_dd = np.where(pressed, p.normal_stiffness, 0.0)
         limit = p.friction * normal
         trial = p.tangential_stiffness[:, None] * u
-        size = np.abs(trial) if p.law == "two_sliders" else np.hypot(trial[:, 0], trial[:, 1])[:, None] + 0.0 * trial
+        size = np.where(p.cone[:, None], np.hypot(trial[:, :1], trial[:, 1:]), np.abs(trial))
         slipping = (size > limit[:, None]) & (p.tangential_stiffness[:, None] > 0.0)
         ratio = np.where(slipping, limit[:, None] / np.where(size > 0.0, size, 1.0), 1.0)
         direction = trial / np.where(size > 0.0, size, 1.0)
@@ -139,13 +139,29 @@ class QuasistaticContact:
         for a in range(2):
             jacobian[:, a, 2] = np.where(slipping[:, a], p.friction * dn_dd * direction[:, a], 0.0)
             jacobian[:, a, a] = np.where(slipping[:, a], 0.0, stiffness)
-            if p.law == "cone":  # d(T) = ratio kt (1 - e e^T) du in slip
-                for b in range(2):
-                    across = (a == b) - direction[:, a] * direction[:, b]
-                    slip = ratio[:, a] * stiffness * across
-                    jacobian[:, a, b] = np.where(slipping[:, a], slip, stiffness * (a == b))
+            for b in range(2):  # under the cone d(T) = ratio kt (1 - e e^T) du in slip
+                across = (a == b) - direction[:, a] * direction[:, b]
+                slip = p.cone & slipping[:, a]
+                jacobian[:, a, b] = np.where(slip, ratio[:, a] * stiffness * across, jacobian[:, a, b])
         state = np.where(pressed, np.where(slipping.any(axis=1), SLIP, STICK), LIFT_OFF)
         return ContactForces(-reaction[None], -jacobian[:, :, :, None, None], state.astype(np.int64))
+
+
+@dataclass(frozen=True)
+class MixedContact:
+    """Contact element of nodes under different laws: one element for the nodes of each (see `ContactElement`)."""
+
+    parts: tuple[tuple[NDArray[np.bool_], ContactElement], ...]  # which nodes (n_c,), and their element
+
+    def evaluate(self, displacement: Array) -> ContactForces:
+        """Forces and Jacobian for real coefficients `displacement` (2H+1, n_c, 3), metres."""
+        size, n_contacts, _ = displacement.shape
+        force, state = np.empty(displacement.shape), np.empty(n_contacts, dtype=np.int64)
+        jacobian = np.empty((n_contacts, 3, 3, size, size))
+        for nodes, element in self.parts:
+            found = element.evaluate(displacement[:, nodes])
+            force[:, nodes], jacobian[nodes], state[nodes] = found.force, found.jacobian, found.state
+        return ContactForces(force, jacobian, state)
 
 
 def contact_element(contact: ContactParameters, n_harmonics: int, options: SolverOptions) -> ContactElement:
@@ -154,7 +170,8 @@ def contact_element(contact: ContactParameters, n_harmonics: int, options: Solve
     Parameters
     ----------
     contact : ContactParameters
-        Parameters of the nodes; `contact.law` tells two Jenkins elements per node from the friction cone.
+        Parameters of the nodes; `contact.law` tells two Jenkins elements per node from the friction cone, for all
+        nodes or for each.
     n_harmonics : int
         Number of harmonics H; 0: statics.
     options : SolverOptions
@@ -182,6 +199,11 @@ def contact_element(contact: ContactParameters, n_harmonics: int, options: Solve
         from nonlinear.contact.aft import AFTContact
 
         return AFTContact(contact, n_harmonics, max(options.samples, least_samples(n_harmonics)))
+    if not isinstance(contact.law, str):
+        kinds = contact.cone, ~contact.cone
+        return MixedContact(
+            tuple((nodes, contact_element(contact.at(nodes), n_harmonics, options)) for nodes in kinds)
+        )
     if contact.law == "cone":
         from nonlinear.contact.cone_event_driven import EventDrivenCoulombCone
 

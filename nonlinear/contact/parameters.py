@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import Literal, Protocol, get_args
+from typing import Any, Literal, Protocol, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -42,9 +42,9 @@ class ContactParameters:
         Initial interference v0, m. Positive: pressed together. Negative: a gap.
     preload : (n_c,) float
         Normal load N0 that is already in equilibrium, N.
-    law : {"two_sliders", "cone"}
+    law : {"two_sliders", "cone"} or tuple of these
         Two sliders, one along t1 and one along t2, or one slider in the contact plane with the circular
-        friction cone.
+        friction cone: a word for all nodes, or one for each node.
     slider_origin : (n_c, 2) float
         Position w0 along (t1, t2) from which the sliders start, m; 0 by default. Where a node sticks all the time, it
         decides on the residual traction; elsewhere the steady cycle does not depend on it.
@@ -70,7 +70,7 @@ class ContactParameters:
     friction: Array
     interference: Array
     preload: Array
-    law: Law = "two_sliders"
+    law: Law | tuple[Law, ...] = "two_sliders"
     slider_origin: Array = field(default_factory=lambda: np.zeros((0, 2)))
 
     def __post_init__(self) -> None:
@@ -86,8 +86,7 @@ class ContactParameters:
                 raise ContactError(f"{name}: {values.tolist()}, allowed: finite numbers")
             if name != "interference" and np.any(values < 0.0):
                 raise ContactError(f"{name}: {float(values.min())!r}, allowed: 0 or more")
-        if self.law not in (laws := get_args(Law)):
-            raise ContactError(f"law: {self.law!r}, allowed: " + " or ".join(f'"{law}"' for law in laws))
+        self._check_law(length[0])
         origin = np.asarray(self.slider_origin, dtype=float)
         if origin.shape == (0, 2):
             object.__setattr__(self, "slider_origin", np.zeros((*length, 2)))
@@ -96,6 +95,19 @@ class ContactParameters:
         elif not np.all(np.isfinite(origin)):
             raise ContactError(f"slider_origin: {origin.tolist()}, allowed: finite numbers")
 
+    def _check_law(self, n_contacts: int) -> None:
+        """Check words and number of the laws; one word for all is kept as one word."""
+        laws, known = (self.law,) if isinstance(self.law, str) else tuple(self.law), get_args(Law)
+        for law in laws:
+            if law not in known:
+                raise ContactError(f"law: {law!r}, allowed: " + " or ".join(f'"{word}"' for word in known))
+        if not isinstance(self.law, str):
+            if len(laws) != n_contacts:
+                raise ContactError(
+                    f"law: {len(laws)} words, allowed: one word, or one for each of {n_contacts} nodes"
+                )
+            object.__setattr__(self, "law", laws[0] if len(set(laws)) == 1 else laws)
+
     @classmethod
     def joined(cls, *parts: "ContactParameters") -> "ContactParameters":
         """The parameters of several interfaces, one after the other (see `rom.with_interfaces`).
@@ -103,24 +115,36 @@ class ContactParameters:
         Parameters
         ----------
         *parts : ContactParameters
-            Those of each interface, all with the same friction law.
+            Those of each interface.
 
         Returns
         -------
         ContactParameters
             Parameters of all nodes.
-
-        Raises
-        ------
-        ContactError
-            For interfaces with different laws.
         """
-        laws = sorted({part.law for part in parts})
-        if len(laws) != 1:
-            raise ContactError(f"law: {laws}, allowed: one friction law for all interfaces")
-        names = [item.name for item in fields(cls) if item.name != "law"]
-        arrays = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
-        return cls(law=parts[0].law, **arrays)
+        arrays = {name: np.concatenate([getattr(part, name) for part in parts]) for name in cls._per_node()}
+        return cls(law=tuple(law for part in parts for law in part.laws), **arrays)
+
+    def at(self, nodes: NDArray[Any]) -> "ContactParameters":
+        """The parameters of some nodes.
+
+        Parameters
+        ----------
+        nodes : (n,) int or (n_c,) bool
+            Which nodes.
+
+        Returns
+        -------
+        ContactParameters
+            Their parameters.
+        """
+        laws = tuple(np.array(self.laws)[nodes].tolist())
+        return replace(self, law=laws, **{name: getattr(self, name)[nodes] for name in self._per_node()})
+
+    @classmethod
+    def _per_node(cls) -> list[str]:
+        """The names of the arrays."""
+        return [item.name for item in fields(cls) if item.name != "law"]
 
     @classmethod
     def shared(
@@ -184,6 +208,16 @@ class ContactParameters:
     def n_contacts(self) -> int:
         """Number of contact nodes."""
         return self.normal_stiffness.shape[0]
+
+    @property
+    def laws(self) -> tuple[Law, ...]:
+        """The friction law of each node."""
+        return (self.law,) * self.n_contacts if isinstance(self.law, str) else self.law
+
+    @cached_property
+    def cone(self) -> NDArray[np.bool_]:
+        """Nodes under the friction cone, (n_c,)."""
+        return np.array([law == "cone" for law in self.laws])
 
     @cached_property
     def initial_load(self) -> Array:

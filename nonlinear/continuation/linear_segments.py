@@ -230,10 +230,9 @@ class LinearSegmentSystem:
         Sliders are where the vibration leaves them: a node slips if no place between their limits is left.
         """
         normal, sliders = self._distances(displacement)
-        if self.contact.law == "cone":
-            sliders = self._distances_in_cone(displacement, of_static=float(self.at_origin))
+        in_cone = self._distances_in_cone(displacement, of_static=float(self.at_origin))
         each = sliders if self.at_origin else sliders.mean(axis=0)
-        return float(min(normal.min(), each.min(initial=np.inf)))
+        return float(min(normal.min(), each.min(initial=np.inf), in_cone.min(initial=np.inf)))
 
     def room(self, motion: LinearMotion) -> float:
         """The same of a motion of the system, which has none where the sliders have found no place."""
@@ -241,9 +240,11 @@ class LinearSegmentSystem:
 
     def moved(self, displacement: Array) -> NDArray[np.bool_]:
         """Which limits of the stuck sliders their origins would exceed, so that they have moved; of any shape."""
-        if self.contact.law == "cone":
-            return self._distances_in_cone(self.contact.from_slider_origin(displacement)) < 0.0
-        return self._distances(displacement)[1] < 0.0
+        return np.concatenate([self._distances(displacement)[1].ravel() < 0.0, self.moved_in_cone(displacement)])
+
+    def moved_in_cone(self, displacement: Array) -> NDArray[np.bool_]:
+        """The same of the stuck nodes under the friction cone."""
+        return self._distances_in_cone(self.contact.from_slider_origin(displacement)) < 0.0
 
     def _distances(self, displacement: Array) -> tuple[Array, Array]:
         """How far nodes are from opening or closing (n_c,), sliders at their origin from their limits (2, .), in m.
@@ -274,23 +275,29 @@ class LinearSegmentSystem:
         of_static, swings = np.zeros((2, sign.size, 3 * sign.size))
         of_static[nodes, normal], swings[nodes, normal] = sign * stiffness * per_metre, stiffness * per_metre
         offsets, rows, moving = [sign * at_rest * per_metre], [of_static], [swings]
-        if self.contact.law == "two_sliders":
-            held = np.flatnonzero(self.held)
-            reach = self.contact.friction[held] / self.contact.tangential_stiffness[held]
-            which = np.arange(held.size)
-            for axis, way in ((0, 1.0), (1, 1.0), (0, -1.0), (1, -1.0)):
-                of_static, swings = np.zeros((2, held.size, 3 * sign.size))
-                of_static[which, 3 * held + 2], of_static[which, 3 * held + axis] = reach * stiffness[held], -way
-                swings[which, 3 * held + 2], swings[which, 3 * held + axis] = -way * reach * stiffness[held], 1.0
-                offsets, rows, moving = [*offsets, reach * at_rest[held]], [*rows, of_static], [*moving, swings]
+        held = np.flatnonzero(self.held & ~self.contact.cone)
+        reach = self.contact.friction[held] / self.contact.tangential_stiffness[held]
+        which = np.arange(held.size)
+        for axis, way in ((0, 1.0), (1, 1.0), (0, -1.0), (1, -1.0)):
+            of_static, swings = np.zeros((2, held.size, 3 * sign.size))
+            of_static[which, 3 * held + 2], of_static[which, 3 * held + axis] = reach * stiffness[held], -way
+            swings[which, 3 * held + 2], swings[which, 3 * held + axis] = -way * reach * stiffness[held], 1.0
+            offsets, rows, moving = [*offsets, reach * at_rest[held]], [*rows, of_static], [*moving, swings]
         return np.concatenate(offsets), np.concatenate(rows), np.concatenate(moving)
 
+    @cached_property
+    def _held_in_cone(self) -> NDArray[np.int64]:
+        """Stuck nodes under the friction cone."""
+        return np.flatnonzero(self.held & self.contact.cone)
+
     def _distances_in_cone(self, displacement: Array, of_static: float = 1.0) -> Array:
-        """Distances of the stuck nodes from slip under the cone law, by bounds of motion and normal load, (1, .).
+        """Distances of the stuck nodes from slip under the cone law, by bounds of motion and normal load, (.,).
 
         `of_static`: the part of the static displacement that the sliders have not followed.
         """
-        held, contact = self.held, self.contact
+        held, contact = self._held_in_cone, self.contact
+        if not held.size:
+            return np.empty(0)
         harmonic = np.abs(displacement[1, held] + 1j * displacement[2, held])
         for h in range(2, self.harmonics[-1] + 1):
             harmonic = harmonic + np.abs(displacement[2 * h - 1, held] + 1j * displacement[2 * h, held])
@@ -298,7 +305,7 @@ class LinearSegmentSystem:
         mean = contact.unclipped_load(displacement[0, :, 2])[held]
         farthest = np.linalg.norm(of_static * np.abs(displacement[0, held, :2]) + harmonic[:, :2], axis=1)
         reach = contact.friction[held] / contact.tangential_stiffness[held]
-        return np.asarray(reach * (mean - stiffness * harmonic[:, 2]) - farthest)[None]
+        return np.asarray(reach * (mean - stiffness * harmonic[:, 2]) - farthest)
 
     def forces(self, displacement: Array) -> ContactForces:
         """Contact forces of a motion of the system, the same as those of the contact element."""

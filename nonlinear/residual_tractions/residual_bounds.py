@@ -81,14 +81,14 @@ class _Problem:
     def search(self, point: SolutionPoint, fixed_frequency: bool, radius: Array | None = None) -> Begun | None:
         """A search over the tractions, begun at a solution with its own tractions; None if it is not found again.
 
-        Over the places where the sliders start, with the friction cone or in a given `radius` (n_c, 2), m.
+        Over the places where the sliders start, with a friction cone or in a given `radius` (n_c, 2), m.
         """
         continuation = replace(
             self.continuation.with_balance(point.balance), adapt=None, stability=None, contact=None
         )
         element, displacement = self.element(point.balance.n_harmonics), point.displacement
         tractions: TractionElement
-        if self.contact.law == "cone" and radius is None:
+        if self.contact.cone.any() and radius is None:
             radius = self.radius(point)
         if radius is not None:
             variables = np.clip(self._position(point) / radius, -1.0, 1.0)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from nonlinear.contact.parameters import Array
 from nonlinear.stability.eigenproblem import Pencil
 from nonlinear.stability.modal_condensation import CondensedModes, Matrix, NodeBlocks
-from nonlinear.stability.slider_memory import ConeSliderMemory, SliderMemory
+from nonlinear.stability.slider_memory import NodeMemory, SliderMemory
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class ContactRows:
         return result
 
     def contact(self, values: Matrix) -> NodeBlocks:
-        """Jacobians (M, 2, 3, 2H+1, 2H+1) of the friction of the nodes of a friction cone."""
+        """Jacobians (M, 2, 3, 2H+1, 2H+1) of the friction of nodes."""
         if self.to_real is not None:
             values = np.linalg.inv(self.to_real) @ values @ self.to_real
         size = self.size - self.first_row
@@ -97,7 +97,7 @@ class MotionRows:
         return np.asarray(force.T @ self._of_slider(memory)).ravel()
 
     def contact(self, values: Matrix) -> Matrix:
-        """Jacobians (M, 2, 3, 2H+1, 2H+1) of the friction of the nodes of a friction cone, D^T K D."""
+        """Jacobians (M, 2, 3, 2H+1, 2H+1) of the friction of nodes, D^T K D."""
         every = self.motions.reshape(-1, 3, self.motions.shape[1])[self.node]
         return in_motions(values, every[:, :2], every, self.first_row)
 
@@ -371,14 +371,14 @@ def _memory_forces(memory: SliderMemory, rows: ContactRows | MotionRows, sigma: 
 
 
 @dataclass(frozen=True)
-class ConeMemoryFeedback:
-    """The contact Jacobian K(sigma) of sliders under the friction cone in place of K.
+class NodeMemoryFeedback:
+    """The contact Jacobian K(sigma) in place of K where a friction cone changes those of nodes as a whole.
 
     S(sigma) = K(sigma) (I - G_0 K(sigma))^-1 is solved for at each sigma; dS = Y dK X.
     """
 
     # `memory`, `rows`: the sliders, and the rows of their nodes
-    memory: ConeSliderMemory
+    memory: NodeMemory
     rows: ContactRows | MotionRows
     loop: ContactFeedback  # the loop at sigma = 0
 

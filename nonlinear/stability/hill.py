@@ -18,20 +18,19 @@ from numpy.typing import NDArray
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
 from nonlinear.stability.contact_feedback import (
-    ConeMemoryFeedback,
     ContactFeedback,
     ContactRows,
     Factors,
     MotionRows,
+    NodeMemoryFeedback,
     SliderMemoryFeedback,
     in_motions,
 )
 from nonlinear.stability.eigenproblem import CONVERGED, ROUND_OFF, Near, Pencil, Refined
 from nonlinear.stability.modal_condensation import CondensedModes, ContactFreeModel, Matrix, NodeBlocks
-from nonlinear.stability.slider_memory import ConeSliderMemory, SliderMemory
+from nonlinear.stability.slider_memory import Memory, SliderMemory
 from rom import RingModes
 
-Memory = SliderMemory | ConeSliderMemory
 RETENTION_RADIUS = 2.0
 RETENTION_HARMONIC = 5
 FEW_STATES = 24  # up to which all eigenvalues take less time than the inverse iteration for one
@@ -173,13 +172,13 @@ class HillProblem:
         rows: ContactRows | MotionRows | None,
     ) -> "HillEigenproblem":
         loop = ContactFeedback.closed(model, contact)
-        feedback: SliderMemoryFeedback | ConeMemoryFeedback | None = None
+        feedback: SliderMemoryFeedback | NodeMemoryFeedback | None = None
         if memory is not None:
             assert rows is not None
-            if isinstance(memory, ConeSliderMemory):
-                feedback = ConeMemoryFeedback(memory, rows, loop)
-            else:
+            if isinstance(memory, SliderMemory):
                 feedback = SliderMemoryFeedback.closed(memory, rows, loop)
+            else:
+                feedback = NodeMemoryFeedback(memory, rows, loop)
         closed = model.state_matrix + loop.b_s @ model.output_matrix
         return HillEigenproblem(
             self.conjugate_pairs, closed, loop.b_s_derivative @ model.output_matrix, feedback, loop
@@ -199,7 +198,7 @@ class HillEigenproblem:
     state_matrix: Matrix  # (n_z, n_z), A + B S C, S = S(0) without the memory
     flexibility_matrix: Matrix  # (n_z, n_z), B S G_1 S C
     # feedback of the slider memory, which makes S depend on sigma; None: there is none
-    memory: SliderMemoryFeedback | ConeMemoryFeedback | None = None
+    memory: SliderMemoryFeedback | NodeMemoryFeedback | None = None
     loop: ContactFeedback | None = None  # the contact Jacobian closed around the model; None where no node touches
 
     def eigenvalues(self, shift: complex = 0.0) -> ComplexArray:

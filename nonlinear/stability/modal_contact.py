@@ -17,7 +17,7 @@ from nonlinear.stability.contact_kernels import relative_motion_parts
 from nonlinear.stability.modal_condensation import Matrix
 from nonlinear.stability.point_contact import PointContact, columns_in_harmonics
 from nonlinear.stability.reduced_problem import ReducedProblem
-from nonlinear.stability.slider_memory import ConeSliderMemory, SliderMemory
+from nonlinear.stability.slider_memory import SliderMemory
 
 MemoryFactors = tuple[ComplexArray, ComplexArray]
 
@@ -127,10 +127,10 @@ class FaceContact:
         return np.asarray(self._periodic.at(np.array([kappa]))[0])
 
     def linearised(self, sigma: complex, kappas: Array) -> tuple[ComplexArray, MemoryFactors | ComplexArray | None]:
-        """B^H K(sigma) B and its derivative: two factors for two sliders, the whole for the cone, None for none."""
-        if isinstance(self.contact.memory, ConeSliderMemory):
-            of_cone, derivative = self._of_cone(sigma)
-            return of_cone.at(kappas), derivative.at(kappas)
+        """B^H K(sigma) B and its derivative: two factors for two sliders, the whole with a cone, None for none."""
+        if not isinstance(self.contact.memory, SliderMemory | None):
+            whole, derivative = self._whole(sigma)
+            return whole.at(kappas), derivative.at(kappas)
         value, sliders = self._periodic, self.sliders
         if sliders is None:
             return value.at(kappas), None
@@ -149,7 +149,7 @@ class FaceContact:
     def _periodic(self) -> FaceJacobian:
         return FaceJacobian.of(self.reduced, self.contact.jacobian)
 
-    def _of_cone(self, sigma: complex) -> tuple[FaceJacobian, FaceJacobian]:
+    def _whole(self, sigma: complex) -> tuple[FaceJacobian, FaceJacobian]:
         value, derivative = self.contact.at(sigma)
         assert derivative is not None
         return FaceJacobian.of(self.reduced, value), FaceJacobian.of(self.reduced, derivative)
@@ -171,7 +171,7 @@ def modal_contact(
     reduced: ReducedProblem, contact: PointContact, kappa: float
 ) -> "LowRankMemoryContact | FullMemoryContact":
     """The contact Jacobian of a point."""
-    kind = FullMemoryContact if isinstance(contact.memory, ConeSliderMemory) else LowRankMemoryContact
+    kind = LowRankMemoryContact if isinstance(contact.memory, SliderMemory | None) else FullMemoryContact
     return kind(reduced, contact, kappa)
 
 
@@ -219,7 +219,7 @@ class LowRankMemoryContact(_ContactInModes):
     @property
     def _memory(self) -> SliderMemory | None:
         memory = self.contact.memory
-        assert not isinstance(memory, ConeSliderMemory)
+        assert isinstance(memory, SliderMemory | None)
         return memory
 
     @cached_property
@@ -274,7 +274,7 @@ class LowRankMemoryContact(_ContactInModes):
 
 
 class FullMemoryContact(_ContactInModes):
-    """The friction cone: its memory changes the Jacobian of each node as a whole."""
+    """With a friction cone: the memory changes the Jacobian of each node as a whole."""
 
     def matrix(self, sigma: complex) -> ComplexArray:
         """B^H K(sigma) B, (D, D)."""

@@ -10,7 +10,7 @@ from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
 from nonlinear.stability.contact_kernels import all_in_harmonics
 from nonlinear.stability.modal_condensation import Matrix
-from nonlinear.stability.slider_memory import ConeSliderMemory, SliderMemory
+from nonlinear.stability.slider_memory import JoinedMemory, Memory, NodeMemory, SliderMemory
 
 
 @dataclass(frozen=True)
@@ -19,17 +19,15 @@ class PointContact:
 
     jacobian: Array  # (n_c, 3, 3, 2H+1, 2H+1), K(0) as in `ContactForces`
     omega: float  # excitation frequency, rad/s
-    memory: SliderMemory | ConeSliderMemory | None  # slider memory; None: there is none
+    memory: Memory | None  # slider memory; None: there is none
 
     def at(self, sigma: complex) -> tuple[Matrix, Matrix | None]:
         """K(sigma) and its derivative, each as `jacobian`; None without a memory."""
         memory = self.memory
         if memory is None:
             return self.jacobian, None
-        if isinstance(memory, ConeSliderMemory):
-            change, derivative = (self._of_cone(memory, values) for values in memory.jacobian(sigma))
-        else:
-            change, derivative = (self._of_sliders(memory, values) for values in memory.force(sigma))
+        whole = JoinedMemory(memory) if isinstance(memory, SliderMemory) else memory
+        change, derivative = (self._of_nodes(whole, values) for values in whole.jacobian(sigma))
         return self.jacobian + change, derivative
 
     def in_harmonics(self, static: bool) -> ComplexArray:
@@ -46,7 +44,7 @@ class PointContact:
         Shapes: `motion` (S, 3 n_c).
         """
         memory = self.memory
-        if isinstance(memory, ConeSliderMemory):
+        if not isinstance(memory, SliderMemory | None):
             return self._frozen(sigma).forces(0.0, motion, static, adjoint)
         jacobian = self.in_harmonics(static)
         nodes, size = jacobian.shape[:2]
@@ -94,18 +92,9 @@ class PointContact:
         """What has been formed of this point, by the identity of the reduced problem or of the shared motions."""
         return {}
 
-    def _of_cone(self, memory: ConeSliderMemory, values: Matrix) -> Matrix:
+    def _of_nodes(self, memory: NodeMemory, values: Matrix) -> Matrix:
         result = np.zeros(self.jacobian.shape, dtype=values.dtype)
         result[memory.node, :2] = values
-        return result
-
-    def _of_sliders(self, memory: SliderMemory, force: Matrix) -> Matrix:
-        """P Q^T of each stick interval: dw(theta_s) = du + r dd_n makes the `force`."""
-        result = np.zeros(self.jacobian.shape, dtype=force.dtype)
-        blocks = force[:, :, None] * memory.basis[:, None, :]
-        for node, direction, slope, block in zip(memory.node, memory.direction, memory.dw_dn, blocks, strict=True):
-            result[node, direction, direction] += block
-            result[node, direction, 2] += slope * block
         return result
 
 

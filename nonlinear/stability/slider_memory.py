@@ -6,6 +6,7 @@ it.
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,22 @@ from nonlinear.stability.contact_kernels import cone_periodic_response, stick_in
 from nonlinear.stability.modal_condensation import Matrix
 
 REPEAT_TOLERANCE = 1e-12  # of the largest motion: a cycle that comes back this near is the steady one
+
+
+class NodeMemory(Protocol):
+    """A memory that changes the contact Jacobian of each of its nodes as a whole."""
+
+    @property
+    def node(self) -> Integers:
+        """The nodes, (M,)."""
+        ...
+
+    def jacobian(self, sigma: complex) -> tuple[Matrix, Matrix]:
+        """The contact Jacobian at `sigma` beyond that at 0, and its derivative.
+
+        Shapes: returns `change, derivative` (M, 2, 3, 2H+1, 2H+1).
+        """
+        ...
 
 
 @dataclass(frozen=True)
@@ -39,10 +56,7 @@ class ConeSliderMemory:
     table: Array  # (N, 2H+1), basis functions at the instants
 
     def jacobian(self, sigma: complex) -> tuple[Matrix, Matrix]:
-        """The contact Jacobian at `sigma` beyond that at 0.
-
-        Shapes: returns `change, derivative` (M, 2, 3, 2H+1, 2H+1).
-        """
+        """See `NodeMemory`."""
         value, derivative = self._coefficients(sigma)
         change = value - self._periodic
         return (change, derivative) if isinstance(sigma, complex) else (change.real, derivative.real)
@@ -70,7 +84,7 @@ class ConeSliderMemory:
 def cone_slider_memory(
     parameters: ContactParameters, table: Array, motion: Array, speed: Array
 ) -> ConeSliderMemory | None:
-    """Slider memory under a periodic motion; None if each of the sliders sticks or is open throughout.
+    """Memory of the nodes under the cone; None if each of the sliders sticks or is open throughout.
 
     Shapes: `table` (N, 2H+1), `motion` (n_c, 3, N), `speed` (n_c, 3, N).
     """
@@ -79,7 +93,7 @@ def cone_slider_memory(
     p, n = parameters, table.shape[0]
     load = p.normal_load(motion[:, 2].T).T
     found = []
-    for k in np.flatnonzero(p.can_stick & np.any(load > 0.0, axis=1)):
+    for k in np.flatnonzero(p.cone & p.can_stick & np.any(load > 0.0, axis=1)):
         limit, kt = p.friction[k] * load[k], float(p.tangential_stiffness[k])
         plane, traction = np.ascontiguousarray(motion[k, :2].T), np.empty((n, 2))
         state = np.empty(n, dtype=np.int64)
@@ -138,7 +152,7 @@ class SliderMemory:
 
     r = -+ mu kn / kt where slip ended, r = -u' / d_n' at re-contact. The Jacobian of the contact element is that of a
     periodic perturbation. One that grows as e^(lambda t) was smaller at theta_s, by
-    e^(-sigma (theta - theta_s)), sigma = lambda / omega. For `law = "two_sliders"`.
+    e^(-sigma (theta - theta_s)), sigma = lambda / omega. For nodes of two sliders.
     """
 
     # `node`, `direction`: (M,), the slider
@@ -224,6 +238,43 @@ def _basis(powers: Matrix) -> Matrix:
 
 
 @dataclass(frozen=True)
+class JoinedMemory:
+    """The sliders of nodes under both laws, or two sliders a node, as a memory of whole nodes."""
+
+    sliders: SliderMemory
+    cone: ConeSliderMemory | None = None
+
+    @cached_property
+    def node(self) -> Integers:
+        """The nodes, (M,): first those of two sliders."""
+        return self._of_sliders if self.cone is None else np.concatenate([self._of_sliders, self.cone.node])
+
+    @cached_property
+    def _of_sliders(self) -> Integers:
+        return np.unique(self.sliders.node)
+
+    def jacobian(self, sigma: complex) -> tuple[Matrix, Matrix]:
+        """See `NodeMemory`: of two sliders P Q^T of each stick interval, dw(theta_s) = du + r dd_n makes P."""
+        found = [self._by_node(values) for values in self.sliders.force(sigma)]
+        if self.cone is not None:
+            found = [np.concatenate(pair) for pair in zip(found, self.cone.jacobian(sigma), strict=True)]
+        return found[0], found[1]
+
+    def _by_node(self, force: Matrix) -> Matrix:
+        """Sums over the intervals of each node."""
+        sliders, size = self.sliders, force.shape[1]
+        result = np.zeros((self._of_sliders.size, 2, 3, size, size), dtype=force.dtype)
+        place, blocks = np.searchsorted(self._of_sliders, sliders.node), force[:, :, None] * sliders.basis[:, None, :]
+        for node, direction, slope, block in zip(place, sliders.direction, sliders.dw_dn, blocks, strict=True):
+            result[node, direction, direction] += block
+            result[node, direction, 2] += slope * block
+        return result
+
+
+Memory = SliderMemory | ConeSliderMemory | JoinedMemory
+
+
+@dataclass(frozen=True)
 class MemorySampler:
     """Linearises the sliders over a cycle, at equidistant instants."""
 
@@ -241,7 +292,7 @@ class MemorySampler:
         derivative[:, 2::2] = -order * table[:, 1::2]
         return table, derivative
 
-    def memory(self, displacement: Array) -> SliderMemory | ConeSliderMemory | None:
+    def memory(self, displacement: Array) -> Memory | None:
         """Slider memory under the periodic `displacement` (2H+1, n_c, 3), m; None if no slider slips or touches."""
         p, n = self.parameters, self.samples
         deflection = p.from_slider_origin(displacement)
@@ -249,8 +300,13 @@ class MemorySampler:
             np.ascontiguousarray((table @ deflection.reshape(table.shape[1], -1)).T).reshape(-1, 3, n)
             for table in self._tables
         )
-        if p.law == "cone":
-            return cone_slider_memory(p, self._tables[0], motion, speed)
+        cone = cone_slider_memory(p, self._tables[0], motion, speed) if p.cone.any() else None
+        sliders = None if p.cone.all() else self._of_sliders(motion, speed)
+        return JoinedMemory(sliders, cone) if sliders is not None and cone is not None else sliders or cone
+
+    def _of_sliders(self, motion: Array, speed: Array) -> SliderMemory | None:
+        """The memory of nodes of two sliders; `motion`, `speed`: (n_c, 3, samples)."""
+        p, n = self.parameters, self.samples
         state, sign, count = self._return_map(motion)
         found = np.flatnonzero(count)
         row, sample, length = found // n, found % n, count.ravel()[found]
@@ -275,7 +331,7 @@ class MemorySampler:
         load = p.normal_load(motion[:, 2].T).T
         state, sign = (np.full((len(motion), 2, self.samples), -1, dtype=np.int64) for _ in range(2))
         count = np.zeros((len(motion), 2, self.samples), dtype=np.int64)
-        slides = (p.tangential_stiffness > 0.0) & np.any(load > 0.0, axis=1)
+        slides = ~p.cone & (p.tangential_stiffness > 0.0) & np.any(load > 0.0, axis=1)
         limit = np.ascontiguousarray(p.friction[:, None] * load)
         stiffness = np.ascontiguousarray(p.tangential_stiffness, dtype=float)
         stick_intervals(motion, limit, stiffness, slides, (state, sign, count))

@@ -8,7 +8,7 @@ of it, G its own flexibility over the step. The law f = F(d) with the tangent F'
 E is kept from step to step and brought to K where a node opens, closes, sticks or slips, by updates of rank one: the
 cost of a step does not depend on the stiffness. Which branch of the law a node is on is told by its motion without
 the force on itself (primal-dual active set). The pairs follow one another until no force changes (Gauss-Seidel).
-Where Newton's method cycles, and under the friction cone, the nodes are visited one by one: each is solved in closed
+Where Newton's method cycles, and with a friction cone, the nodes are visited one by one: each is solved in closed
 form with its own flexibility g, component by component (projected Gauss-Seidel).
 
 Law of the node, with the load p = N0 + kn (v0 + d_n), N = max(p, 0), the limit mu N and the slider position w:
@@ -59,7 +59,7 @@ class NodeLaw(NamedTuple):
     friction: Array
     initial_load: Array
     preload: Array
-    cone: bool
+    cone: NDArray[np.bool_]
 
 
 class RingSystem(NamedTuple):
@@ -130,7 +130,7 @@ class RingWork(NamedTuple):
 def node_law(contact: ContactParameters, n_nodes: int) -> NodeLaw:
     """Contact parameters of the nodes of one pair of faces that all are alike, or of all q pairs, pair after pair."""
 
-    def by_pair(values: Array) -> Array:
+    def by_pair(values: NDArray[Any]) -> NDArray[Any]:
         return np.array(values, order="C").reshape(-1, n_nodes)
 
     return NodeLaw(
@@ -139,7 +139,7 @@ def node_law(contact: ContactParameters, n_nodes: int) -> NodeLaw:
         by_pair(contact.friction),
         by_pair(contact.initial_load),
         by_pair(contact.preload),
-        contact.law == "cone",
+        by_pair(contact.cone),
     )
 
 
@@ -217,7 +217,7 @@ def begin_step(j: int, node: int, system: RingSystem, work: RingWork) -> None:
     for a in range(2):
         work.slip[j, node, a] = 0.0
     stiffness = contact.tangential_stiffness[k, node]
-    if not contact.cone or load <= 0.0 or stiffness == 0.0:
+    if not contact.cone[k, node] or load <= 0.0 or stiffness == 0.0:
         return
     x = work.motion[j, first] - work.slider[j, node, 0]
     y = work.motion[j, first + 1] - work.slider[j, node, 1]
@@ -413,7 +413,7 @@ def _solve_tangents(
         stick *= load / (load - before)
         anchor_x, anchor_y = work.motion[j, row], work.motion[j, row + 1]
     limit = contact.friction[k, node] * load
-    if contact.cone:
+    if contact.cone[k, node]:
         change_x, change_y, sticks = _solve_plane(j, node, (x - anchor_x, y - anchor_y, stick, limit), system, work)
         sticks_x, sticks_y = sticks, sticks
     else:

@@ -387,7 +387,7 @@ class RingIntegrator:
         packed_force, packed_motion = padded(force, 1), padded(motion, 1)
         width = packed_force.shape[1]
         own = self._march.system.own
-        at_once = width <= MOST_DENSE and self.ring.contact.law != "cone"
+        at_once = width <= MOST_DENSE and not self.ring.contact.cone.any()
         closed = np.tile(own, (self.n_blades // len(own), 1, 1))
         return RingWork(
             coordinates=coordinates,

@@ -141,19 +141,21 @@ def _interface_rows(scene: Scene, interfaces: Mapping[str, int]) -> list[tuple[s
     """Stiffness, friction and interference of the contact interfaces, a row for each where several touch."""
     chosen = scene.contact.interfaces or tuple(interfaces)
     said = {name: _contact_said(scene.contact_of(name)) for name in interfaces if name in chosen}
-    law = f"law: {scene.contact.law.replace('_', ' ')}"
+    laws = {name: f"law: {scene.contact_of(name).law.replace('_', ' ')}" for name in said}
     if len(said) == 1:
-        ((stiffness, friction, interference, _),) = said.values()
+        ((stiffness, friction, interference, _),), (law,) = said.values(), laws.values()
         shown = friction.removeprefix(quantity("contact.friction").symbol).strip()
         return [
             ("stiffness of the whole face", stiffness),
             ("friction", f"{shown}, {law}"),
             ("interference", interference),
         ]
+    alike = len(set(laws.values())) == 1
     rows = [
-        (f"interface {n}", f"{interfaces[n]} pairs of nodes, {', '.join(filter(None, s))}") for n, s in said.items()
+        (f"interface {n}", ", ".join(filter(None, (f"{interfaces[n]} pairs of nodes", *s, laws[n] * (not alike)))))
+        for n, s in said.items()
     ]
-    return [*rows, ("friction", law)]
+    return [*rows, *([("friction", next(iter(laws.values())))] if alike else [])]
 
 
 def _contact_said(contact: Contact) -> tuple[str, str, str, str]:

@@ -190,12 +190,13 @@ def _curve_lines(found: dict[str, Any], width: int) -> Iterator[str]:
     if any(item.worst_motion in STARRED for item in facts.values()):
         yield "*: the worst motion does not repeat (quasi-periodic or irregular); the branch is where it departs from"
     asked = settings.get("response.residual_tractions") == "bounds"
+    laws = {value for key, value in settings.items() if key.endswith(".law")}
     paragraphs = {
         "Parameters of every curve (SI units, angles in degrees)": _shared(found["curves"]),
         "How sure": [*error_sentences(facts, found.get("models", ())), *_accuracy(found)],
         "Search for the worst motion": [*search_sentences(facts), *open_sentences(facts), *branch_sentences(facts)],
         "Bifurcations of the main branches": bifurcation_sentences(facts),
-        "Static tractions": residual_sentences(facts, asked, settings.get("contact.law") == "cone"),
+        "Static tractions": residual_sentences(facts, asked, "cone" in laws),
     }
     for heading, sentences in paragraphs.items():
         if sentences:

@@ -37,7 +37,7 @@ def has_bounds(facts: CurveSummary) -> bool:
 
 def is_estimate(curve: CurveResult) -> bool:
     """Whether the bounds are estimates only: with the friction cone the search is not exact."""
-    return curve.member.scene.contact.law == "cone"
+    return "cone" in curve.member.scene.laws
 
 
 def bounds_text(facts: CurveSummary) -> str:

@@ -1,4 +1,4 @@
-"""[contact] and [interface.NAME] of a scene: law and integration of all contacts, parameters of each interface."""
+"""[contact] and [interface.NAME] of a scene: integration of all contacts, law and parameters of each interface."""
 
 from __future__ import annotations
 
@@ -63,7 +63,10 @@ _MEANINGS = {
     "interference": "v0, m: above 0 pressed together, below 0 a gap",
     "preload": "N0, N for each node (a number: on average): normal load already in equilibrium",
 }
-PER_NODE = tuple(_MEANINGS)  # keys that an interface may have of its own
+PER_NODE = tuple(_MEANINGS)  # keys with a value for each contact node
+OF_INTERFACE = (*PER_NODE, "law")  # keys that an interface may have of its own
+_LAW = "one slider along t1 and one along t2, or one slider in the plane"
+Law = Literal["two_sliders", "cone"]
 
 
 class Contact(Section):
@@ -74,9 +77,7 @@ class Contact(Section):
     friction: NotNegative | Positives | FaceField = key(_MEANINGS["friction"], NODE_BY_NODE)
     interference: Distance | Distances | FaceField = key(_MEANINGS["interference"], NODE_BY_NODE, 0.0)
     preload: NotNegative | Positives | FaceField = key(_MEANINGS["preload"], NODE_BY_NODE, 0.0)
-    law: Literal["two_sliders", "cone"] = key(
-        "one slider along t1 and one along t2, or one slider in the plane", "{words}", "two_sliders"
-    )
+    law: Law = key(_LAW, "{words}", "two_sliders")
     integration: Literal["exact", "sampled"] = key(
         "how a period is integrated: from event to event or at equal instants", "{words}", "exact"
     )
@@ -108,8 +109,9 @@ class Interface(Section):
     friction: NotNegative | Positives | FaceField | None = key(_MEANINGS["friction"], NODE_BY_NODE, None)
     interference: Distance | Distances | FaceField | None = key(_MEANINGS["interference"], NODE_BY_NODE, None)
     preload: NotNegative | Positives | FaceField | None = key(_MEANINGS["preload"], NODE_BY_NODE, None)
+    law: Law | None = key(_LAW, "{words}", None)
 
     @property
     def given(self) -> dict[str, Any]:
         """The values that are given, by key."""
-        return {name: value for name in PER_NODE if (value := getattr(self, name)) is not None}
+        return {name: value for name in OF_INTERFACE if (value := getattr(self, name)) is not None}

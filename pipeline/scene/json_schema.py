@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from pipeline.scene.contact_section import PER_NODE
+from pipeline.scene.contact_section import OF_INTERFACE
 from pipeline.scene.dotted_keys import INTERFACE
 from pipeline.scene.presets import PRESETS, SIZE
 from pipeline.scene.reading import DEPRECATED_VALUES
@@ -13,7 +13,7 @@ from pipeline.scene.schema import NOT_SWEPT, NOT_SWEPT_KEYS, SECTIONS, Scene
 from pipeline.scene.sweep import LARGEST_SWEEP, takes_fractions
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
-OF_INTERFACE = rf"^{INTERFACE}\..+\.({'|'.join(PER_NODE)})$"  # dotted keys, for whatever interfaces a model has
+INTERFACE_KEYS = rf"^{INTERFACE}\..+\.({'|'.join(OF_INTERFACE)})$"  # dotted keys, for whatever interfaces a model has
 Schemas = Mapping[str, Mapping[str, dict[str, Any]]]  # section -> key -> schema of its value
 BY_PRESET = {SIZE, *(key for preset in PRESETS.values() for key in preset.values)}
 
@@ -71,7 +71,7 @@ def _keys(properties: dict[str, Any], of_interface: dict[str, Any]) -> dict[str,
     return {
         "type": "object",
         "properties": properties,
-        "patternProperties": {OF_INTERFACE: of_interface},
+        "patternProperties": {INTERFACE_KEYS: of_interface},
         "additionalProperties": False,
     }
 
@@ -104,7 +104,7 @@ def _latin_hypercube(values: Schemas) -> dict[str, Any]:
         "ranges": {**ranges, "description": "dotted keys with [low, high]"},
         "logarithmic": {
             "type": "array",
-            "items": {"anyOf": [{"enum": names}, {"type": "string", "pattern": OF_INTERFACE}]},
+            "items": {"anyOf": [{"enum": names}, {"type": "string", "pattern": INTERFACE_KEYS}]},
             "description": "keys of ranges whose logarithm is sampled",
         },
     }

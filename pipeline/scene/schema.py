@@ -472,6 +472,11 @@ class Scene(Section):
         own = self.interface.get(interface, self.interface.get(DAMPER) if interface in INTERFACES[DAMPER] else None)
         return self.contact if own is None else self.contact.model_copy(update=own.given)
 
+    @property
+    def laws(self) -> set[str]:
+        """The friction laws of all interfaces."""
+        return {self.contact.law, *(own.law for own in self.interface.values() if own.law is not None)}
+
     def section(self, table: str) -> Any:
         """The section of a table by its name, that of an interface as `contact_of`; None where there is none."""
         name = interface_of(f"{table}.")

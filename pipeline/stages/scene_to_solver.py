@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from pipeline.scene.contact_section import AS_FIELD, PER_NODE, FaceField
+from pipeline.scene.contact_section import AS_FIELD, OF_INTERFACE, PER_NODE, FaceField
 from pipeline.scene.schema import DAMPER, INTERFACES
 
 if TYPE_CHECKING:
@@ -104,7 +104,7 @@ def contact_parameters(
 
     parts, first = [], 0
     for each in contacts:
-        values = each.contact.model_dump(include={*PER_NODE, "law"})
+        values = each.contact.model_dump(include={*OF_INTERFACE})
         own = None if area is None else area[first : first + each.nodes]
         parts.append(ContactParameters.shared(each.nodes, **values, area=own))
         first += each.nodes

@@ -89,4 +89,4 @@ def _is_stored(run: Run, scene: Scene, given: str | None) -> bool:
 
 
 def _cases(scenes: Sequence[Scene]) -> tuple[tuple[str, str], ...]:
-    return tuple(sorted({(scene.contact.law, scene.contact.integration) for scene in scenes}))
+    return tuple(sorted({(law, scene.contact.integration) for scene in scenes for law in scene.laws}))

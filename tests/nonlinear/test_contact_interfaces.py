@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from lumped import lumped_blade
+from scipy.linalg import block_diag
 
 from nonlinear import (
     ContactError,
@@ -16,6 +17,7 @@ from nonlinear import (
     build_harmonic_balance,
 )
 from nonlinear.continuation.linear_segments import LinearSegments
+from nonlinear.continuation.solution_point import LinearState
 from nonlinear.harmonic_balance.initial_solution import periodic_start
 from nonlinear.stability.eigenproblem import converged
 from nonlinear.stability.floquet import FloquetAnalysis
@@ -82,9 +84,9 @@ def whole_ring():
     return modal_model(ring, damping_ratio=0.02), ContactParameters.joined(*[CONTACT] * N), Excitation(1, 1.0)
 
 
-def solved(problem, harmonics=HARMONICS):
+def solved(problem, harmonics=HARMONICS, integration="exact"):
     """The balance and its solution from rest."""
-    options = SolverOptions((0.1, 0.8), harmonics=harmonics)
+    options = SolverOptions((0.1, 0.8), harmonics=harmonics, integration=integration)
     balance = build_harmonic_balance(*problem, options)
     start = periodic_start(balance, OMEGA, np.zeros((balance.n_contacts, 3)), options)
     assert start.converged
@@ -175,5 +177,82 @@ def test_interfaces_that_do_not_fit_are_refused():
         replace(MODEL, interfaces={"shroud": 2, "stop": 1})
     with pytest.raises(ReducedModelError, match="right: shape"):
         with_interfaces(BLADE, replace(STOP, right=TIP[:2]))
-    with pytest.raises(ContactError, match="one friction law"):
-        ContactParameters.joined(CONTACT, replace(CONTACT, law="cone"))
+    with pytest.raises(ContactError, match="one for each of 4 nodes"):
+        replace(CONTACT, law=("cone", "two_sliders"))
+
+
+LAWS = "cone", "two_sliders"
+HALVES = slice(0, 2), slice(2, 4)  # nodes under each
+OTHER = replace(BLADE, stiffness=1.3 * BLADE.stiffness)
+
+
+def under_two_laws():
+    """Each blade with a law of its own, and both in one sector: nothing but the sector joins them."""
+    alone = [
+        (modal_model(blade, damping_ratio=0.02), replace(interface(2, stiffness, 0.1), law=law), Excitation(1, 1.0))
+        for blade, stiffness, law in zip((BLADE, OTHER), (6.0, 5.0), LAWS, strict=True)
+    ]
+
+    def joined(name):
+        return block_diag(*(getattr(blade, name) for blade in (BLADE, OTHER)))
+
+    sector = replace(
+        BLADE,
+        mass=joined("mass"),
+        stiffness=joined("stiffness"),
+        contact_right=joined("contact_right"),
+        contact_left=joined("contact_left"),
+        contact_position=np.tile(PLACE, (2, 1)),
+        force_excitation=np.tile(BLADE.force_excitation, 2),
+        force_static=None,
+        outputs={"tip": np.tile(BLADE.outputs["tip"], 2)},
+    )
+    contact = ContactParameters.joined(*(each[1] for each in alone))
+    return alone, (modal_model(sector, damping_ratio=0.02), contact, Excitation(1, 1.0))
+
+
+@pytest.mark.parametrize("integration", ["exact", "sampled"])
+def test_two_laws_that_nothing_joins_are_each_its_own(integration):
+    """The balance and its forces, its linear states, and the growth rates of all nodal diameters."""
+    alone, both = under_two_laws()
+    balance, displacement = solved(both, integration=integration)
+    parts = [solved(each, integration=integration) for each in alone]
+    assert both[1].laws == (LAWS[0],) * 2 + (LAWS[1],) * 2
+    assert displacement == pytest.approx(np.concatenate([motion for _, motion in parts], axis=1), abs=1e-9)
+    assert set(balance.forces_of(displacement).state[:2]) | set(balance.forces_of(displacement).state[2:]) == {1, 2}
+    every = np.array([True, False, True, False])
+    state = LinearState(every)
+    whole = LinearSegments(balance, both[1]).system(state)
+    own = [
+        LinearSegments(each, problem[1]).system(LinearState(every[:2]))
+        for (each, _), problem in zip(parts, alone, strict=True)
+    ]
+    moved = 1e-3 * np.random.default_rng(2).normal(size=displacement.shape)
+    assert whole.margin(moved) == pytest.approx(
+        min(one.margin(moved[:, part]) for one, part in zip(own, HALVES, strict=True))
+    )
+    assert whole.moved(moved).sum() == sum(
+        one.moved(moved[:, part]).sum() for one, part in zip(own, HALVES, strict=True)
+    )
+    for k in range(N):
+        kappa = 2.0 * np.pi * k / N
+        problem = eigenproblem(balance, both[1], displacement, kappa)
+        for (each, motion), (_, contact, _) in zip(parts, alone, strict=True):
+            separate = eigenproblem(each, contact, motion, kappa)
+            values = separate.eigenvalues(0.2j)
+            values = values[np.abs(values.imag - 0.2) < 0.25]
+            refined = converged(separate, values[np.argmax(values.real)])
+            assert converged(problem, refined.value).value == pytest.approx(refined.value, abs=1e-7)
+
+
+def test_two_laws_in_time_are_each_its_own():
+    alone, both = under_two_laws()
+
+    def period(problem):
+        integrator = RingIntegrator.of(Ring(*problem), OMEGA, retention=200.0)
+        output = integrator.march(integrator.on_wave(solved(problem)[1]), 2).output_m[-1]
+        instants = np.arange(len(output)) / len(output)
+        return np.array([np.interp(np.linspace(0.0, 0.9, 40), instants, blade) for blade in output.T])
+
+    together, apart = period(both), [period(each) for each in alone]
+    assert together == pytest.approx(sum(apart), abs=1e-3 * np.abs(together).max())

@@ -182,6 +182,18 @@ def test_each_interface_has_its_own_parameters_and_those_of_contact_otherwise(tm
     assert key_value(first, "interface.foot.interference") == pytest.approx(1.5e-3)
 
 
+def test_each_interface_has_its_own_law(tmp_path: Path) -> None:
+    """Given, swept and read back from the curve."""
+    tables = scene(foot={"law": "cone"}) | {"sweep": {"interface.tip.law": ["two_sliders", "cone"]}}
+    one = solved(tmp_path, tables, cut("tip", "foot"))["curves"]
+    assert [curve["parameters"] for curve in one] == [{"interface.tip.law": law} for law in ("two_sliders", "cone")]
+    with h5py.File(tmp_path / "out" / "response.h5") as file:
+        read = contacts_of_curve(file["curve/0"])
+    assert [each.contact.law for each in read] == ["two_sliders", "cone"]
+    first = read_scene(tmp_path / "scene.toml").first
+    assert contact_on_model(first, cut("tip", "foot")).laws == ("two_sliders", "cone", "cone")
+
+
 def test_scenes_without_the_tables_have_the_inputs_of_before(tmp_path: Path) -> None:
     """Otherwise results kept in stores would be computed again; with them every value counts."""
     plain, named = (
@@ -219,7 +231,7 @@ def test_keys_of_interfaces_are_swept(tmp_path: Path) -> None:
         assert file.swept == keys
         assert len(file.members) == 2
         assert schema.is_valid(table) or "interface" in table
-    assert not schema.is_valid({"interface.foot.law": ["cone"]})
+    assert not schema.is_valid({"interface.foot.samples": [64]})
     file = read_scene(
         write_scene(tmp_path / "s.toml", scene(foot={"friction": 0.1}) | {"sweep": {"contact.friction": [0.2, 0.3]}})
     )
@@ -276,7 +288,8 @@ KNOWN = "allowed: contact interfaces of the model: tip, foot"
         ),
         ({"interface": {"foot": {"friction": -0.1}}}, "interface.foot.friction: -0.1, allowed: a number, 0 to "),
         ({"interface": {"foot": {"fricton": 0.1}}}, "interface.foot.fricton: unknown key, did you mean "),
-        ({"interface": {"foot": {"law": "cone"}}}, "interface.foot.law: unknown key, "),
+        ({"interface": {"foot": {"law": "con"}}}, 'interface.foot.law: "con", allowed: "two_sliders" or "cone"'),
+        ({"interface": {"foot": {"samples": 64}}}, "interface.foot.samples: unknown key, "),
         (
             {"interface": {"foot": {"normal_stiffness": "punch"}}},
             'interface.foot.normal_stiffness: "punch", allowed: ',

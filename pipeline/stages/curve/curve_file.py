@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.codec import restored
-from pipeline.scene.contact_section import PER_NODE, Contact
+from pipeline.scene.contact_section import OF_INTERFACE, Contact
 from pipeline.scene.dotted_keys import CONTACT, INTERFACE
 from pipeline.scene.loads_section import ExcitationHarmonic
 from pipeline.scene.schema import MAIN_INTERFACE
@@ -88,7 +88,7 @@ def used_parameters(
     first = contacts[0].contact.model_dump(exclude={"interfaces"})
     values: dict[str, Any] = {f"{CONTACT}.{key}": value for key, value in first.items()}
     for each in contacts if len(contacts) > 1 else ():
-        values |= {f"{INTERFACE}.{each.name}.{key}": getattr(each.contact, key) for key in PER_NODE}
+        values |= {f"{INTERFACE}.{each.name}.{key}": getattr(each.contact, key) for key in OF_INTERFACE}
     values |= {f"response.{key}": value for key, value in response.items()}
     values["excitation.engine_order"] = scene.excitation.engine_order
     values["excitation.force"] = scene.excitation.force
@@ -115,7 +115,8 @@ def contacts_of_curve(group: h5py.Group) -> tuple[InterfaceContact, ...]:
     first = section_from_attributes(Contact, attributes)
     found = []
     for each in json.loads(attributes.get(INTERFACES, "[]")):
-        own = {key: _scene_value(attributes[f"{INTERFACE}.{each['name']}.{key}"]) for key in PER_NODE}
+        keys = {key: f"{INTERFACE}.{each['name']}.{key}" for key in OF_INTERFACE}
+        own = {key: _scene_value(attributes[name]) for key, name in keys.items() if name in attributes}
         found.append(InterfaceContact(each["name"], first.model_copy(update=own), each["nodes"]))
     nodes = group["relative_displacement"].shape[2]
     return tuple(found) or (InterfaceContact(MAIN_INTERFACE, first, nodes),)
