@@ -82,7 +82,12 @@ if TYPE_CHECKING:
         at_range_end,
     )
     from nonlinear.response_extension import Extension, carry_branches, extend_response
-    from nonlinear.response_solver import build_harmonic_balance, forced_response
+    from nonlinear.response_solver import (
+        ResponseStage,
+        build_harmonic_balance,
+        forced_response,
+        response_stages,
+    )
     from nonlinear.time_integration.ring import Ring, RingState, StepError
     from nonlinear.time_integration.ring_integrator import ContactIterationError, RingIntegrator, RingRecord
     from nonlinear.time_integration.ring_motion import RingLimits, RingMotion, integrate_ring
@@ -135,6 +140,7 @@ __all__ = [
     "ResidualBounds",
     "ResidualExtreme",
     "ResponseCurve",
+    "ResponseStage",
     "Ring",
     "RingIntegration",
     "RingIntegrator",
@@ -177,6 +183,7 @@ __all__ = [
     "peak_sensitivity",
     "performance_curve",
     "punch_stiffness",
+    "response_stages",
     "solved_response",
     "static_contact",
     "whitehead_bound",
@@ -242,7 +249,9 @@ _PLACES = {
     "WorstMotion": "nonlinear.response_curve",
     "contact_cycle": "nonlinear.contact.element_choice",
     "contact_element": "nonlinear.contact.element_choice",
+    "ResponseStage": "nonlinear.response_solver",
     "forced_response": "nonlinear.response_solver",
+    "response_stages": "nonlinear.response_solver",
     "build_harmonic_balance": "nonlinear.response_solver",
     "largest_lengths": "nonlinear.contact.fourier",
     "least_samples": "nonlinear.options",

@@ -2,8 +2,9 @@
 
 import math
 import time
+from collections.abc import Iterator
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from nonlinear.branches.branch import Branch, assemble_curve, with_stability
 from nonlinear.branches.branch_collection import Lifting
@@ -31,6 +32,7 @@ from nonlinear.worst_motion.worst_motion import find_worst_motion
 from rom import RelativeReceptance, RingModes, one_blas_thread
 
 LEAST_HARMONICS = 7  # that detached branches may have with harmonics "auto", where the main branch has fewer
+StageName = Literal["main branch", "truncation error", "detached branches", "worst motion"]
 STRICTER = 2.0  # factor on the tolerance along the curve, where the truncation error came out too large
 
 
@@ -85,16 +87,91 @@ def forced_response(
     >>> print(f"{curve.peak.amplitude_m:.3f} m at {curve.peak.frequency_hz:.3f} Hz")
     1.380 m at 0.198 Hz
     """
+    *_, last = response_stages(modal, contact, excitation, options, progress)
+    return last.curve
+
+
+class ResponseStage(NamedTuple):
+    """A response curve as far as it is known at a stage of its solution, see `response_stages`.
+
+    Attributes
+    ----------
+    name : str
+        What has been found last: "main branch", "truncation error", "detached branches" or "worst motion".
+    curve : ResponseCurve
+        The curve; what later stages find is missing in it.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> from nonlinear import response_stages
+    >>> stage = next(response_stages(modal, contact, excitation, options))
+    >>> stage.name, stage.curve.worst is None
+    ('main branch', True)
+    """
+
+    name: StageName
+    curve: ResponseCurve
+
+
+def response_stages(
+    modal: RingModes,
+    contact: ContactParameters,
+    excitation: Excitation,
+    options: SolverOptions,
+    progress: Progress | None = None,
+) -> Iterator[ResponseStage]:
+    """The forced response stage by stage: that of the last one is the result of `forced_response`.
+
+    Who needs the main branch alone takes the first stage; nothing of the others is computed.
+
+    Parameters
+    ----------
+    modal : rom.ModalModel or rom.SectorModes
+        Modes of the blade with free contacts, with their damping.
+    contact : ContactParameters
+        Parameters of the contact nodes.
+    excitation : Excitation
+        Engine order and force.
+    options : SolverOptions
+        Frequency range, harmonics, tolerances.
+    progress : callable, optional
+        Called with the frequency (Hz) and the number of points at each new point.
+
+    Yields
+    ------
+    ResponseStage
+        The main branch with its stability, then with its errors, with detached branches, with the worst motion.
+
+    Raises
+    ------
+    ContactError
+        The number of contact nodes differs from that of the model.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> from nonlinear import response_stages
+    >>> [stage.name for stage in response_stages(modal, contact, excitation, options)]
+    ['main branch', 'truncation error', 'detached branches', 'worst motion']
+    >>> first = next(response_stages(modal, contact, excitation, options)).curve
+    >>> first.worst is None, first.peak.amplitude_m == curve.peak.amplitude_m
+    (True, True)
+    """
     if contact.n_contacts != modal.n_contacts:
         raise ContactError(
             f"contact: parameters of {contact.n_contacts} nodes, allowed: {modal.n_contacts}, as the model"
         )
     started = time.perf_counter()
     with one_blas_thread():
-        curve = _solve(modal, contact, excitation, options, progress)
-        curve = replace(curve, worst=find_worst_motion((modal, contact, excitation, options), curve))
-    # even this clock may be set back, when a virtual machine moves
-    return replace(curve, seconds=max(0.0, time.perf_counter() - started))
+        for name, found in _stages(modal, contact, excitation, options, progress):
+            # even this clock may be set back, when a virtual machine moves
+            curve = replace(found, seconds=max(0.0, time.perf_counter() - started))
+            yield ResponseStage(name, curve)
+        curve = replace(found, worst=find_worst_motion((modal, contact, excitation, options), found))
+    yield ResponseStage("worst motion", replace(curve, seconds=max(0.0, time.perf_counter() - started)))
 
 
 def build_continuation(
@@ -119,32 +196,38 @@ def build_continuation(
     return continuation, balances, static
 
 
-def _solve(
+def _stages(
     modal: RingModes,
     contact: ContactParameters,
     excitation: Excitation,
     options: SolverOptions,
     progress: Progress | None,
-) -> ResponseCurve:
+) -> Iterator[tuple[StageName, ResponseCurve]]:
+    """The stages of a solution without the worst motion; one, and a curve without points, where it does not start."""
     try:
         continuation, balances, static = build_continuation(modal, contact, excitation, options)
     except ArithmeticError as error:
         message = f"no start at {options.frequency_hz[0]:.6g} Hz: {error}"
         empty = Branch([], [], [], TerminationReason("start failed", options.frequency_hz[0], message))
         fixed = _with_fixed_harmonics(modal, excitation, options)
-        return assemble_curve(HarmonicBalance(*_parts(modal, contact, excitation, fixed)), empty, options)
+        balance = HarmonicBalance(*_parts(modal, contact, excitation, fixed))
+        yield "main branch", assemble_curve(balance, empty, options)
+        return
     balance = continuation.balance
     estimator = TruncationErrorEstimator(continuation, balances)
+    truncation = TruncationEstimate()
     if options.harmonics == "auto":
         branches, truncation = _with_adaptive_harmonics(continuation, estimator, static, progress)
     else:
-        branches, truncation = continue_over_range(continuation, static, progress), TruncationEstimate()
-        if options.truncation:
-            truncation = estimator.of_branch(branches[0].points, branches[0].peak_indices)
+        branches = continue_over_range(continuation, static, progress)
     curve = assemble_curve(balance, branches[0], options)
     curve = replace(curve, static_contact=StaticContact.of(contact, static))
+    yield "main branch", curve
+    if options.truncation and options.harmonics != "auto":
+        truncation = estimator.of_branch(branches[0].points, branches[0].peak_indices)
     curve = with_peak_errors(curve, branches[0], contact, estimator, truncation)
     curve = _with_residual_tractions(curve, continuation, contact, branches[0], static)
+    yield "truncation error", curve
     others = [(branch, "") for branch in branches[1:]]
     if options.detached:
         lifting = lifting_to(options, balances, curve.harmonics)
@@ -155,7 +238,7 @@ def _solve(
         with_peak_errors(assemble_curve(balance, branch, options, origin), branch, contact, estimator)
         for branch, origin in others
     ]
-    return replace(curve, detached=by_height(detached))
+    yield "detached branches", replace(curve, detached=by_height(detached))
 
 
 def _with_residual_tractions(

@@ -12,8 +12,9 @@ from __future__ import annotations
 import json
 import math
 import shlex
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast, get_args
 
@@ -190,7 +191,7 @@ def _of_command_line(error: InputError) -> InputError:
     return changed
 
 
-_QUICK: dict[str, Any] = {  # what the linear responses do without
+QUICK: dict[str, Any] = {  # what a response does without that only its main branch is needed of
     "response.detached": False,
     "response.truncation": False,
     "response.search": "off",
@@ -199,19 +200,18 @@ _QUICK: dict[str, Any] = {  # what the linear responses do without
 }
 
 
-def static_ranges(context: StudyContext) -> dict[str, Range]:
+def static_ranges(
+    scene: Scene, model: ReducedModel, linear: Callable[[Mapping[str, Any]], ResponseCurve]
+) -> dict[str, Range]:
     """The ranges of `interference`, m, and `preload`, N, of each table, in which its contacts are not linear.
 
-    The range of a key that does nothing, as of the interference without a normal stiffness, is left out.
+    The range of a key that does nothing, as of the interference without a normal stiffness, is left out. `linear`:
+    the response with other values of some keys, and as few harmonics as the excitation has.
     """
-    from rom import read_reduced_model
-
-    scene = context.scene
-    model = read_reduced_model(context.model.rom, with_basis=False)
     contact = contact_on_model(scene, model)
     interferences, preloads = ([f"{t}.{name}" for t in scene.contacts] for name in ("interference", "preload"))
-    apart = _linear(context, dict.fromkeys(preloads, 0.0) | dict.fromkeys(interferences, APART))
-    stuck = _linear(context, dict.fromkeys(preloads, PRESSED * scene.excitation.force))
+    apart = linear(_given(scene, dict.fromkeys(preloads, 0.0) | dict.fromkeys(interferences, APART)))
+    stuck = linear(_given(scene, dict.fromkeys(preloads, PRESSED * scene.excitation.force)))
     rates = np.abs(stuck.contact_force[:, 1:]).sum(axis=1)  # (P, n_c, 3), amplitudes of the forces
     friction = np.maximum(contact.friction, np.finfo(float).tiny)
     sliders = np.hypot(rates[..., 0], rates[..., 1]) / friction
@@ -228,6 +228,14 @@ def static_ranges(context: StudyContext) -> dict[str, Range]:
     return {key: limits for key, limits in found.items() if limits[1] > limits[0]}
 
 
+def _static_ranges(context: StudyContext) -> dict[str, Range]:
+    """The static ranges from curves in the store."""
+    from rom import read_reduced_model
+
+    model = read_reduced_model(context.model.rom, with_basis=False)
+    return static_ranges(context.scene, model, partial(_linear, context))
+
+
 def _nodes_of(scene: Scene, model: ReducedModel, key: str) -> NDArray[np.bool_]:
     """The contact nodes, (n_c,), whose parameter a key is."""
     name, own = split_key(key)[1], interface_of(key)
@@ -237,13 +245,17 @@ def _nodes_of(scene: Scene, model: ReducedModel, key: str) -> NDArray[np.bool_]:
     return np.repeat(has_it, [*model.interfaces.values()])
 
 
-def _linear(context: StudyContext, closure: Mapping[str, float]) -> ResponseCurve:
-    """The response with this interference and preload, and as few harmonics as the excitation has."""
-    given = {key: as_in_scene(context.scene, key, value) for key, value in closure.items()}
-    member = context.member(
-        {**_QUICK, "response.harmonics": context.scene.excitation.highest_harmonic, **given}, OVER
-    )
-    found: CurveResult = context.curves([replace(member, parameters=given)])[0]
+def _given(scene: Scene, closure: Mapping[str, float]) -> dict[str, Any]:
+    """Interference and preload as the scene gives them, and what a linear response does without."""
+    values = {key: as_in_scene(scene, key, value) for key, value in closure.items()}
+    return {**QUICK, "response.harmonics": scene.excitation.highest_harmonic, **values}
+
+
+def _linear(context: StudyContext, given: Mapping[str, Any]) -> ResponseCurve:
+    """The response with other values of some keys."""
+    parameters = {key: value for key, value in given.items() if key.partition(".")[0] != "response"}
+    member = replace(context.member(given, OVER), parameters=parameters)
+    found: CurveResult = context.curves([member])[0]
     if found.file is None:
         raise StudyError(found.reason)
     return read_curve(found.file)
@@ -355,7 +367,7 @@ def _ranges(context: StudyContext, file: SceneFile, asked: Mapping[str, Range | 
     """The ranges asked for, and those of keys that were given none."""
     open_keys = [key for key, limits in asked.items() if limits is None]
     linear = [key for key in open_keys if of_contact(key) in STATIC and key not in file.swept]
-    static = static_ranges(context) if linear else {}
+    static = _static_ranges(context) if linear else {}
     found = {}
     for key, limits in asked.items():
         now = key_value(context.scene, key)

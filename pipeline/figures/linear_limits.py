@@ -86,13 +86,23 @@ def _case(curve: PlottedCurve, kind: str) -> object:
 
 def _limit(kind: str, model: ReducedModel, curves: Sequence[PlottedCurve], at: list[int]) -> Limit | None:
     """The limit of some curves; no free one of a blade that contacts alone hold."""
+    curve = curves[at[0]]
+    modal = damped_modes(model, curve.scene.response, curve.scene.load)
+    problem = modal, curve.contact_parameters, section_excitation(curve.scene.excitation)
+    return limit_of(kind, model, problem, curve.scene.response.frequency, tuple(at))
+
+
+def limit_of(
+    kind: str,
+    model: ReducedModel,
+    problem: tuple[RingModes, ContactParameters, Excitation],
+    frequency_hz: tuple[float, float],
+    curves: tuple[int, ...] = (0,),
+) -> Limit | None:
+    """The limit of a problem with its resonance; no free one of a blade that contacts alone hold."""
     from rom import RelativeReceptance
 
-    curve = curves[at[0]]
-    scene = curve.scene
-    modal: RingModes = damped_modes(model, scene.response, scene.load)
-    contact, wave = curve.contact_parameters, section_excitation(scene.excitation)
-    problem, (low, high) = (modal, contact, wave), scene.response.frequency
+    (modal, _, wave), (low, high) = problem, frequency_hz
     own = RelativeReceptance(modal, modal.phase(wave.engine_order), (1,), wave.force, wave.factors)
     if kind == "free" and own.pushes_floating_bodies:
         return None
@@ -102,7 +112,7 @@ def _limit(kind: str, model: ReducedModel, curves: Sequence[PlottedCurve], at: l
     if top in (0, len(frequency) - 1):
         beyond = (low / BEYOND, low) if top == 0 else (high, high * BEYOND)
         resonance = _highest_inside(*linear_limit(kind, model, problem, beyond))
-    return Limit(kind, frequency, amplitude, tuple(at), resonance)
+    return Limit(kind, frequency, amplitude, curves, resonance)
 
 
 def _highest_inside(frequency: Array, amplitude: Array) -> tuple[float, float] | None:

@@ -24,6 +24,8 @@ from pipeline.stages.scene_to_solver import damped_modes, section_excitation
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
+    from nonlinear import Excitation as Wave
+    from rom import ReducedModel, RingModes
 
 
 Array = NDArray[np.float64]
@@ -58,7 +60,7 @@ def operating_shape(curve: Path, rom: Path, n_vertices: int) -> OperatingShape |
     """Motion of the mesh vertices at the peak of a stored curve, from the excitation and the contact forces there."""
     import h5py
 
-    from rom import RelativeReceptance, expand_to_mesh, read_reduced_model
+    from rom import read_reduced_model
 
     with h5py.File(curve, "r") as file:
         response = section_from_attributes(Response, file.attrs)
@@ -68,15 +70,31 @@ def operating_shape(curve: Path, rom: Path, n_vertices: int) -> OperatingShape |
         if peak < 0:
             return None
         force = file["contact_force"][peak]
-        frequency, amplitude = float(file["frequency_hz"][peak]), float(file["amplitude_m"][peak])
+        point = float(file["frequency_hz"][peak]), float(file["amplitude_m"][peak])
     model = read_reduced_model(rom)
-    modal = damped_modes(model, response, load)
-    phase = modal.phase(excitation.engine_order)
-    wave, harmonics = section_excitation(excitation), tuple(range(len(force)))
-    receptance = RelativeReceptance(modal, phase, harmonics, wave.force, wave.factors)
-    coordinates, _ = receptance.modal_response(2.0 * np.pi * frequency, force.reshape(len(force), -1))
+    wave = damped_modes(model, response, load), section_excitation(excitation)
+    return shape_at(model, wave, point, force, n_vertices)
+
+
+def shape_at(
+    model: ReducedModel,
+    wave: tuple[RingModes, Wave],
+    point: tuple[float, float],
+    contact_force: NDArray[np.complex128],
+    n_vertices: int,
+) -> OperatingShape:
+    """Motion of the mesh vertices at a point of a curve.
+
+    `wave`: damped modes and excitation. `point`: frequency, Hz, and amplitude, m. `contact_force` (H+1, n_c, 3), N.
+    """
+    from rom import RelativeReceptance, expand_to_mesh
+
+    (modal, exciting), harmonics = wave, tuple(range(len(contact_force)))
+    phase = modal.phase(exciting.engine_order)
+    receptance = RelativeReceptance(modal, phase, harmonics, exciting.force, exciting.factors)
+    coordinates, _ = receptance.modal_response(2.0 * np.pi * point[0], contact_force.reshape(len(contact_force), -1))
     vertices = expand_to_mesh(model, receptance.reduced_coordinates(coordinates))[:, :n_vertices]
-    return OperatingShape(frequency, amplitude, phase, vertices)
+    return OperatingShape(*point, phase, vertices)
 
 
 STILL, ANIMATED = (1400, 1050), (700, 525)

@@ -85,6 +85,7 @@ LAYERS = {
         {"report"},
         {"run"},
         {"check", "mode_diagrams", "new_scene", "optimise"},
+        {"explore"},
         {"python_interface", "command_usage", "terminal"},
         {"cli"},
     ],

@@ -1,0 +1,199 @@
+"""Knobs of a scene: its keys that can be turned, with labels as figures have them and ranges that make sense."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+from pipeline.scene.contact_section import PER_NODE
+from pipeline.scene.dotted_keys import CONTACT, interface_of, of_contact, split_key
+from pipeline.scene.labels import quantity
+from pipeline.scene.sweep import key_value
+from pipeline.stages.engine_orders import SPEED
+from pipeline.studies.optimum.checks import OPTIMISED_KEYS
+
+if TYPE_CHECKING:
+    from pipeline.scene.reading import SceneFile
+    from pipeline.scene.schema import Scene
+
+Kind = Literal["number", "whole", "choice"]
+DECADES = {  # ranges in decades below and above the value of the scene
+    "contact.normal_stiffness": (2.0, 2.0),
+    "contact.tangential_stiffness": (2.0, 2.0),
+    "excitation.force": (2.0, 2.0),
+    "response.damping_ratio": (1.0, 1.0),
+    "damper.mass": (1.0, 1.0),
+}
+LIMITS = {"response.damping_ratio": (1e-6, 0.5)}
+FRICTION = (0.0, 1.0)
+MOST_ORDER = 100  # engine orders of a structure whose number of blades is not known
+HARMONICS = (1, 3, 5, 7, 9, 11, 15, "auto")
+SHARE = 0.2  # of the value on each side, for what has no better range
+STEPS = 200  # of the range, or a whole power of ten next to it
+LAWS = ("two_sliders", "cone")
+NO_INTERFERENCE = (-1e-4, 1e-4)  # m, where linear responses tell nothing
+
+
+@dataclass(frozen=True)
+class Knob:
+    """A key that can be turned. Numbers are in SI units; shown ones are `factor` times as large, in `unit`."""
+
+    key: str  # dotted key: "contact.friction", "interface.NAME.friction"
+    label: str  # as the axis of a figure has it: "v0 [µm]"
+    kind: Kind
+    value: Any  # of the scene as it stands; of a list node by node its mean, of stiffnesses their sum
+    low: float = (
+        -math.inf
+    )  # `low`, `high`: ends of the range that makes sense; other allowed values are taken as well
+    high: float = math.inf
+    step: float = 0.0  # of a slider, for scales that are not logarithmic
+    log: bool = False  # whether the scale is logarithmic
+    choices: tuple[Any, ...] = ()  # allowed values, of a choice
+    unit: str = ""
+    factor: float = 1.0
+    remeshes: bool = False  # whether another value needs another reduced model, which is built behind a button
+    seconds: float = 0.0  # what building it takes, from the models made before; 0 where it is not known or nothing
+
+    def position(self, value: float) -> float:
+        """Place of a number on the scale from 0 to 1."""
+        low, high = (math.log(self.low), math.log(self.high)) if self.log else (self.low, self.high)
+        at = math.log(value) if self.log else value
+        return min(max((at - low) / (high - low), 0.0), 1.0) if high > low else 0.0
+
+    def at(self, position: float) -> float | int:
+        """The number at a place from 0 to 1 of the scale, rounded to whole steps."""
+        if self.log:
+            value = math.exp(math.log(self.low) + position * (math.log(self.high) - math.log(self.low)))
+            return float(f"{value:.4g}")
+        value = self.low + position * (self.high - self.low)
+        value = round(value / self.step) * self.step if self.step else value
+        return round(value) if self.kind == "whole" else float(f"{value:.12g}")
+
+
+Range = tuple[float, float]
+
+
+def knobs_of(
+    file: SceneFile,
+    scene: Scene,
+    static: Mapping[str, Range],
+    punch: Mapping[str, float],
+    costs: Mapping[str, float],
+    stored: Iterable[float] = (),
+) -> tuple[Knob, ...]:
+    """The knobs of a scene, those that are turned at once first.
+
+    `static`: ranges of interference and preload from linear responses. `punch`: stiffnesses that are computed from
+    the face. `costs`: seconds that another model takes, by key, 0 for no time; keys that are missing need none.
+    `stored`: speeds of which there are models.
+    """
+    found = []
+    for key in turned_keys(scene):
+        value = punch.get(key, key_value(scene, key))
+        if value is not None:
+            limits = _range(file, scene, key, value, static)
+            if limits[0] < limits[1]:
+                found.append(_number(key, value, limits, costs.get(key)))
+    found += _choices(scene, sorted({*stored}))
+    return tuple(sorted(found, key=lambda knob: knob.remeshes))
+
+
+def turned_keys(scene: Scene) -> Iterator[str]:
+    """The keys of a scene that are numbers and can be turned."""
+    tables = [CONTACT, *(table for table in scene.contacts if table != CONTACT)]
+    for table in tables:
+        yield from (f"{table}.{name}" for name in _own_keys(scene, table))
+    yield from ("excitation.force", "excitation.engine_order")
+    if scene.response.damping_ratio is not None:
+        yield "response.damping_ratio"
+    if scene.damper_touches:
+        yield "damper.mass"
+    for key in OPTIMISED_KEYS:
+        table = split_key(key)[0]
+        if table in ("contact", "excitation", "response") or key == "damper.mass":
+            continue
+        if scene.model is None and getattr(scene, table) is not None and (key != SPEED or scene.load.speed_rpm):
+            yield key
+
+
+def _own_keys(scene: Scene, table: str) -> list[str]:
+    """The parameters of a table of contacts that are used: those of [contact] only where an interface has none."""
+    if table != CONTACT:
+        own = scene.interface[interface_of(f"{table}.")]
+        return list(own.given)
+    names = scene.contact.interfaces or scene.interfaces
+    if names is None:
+        return list(PER_NODE)
+    tables = [scene.interface.get(name) or scene.interface.get(name.partition("_")[0]) for name in names]
+    return [key for key in PER_NODE if any(each is None or key not in each.given for each in tables)]
+
+
+def _range(file: SceneFile, scene: Scene, key: str, value: float, static: Mapping[str, Range]) -> Range:
+    """The range of a number, which has the value of the scene and those of its sweep in it."""
+    same = of_contact(key)
+    swept = [key_value(member.scene, key) for member in file.members] if key in file.swept else []
+    values = [value, *(each for each in swept if each is not None)]
+    if same in DECADES:
+        down, up = DECADES[same]
+        low, high = value * 10.0**-down, value * 10.0**up
+        least, most = LIMITS.get(same, (0.0, math.inf))
+        limits = max(low, least), min(high, most)
+    elif same == "contact.friction":
+        limits = FRICTION
+    elif same == "contact.interference":
+        limits = static.get(key, NO_INTERFERENCE)
+    elif same == "contact.preload":
+        limits = 0.0, static.get(key, (0.0, 100.0))[1]
+    elif key == "excitation.engine_order":
+        limits = 0.0, float((scene.n_blades or 2 * MOST_ORDER) // 2)
+    else:
+        low, high = sorted(((1.0 - SHARE) * value, (1.0 + SHARE) * value))
+        limits = low, min(high, 180.0) if key.endswith("angle") else high
+    return min(limits[0], *values), max(limits[1], *values)
+
+
+def _number(key: str, value: float, limits: Range, cost: float | None) -> Knob:
+    named, whole = quantity(key), key == "excitation.engine_order"
+    log = of_contact(key) in DECADES and limits[0] > 0.0
+    step = 1.0 if whole else _round_step(limits)
+    return Knob(
+        key,
+        named.axis(),
+        "whole" if whole else "number",
+        int(value) if whole else value,
+        *limits,
+        step=0.0 if log else step,
+        log=log,
+        unit=named.unit,
+        factor=named.factor,
+        remeshes=cost is not None and cost > 0.0,
+        seconds=cost or 0.0,
+    )
+
+
+def _round_step(limits: Range) -> float:
+    """1, 2 or 5 times a power of ten: some hundreds of steps in the range."""
+    rough = (limits[1] - limits[0]) / STEPS
+    if rough <= 0.0:
+        return 0.0
+    power = 10.0 ** math.floor(math.log10(rough))
+    return float(f"{next(m * power for m in (1.0, 2.0, 5.0, 10.0) if m * power >= rough * (1.0 - 1e-9)):.12g}")
+
+
+def _choices(scene: Scene, stored: list[float]) -> Iterator[Knob]:
+    """Harmonics, law of friction, and the speeds of which there are models, where there are several."""
+    now = scene.response.harmonics
+    least = scene.excitation.highest_harmonic
+    numbers = {
+        *(each for each in HARMONICS if isinstance(each, int) and each >= least),
+        *([now] if now != "auto" else []),
+    }
+    yield Knob(
+        "response.harmonics", "harmonics", "choice", now, choices=(*sorted(n for n in numbers if n != "auto"), "auto")
+    )
+    yield Knob("contact.law", "friction law", "choice", scene.contact.law, choices=LAWS)
+    if len(stored) > 1:
+        named = quantity(SPEED)
+        yield Knob(SPEED, named.axis(), "choice", scene.load.speed_rpm, choices=tuple(stored), unit=named.unit)

@@ -1,0 +1,234 @@
+"""A scene whose knobs are turned: its response at once with few harmonics, then surer views of the same settings.
+
+All numbers come from the functions that `shroud run` uses: `nonlinear_problem` and the stages of `forced_response`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pipeline.explore.computation import Computation
+from pipeline.explore.knobs import Knob, knobs_of, turned_keys
+from pipeline.explore.models import LiveModels, LoadedModel
+from pipeline.explore.views import FIRST, LiveView, certainty_of
+from pipeline.optimise import QUICK, static_ranges
+from pipeline.scene.consistency import check_scene, check_scene_for_model
+from pipeline.scene.reading import Member, SceneFile, derived_member, given_scene, read_scene
+from pipeline.scene.sweep import as_in_scene, key_value
+from pipeline.stages.cache_keys import model_keys
+from pipeline.stages.engine_orders import SPEED
+from pipeline.stages.scene_to_solver import nonlinear_problem, resolved_contacts
+
+if TYPE_CHECKING:
+    from nonlinear import ResponseCurve
+    from pipeline.explore.points import LivePoint, LiveShape
+    from pipeline.process.progress import Reporter
+    from pipeline.scene.schema import Scene
+    from rom import ReducedModel
+
+PLACE = "explore"  # how messages name the place of turned values
+
+
+@dataclass(frozen=True)
+class LiveScene:
+    """A scene as its knobs stand; it never changes: `turned` gives another one, and undo is keeping the old one."""
+
+    file: SceneFile  # the scene that was opened, without its sweep
+    swept: SceneFile  # with its sweep
+    member: Member  # the scene as it stands
+    models: LiveModels
+    computation: Computation
+    values: Mapping[str, Any] = field(default_factory=dict)  # turned so far, by dotted key
+
+    @classmethod
+    def open(
+        cls,
+        scene: SceneFile | Mapping[str, Any] | str | Path,
+        out: Path | None = None,
+        *,
+        rom: Path | ReducedModel | None = None,
+        reporter: Reporter | None = None,
+    ) -> LiveScene:
+        """Read a scene and build its reduced model; of a sweep the member in the middle is where the knobs stand."""
+        swept = scene if isinstance(scene, SceneFile) else _read(scene, rom is not None)
+        middle = swept.members[len(swept.members) // 2].parameters
+        file = given_scene(swept, {"sweep": None, **middle}, rom is not None) if swept.swept else swept
+        models = LiveModels(Path("out") / file.first.name if out is None else out, rom)
+        if reporter is not None:
+            models.reporter = reporter
+        live = cls(file, swept, file.members[0], models, Computation())
+        live._checked(live.member)
+        live.computation.start(live.scene.contact.law, live.scene.contact.integration)
+        live.loaded  # noqa: B018 - built now, where a terminal shows the progress
+        return live
+
+    @property
+    def scene(self) -> Scene:
+        """The scene as it stands."""
+        return self.member.scene
+
+    @property
+    def loaded(self) -> LoadedModel:
+        """Its reduced model, built where it is missing (see `is_ready`)."""
+        return self.models.of(self.file, self.member)
+
+    @property
+    def is_ready(self) -> bool:
+        """Whether `curve` need not build a model first."""
+        return self.models.is_at_hand(self.scene)
+
+    def turned(self, values: Mapping[str, Any]) -> LiveScene:
+        """The scene with other values by dotted key; of a list node by node the mean. InputError: not allowed."""
+        given = {key: self._as_in_scene(key, value) for key, value in values.items()}
+        merged = {**self.values, **given}
+        member = derived_member(self.file, merged, PLACE, self.models.rom is not None)
+        self._checked(member)
+        return replace(self, member=member, values=merged)
+
+    def curve(self) -> LiveView:
+        """The main branch at once, with as few harmonics as the excitation has: 1, or its highest multiple."""
+        from nonlinear import response_stages
+
+        solved = self._quick()
+        found = next(response_stages(*nonlinear_problem(solved, self.loaded.model))).curve
+        return self._view(FIRST, found, solved)
+
+    def refined(self, cancelled: Callable[[], bool] = lambda: False) -> Iterator[LiveView]:
+        """Ever surer views of the scene as it stands, the last one as `shroud run` has it; ends when cancelled.
+
+        They are computed in another process, one scene at a time.
+        """
+        rom = self.loaded.built.rom
+        for name, found in self.computation.stages(rom, self.scene, cancelled):
+            yield self._view(name, found, self.scene)
+
+    def point(self, view: LiveView, index: int, branch: int = 0) -> LivePoint:
+        """A point of a view of this scene by its index; branch 0 is the main one, k its detached branch k."""
+        from pipeline.explore.points import point_of
+
+        return point_of(view.solved, self.loaded, view.branches[branch], index)
+
+    def shape(self, view: LiveView, index: int, branch: int = 0) -> LiveShape | None:
+        """The motion of the blade there, for a picture that turns in time; None for a model without a mesh."""
+        from pipeline.explore.points import shape_of
+
+        on_mesh = self.models.on_mesh(self.file, self.member)
+        return None if on_mesh is None else shape_of(view.solved, on_mesh, view.branches[branch], index)
+
+    def close(self) -> None:
+        """End the process behind it, also for scenes turned from it or from which it was turned."""
+        self.computation.close()
+
+    def scene_text(self) -> str:
+        """The scene as it stands as TOML: `shroud run` of it gives the numbers of the last refined view."""
+        return self._as_file().text
+
+    def _as_file(self) -> SceneFile:
+        return given_scene(self.file, self.values, self.models.rom is not None) if self.values else self.file
+
+    @cached_property
+    def knobs(self) -> tuple[Knob, ...]:
+        """The knobs with ranges about the scene that was opened, and the values as they stand."""
+        opened = replace(self, member=self.file.members[0], values={})
+        static = self.models.remembered("static ranges", opened._static_ranges)
+        costs = self.models.remembered("costs", opened._costs)
+        speeds = [key_value(member.scene, SPEED) for member in self.swept.members if SPEED in self.swept.swept]
+        first = knobs_of(self.swept, opened.scene, static, opened._punch(), costs, [s for s in speeds if s])
+        now, punch = self.scene, self._punch()
+        return tuple(replace(knob, value=_value_now(now, knob, punch)) for knob in first)
+
+    def _as_in_scene(self, key: str, value: Any) -> Any:
+        is_number = isinstance(value, int | float) and not isinstance(value, bool)
+        return as_in_scene(self.scene, key, value) if is_number and key_value(self.scene, key) is not None else value
+
+    def _checked(self, member: Member) -> None:
+        """Refuse values that do not fit together, in the one line of a run."""
+        file = replace(self.file, members=(member,), swept=())
+        if self.models.rom is None:
+            check_scene(file)
+        else:
+            model = self.models.of(file, member).model
+            has_area, has_frame = model.contact_area is not None, model.contact_frame is not None
+            check_scene_for_model(file, model.interfaces, has_area, has_frame)
+
+    def _quick(self) -> Scene:
+        """The scene, of which the main branch is asked for alone, with few harmonics."""
+        few = {**QUICK, "response.harmonics": self.scene.excitation.highest_harmonic}
+        return derived_member(self.file, {**self.values, **few}, PLACE, self.models.rom is not None).scene
+
+    def _view(self, stage: str, found: ResponseCurve, solved: Scene) -> LiveView:
+        limits = self.models.limits(self.scene, self.loaded)
+        return LiveView(stage, certainty_of(stage, found, self.scene), found, limits, solved)
+
+    def _static_ranges(self) -> dict[str, tuple[float, float]]:
+        from nonlinear import response_stages
+
+        model = self.loaded.model
+
+        def linear(given: Mapping[str, Any]) -> ResponseCurve:
+            member = derived_member(self.file, {**self.values, **given}, PLACE, self.models.rom is not None)
+            return next(response_stages(*nonlinear_problem(member.scene, model))).curve
+
+        return static_ranges(self.scene, model, linear)
+
+    def _costs(self) -> dict[str, float]:
+        """Seconds that another model takes, by the keys that need one: what the stages before it took last time."""
+        if self.models.rom is not None:
+            return {}
+        now, seconds, found = model_keys(self.scene), self.loaded.seconds, {}
+        for key in turned_keys(self.scene):
+            value = key_value(self.scene, key)
+            if value is None:
+                continue
+            changed = as_in_scene(self.scene, key, int(value) + 1 if value == int(value) else value * 1.001)
+            keys = model_keys(_with(self.scene, key, changed))
+            if keys.blade != now.blade:
+                stages = (
+                    ["reduce"] + ["assemble"] * (keys.assemble != now.assemble) + ["mesh"] * (keys.mesh != now.mesh)
+                )
+                found[key] = sum(seconds[stage] for stage in stages)
+        return found
+
+    def _punch(self) -> dict[str, float]:
+        """Stiffnesses of whole faces that are computed from their areas, by key."""
+        from rom import ContactNodes
+
+        if not self.scene.punch_key:
+            return {}
+        resolved = {
+            each.name: each.contact for each in resolved_contacts(self.scene, ContactNodes.of(self.loaded.model))
+        }
+        found = {}
+        for table, face in self.scene.contacts.items():
+            name = table.partition(".")[2]
+            contact = resolved.get(name) or next(iter(resolved.values()))
+            for key in ("normal_stiffness", "tangential_stiffness"):
+                if getattr(face, key) == "punch":
+                    found[f"{table}.{key}"] = float(getattr(contact, key))
+        return found
+
+
+def _read(scene: Mapping[str, Any] | str | Path, given_model: bool) -> SceneFile:
+    return given_scene(scene, {}, given_model) if isinstance(scene, Mapping) else read_scene(scene, given_model)
+
+
+def _with(scene: Scene, key: str, value: Any) -> Scene:
+    """The scene with another value of a key, which is not checked."""
+    table, _, name = key.rpartition(".")
+    if table.startswith("interface."):
+        own = table.partition(".")[2]
+        changed = scene.interface[own].model_copy(update={name: value})
+        return scene.model_copy(update={"interface": {**scene.interface, own: changed}})
+    return scene.model_copy(update={table: getattr(scene, table).model_copy(update={name: value})})
+
+
+def _value_now(scene: Scene, knob: Knob, punch: Mapping[str, float]) -> Any:
+    if knob.kind == "choice":
+        table, _, name = knob.key.rpartition(".")
+        return getattr(getattr(scene, table), name)
+    value = punch.get(knob.key, key_value(scene, knob.key))
+    return int(value) if knob.kind == "whole" and value is not None else value
