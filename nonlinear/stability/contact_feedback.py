@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from nonlinear.contact.parameters import Array
 from nonlinear.stability.eigenproblem import Pencil
 from nonlinear.stability.modal_condensation import CondensedModes, Matrix, NodeBlocks
-from nonlinear.stability.slider_memory import NodeMemory, SliderMemory
+from nonlinear.stability.slider_memory import NodeMemory, SliderMemory, last_two
 
 
 @dataclass(frozen=True)
@@ -384,8 +384,8 @@ class NodeMemoryFeedback:
 
     def terms(self, sigma: complex) -> MemoryTerms:
         """The terms of the memory at `sigma`."""
-        change, derivative = (self.rows.contact(values) for values in self.memory.jacobian(sigma))
-        loop = self.loop if sigma == 0.0 else self._with(change)
+        derivative = self.rows.contact(self.memory.jacobian(sigma)[1])
+        loop = self._closed(sigma)
         output_matrix = self.loop.model.output_matrix
         return MemoryTerms(
             (loop.b_s - self.loop.b_s) @ output_matrix,
@@ -395,8 +395,17 @@ class NodeMemoryFeedback:
 
     def x_times(self, sigma: complex, column: Matrix) -> Matrix:
         """X(sigma) times a column (n,): the displacement of one without contact forces."""
-        return self._with(self.rows.contact(self.memory.jacobian(sigma)[0])).x_times(column)
+        return self._closed(sigma).x_times(column)
 
-    def _with(self, change: NodeBlocks | Matrix) -> ContactFeedback:
-        """The loop of K and a change of it."""
-        return ContactFeedback.closed(self.loop.model, self.loop.contact + change)
+    def _closed(self, sigma: complex) -> ContactFeedback:
+        """The loop of K(sigma)."""
+
+        def made() -> ContactFeedback:
+            change = self.rows.contact(self.memory.jacobian(sigma)[0])
+            return ContactFeedback.closed(self.loop.model, self.loop.contact + change)
+
+        return self.loop if sigma == 0.0 else last_two(self._kept, sigma, made)
+
+    @cached_property
+    def _kept(self) -> dict[complex, ContactFeedback]:
+        return {}

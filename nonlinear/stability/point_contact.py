@@ -10,7 +10,7 @@ from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
 from nonlinear.stability.contact_kernels import all_in_harmonics
 from nonlinear.stability.modal_condensation import Matrix
-from nonlinear.stability.slider_memory import JoinedMemory, Memory, NodeMemory, SliderMemory
+from nonlinear.stability.slider_memory import JoinedMemory, Memory, NodeMemory, SliderMemory, last_two
 
 
 @dataclass(frozen=True)
@@ -73,11 +73,8 @@ class PointContact:
         return columns_in_harmonics(self.memory.basis)
 
     def _frozen(self, sigma: complex) -> "PointContact":
-        """The contact with the Jacobian K(sigma) and without a memory; the last one is kept."""
-        if sigma not in self._kept:
-            self._kept.clear()
-            self._kept[sigma] = PointContact(self.at(sigma)[0].astype(complex), self.omega, None)
-        return self._kept[sigma]
+        """The contact with the Jacobian K(sigma) and without a memory."""
+        return last_two(self._kept, sigma, lambda: PointContact(self.at(sigma)[0].astype(complex), self.omega, None))
 
     @cached_property
     def _kept(self) -> "dict[complex, PointContact]":

@@ -4,9 +4,10 @@ These are the hereditary terms of the linearised hysteresis: a sticking slider s
 it.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,20 @@ from nonlinear.stability.contact_kernels import cone_periodic_response, stick_in
 from nonlinear.stability.modal_condensation import Matrix
 
 REPEAT_TOLERANCE = 1e-12  # of the largest motion: a cycle that comes back this near is the steady one
+
+
+T = TypeVar("T")
+
+
+def last_two(known: dict[complex, T], sigma: complex, made: Callable[[], T]) -> T:
+    """What is made at `sigma`, kept with that of the sigma before: a shift and the eigenvalue sought near it."""
+    if sigma not in known:
+        if len(known) > 1:
+            del known[next(iter(known))]
+        known[sigma] = made()
+    else:
+        known[sigma] = known.pop(sigma)
+    return known[sigma]
 
 
 class NodeMemory(Protocol):
@@ -57,9 +72,13 @@ class ConeSliderMemory:
 
     def jacobian(self, sigma: complex) -> tuple[Matrix, Matrix]:
         """See `NodeMemory`."""
-        value, derivative = self._coefficients(sigma)
+        value, derivative = last_two(self._kept, sigma, lambda: self._coefficients(sigma))
         change = value - self._periodic
         return (change, derivative) if isinstance(sigma, complex) else (change.real, derivative.real)
+
+    @cached_property
+    def _kept(self) -> dict[complex, tuple[Matrix, Matrix]]:
+        return {}
 
     @cached_property
     def _periodic(self) -> Matrix:
