@@ -17,6 +17,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from rom.cyclic.aeroelastic_modes import InfluenceCoefficients, aeroelastic_modes
     from rom.cyclic.contact_springs import SpringSupportedMotion, contact_springs, spring_stiffness
     from rom.cyclic.cyclic_symmetry import inter_blade_phase, relative_contact_motion, wave_coordinates
     from rom.cyclic.modal_model import ModalModel, WaveModes
@@ -123,6 +124,7 @@ __all__ = [
     "FullModel",
     "FullModelFileError",
     "FullReference",
+    "InfluenceCoefficients",
     "InterfaceOptions",
     "LabelledMatrix",
     "LinearError",
@@ -156,6 +158,7 @@ __all__ = [
     "WaveErrors",
     "WaveModes",
     "WaveSuperelement",
+    "aeroelastic_modes",
     "angular_speed",
     "assemble",
     "blade_families",
@@ -249,6 +252,8 @@ __all__ = [
 ]
 
 _PLACES = {
+    "InfluenceCoefficients": "rom.cyclic.aeroelastic_modes",
+    "aeroelastic_modes": "rom.cyclic.aeroelastic_modes",
     "wave_reference": "rom.cyclic_sector.wave_reference",
     "ResonanceCrossing": "rom.cyclic.resonance_crossings",
     "excited_nodal_diameter": "rom.cyclic.resonance_crossings",

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from pipeline.codec import plain
 from pipeline.errors import reason_of
+from pipeline.results.flutter import LinearFlutter, flutter_rows, stored_flutter
 from pipeline.results.frequency_range import proposed_range, stored_resonances
 from pipeline.scene.labels import member_label
 from pipeline.stages.cache_keys import contact_inputs, stiffness_inputs
@@ -84,6 +85,7 @@ class ModelModes:
     waves: tuple[WaveModes, ...]  # of the engine order and its multiples that are excited
     static: tuple[StaticCase, ...]
     proposed_hz: tuple[float, float] | None  # frequency range; None where nothing is excited
+    flutter: LinearFlutter | None = None  # damping of all waves in the flow; None without [aero]
 
 
 def modes_of_scene(run: Run, models: Models, problems: list[str]) -> list[ModelModes]:
@@ -125,6 +127,7 @@ def _model_modes(store: Store, model: BuiltModel, member: Member, static: Sequen
         tuple(_wave(order, limits, found, scene.load.speed_rpm) for order, limits, found in values),
         tuple(static),
         proposed_range(stored_resonances(store, model.key, scene, model.rom), scene.response.frequency),
+        stored_flutter(store, model, scene),
     )
 
 
@@ -196,6 +199,14 @@ def wave_table(wave: WaveModes) -> Table:
         speeds = "-" if mode.speeds_rpm is None else " to ".join(f"{speed:.0f}" for speed in mode.speeds_rpm)
         margin = "-" if mode.margin is None else f"{100.0 * mode.margin:+.0f}"
         table.add_row(str(mode.number), *hertz, speeds, margin, "yes" if mode.in_range else "no")
+    return table
+
+
+def flutter_table(flutter: LinearFlutter) -> Table:
+    """One row a mode: the least damping of its waves in the flow with free, sliding and stuck shrouds."""
+    table = _empty("mode", *(f"{state}: least damping, nodal diameter" for state in STATES))
+    for row in flutter_rows(flutter):
+        table.add_row(*row)
     return table
 
 

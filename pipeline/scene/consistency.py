@@ -333,12 +333,44 @@ def _unfit_keys(path: Path, member: Member, wrong: Set[str]) -> Unfit:
         if scene.response.harmonics < highest:
             allowed = f'{highest} or more, the highest harmonic of the excitation, or "auto"'
             yield input_error(path, member.key_in_file("response.harmonics"), str(scene.response.harmonics), allowed)
+    if "aero" not in wrong and scene.aero is not None:
+        yield from _unfit_aero(path, scene)
     if not wrong & {"response", "contact"}:
         harmonics = scene.response.harmonics
         least = least_samples(1 if harmonics == "auto" else harmonics)
         if scene.contact.samples < least:
             allowed = f"{least} or more with {harmonics} harmonics"
             yield input_error(path, member.key_in_file("contact.samples"), shown(scene.contact.samples), allowed)
+
+
+def _unfit_aero(path: Path, scene: Scene) -> Unfit:
+    """Mode families of [aero] whose places are not those of the ring."""
+    blades = scene.n_blades
+    if blades is None:
+        yield input_error(path, "aero", "given", "nothing for a single structure: the flow acts on a ring of blades")
+        return
+    families = scene.aero.family if scene.aero is not None else ()
+    if len({family.mode for family in families}) < len(families):
+        modes = shown([family.mode for family in families])
+        yield input_error(path, "aero.family", f"modes {modes}", "tables [[aero.family]] with different modes")
+    for number, family in enumerate(families):
+        place, places = f"aero.family[{number}]", family.offset or family.nodal_diameter
+        if places is None or (family.offset is not None and family.nodal_diameter is not None):
+            found = "missing" if places is None else "given beside offset"
+            yield input_error(path, f"{place}.nodal_diameter", found, "offset or nodal_diameter, one of the two")
+            continue
+        name = "nodal_diameter" if family.offset is None else "offset"
+        different = len({n % blades for n in places})
+        if different < len(places):
+            yield input_error(path, f"{place}.{name}", shown(list(places)), f"each of {blades} places once")
+        elif family.offset is None and different < blades:
+            last = blades // 2
+            allowed = f"each wave of {blades} blades once, {last - blades + 1} to {last} or 0 to {blades - 1}"
+            yield input_error(path, f"{place}.{name}", f"a list of {len(places)}", allowed)
+        for part, values in (("real", family.real), ("imaginary", family.imaginary)):
+            if len(values) != len(places):
+                allowed = f"a list of {len(places)} numbers, one for each {name}"
+                yield input_error(path, f"{place}.{part}", f"a list of {len(values)}", allowed)
 
 
 def _unfit_files(path: Path, scene: Scene) -> Unfit:

@@ -13,6 +13,7 @@ from typing import Annotated, Any, Literal, get_args
 
 from pydantic import Field, PrivateAttr, field_validator
 
+from pipeline.scene.aero_section import Aero
 from pipeline.scene.contact_section import Contact, Interface
 from pipeline.scene.dotted_keys import CONTACT, INTERFACE, interface_of
 from pipeline.scene.fields import (
@@ -422,6 +423,7 @@ class Scene(Section):
     model: Model | None = _key("", "a table", None)
     rom: Rom = _key("", "a table", Rom())
     load: Load = _key("", "a table", Load())
+    aero: Aero | None = _key("", "a table", None)
     contact: Contact = _key("", "a table")
     interface: dict[str, Interface] = _key(
         "contact interfaces by name, those of the model, whose parameters differ from those in [contact]",
@@ -571,5 +573,6 @@ NOT_SWEPT_KEYS = (  # tables, and lists of tables
     "load.force",
     "load.pressure",
     "load.temperature",
+    "aero.family",
     "contact.interfaces",
 )

@@ -10,6 +10,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from pipeline.errors import InputError, input_error, one_line, shown, shown_key
+from pipeline.scene.aero_section import AeroFamily
 from pipeline.scene.contact_section import PER_NODE, FaceField, Interface
 from pipeline.scene.dotted_keys import CONTACT
 from pipeline.scene.fields import allowed_of
@@ -99,7 +100,11 @@ SETS: dict[str, type[BaseModel]] = {  # tables in sections
     "model.sets": ModelSets,
     "load.temperature": Temperature,
 }
-TABLES: dict[str, type[BaseModel]] = {**LOAD_TABLES, "uncertainty.parameter": UncertainParameter}  # lists of tables
+TABLES: dict[str, type[BaseModel]] = {  # lists of tables
+    **LOAD_TABLES,
+    "uncertainty.parameter": UncertainParameter,
+    "aero.family": AeroFamily,
+}
 NAMED: dict[str, type[BaseModel]] = {"materials": Material, "interface": Interface}  # tables of tables by name
 NAMED_IN: dict[str, type[BaseModel]] = {"mesh.interface": MeshInterface}  # the same in sections
 ALIKE = {"materials": "material", "interface": "contact"}  # sections with the same keys

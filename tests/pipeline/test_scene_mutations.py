@@ -53,6 +53,7 @@ WHOLE: dict[str, dict[str, Any]] = {  # sections that the small scene lacks
     "damper": {"mass": 0.02, "radius": 0.3, "inertia": [1e-6, 1e-6, 1e-6]},
     "disk": {"bore_radius": 0.2, "rim_width": 0.05, "profile": [[0.25, 0.02]]},
     "model": {"stiffness": "K.mtx", "mass": "M.mtx", "nodes": "nodes.csv", "n_blades": 12},
+    "aero": {"family": [{"mode": 1, "offset": [0], "real": [0.0], "imaginary": [-0.01]}]},
     "stress": {},
     "fatigue": {"endurance_limit": 3e8, "tensile_strength": 9e8, "factor": 1.5},
     "backbone": {"modes": [1], "nodal_diameters": [3], "amplitudes": [1e-6, 1e-3], "curves": [0]},

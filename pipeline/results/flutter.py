@@ -1,0 +1,119 @@
+"""Damping and frequency of all waves in the flow of [aero], with free, sliding and stuck contacts: linear flutter."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pipeline.codec import plain
+from pipeline.stages.cache_keys import stiffness_inputs
+from pipeline.stages.code_fingerprint import code_fingerprint
+from pipeline.stages.scene_to_solver import STATES, contact_on_model, damped_modes, springs_by_state
+from pipeline.store.fingerprints import fingerprint
+
+if TYPE_CHECKING:
+    from pipeline.scene.schema import Scene
+    from pipeline.stages.model.model_chain import BuiltModel
+    from pipeline.store.content_store import Store
+    from rom import InfluenceCoefficients
+
+KIND, FILE = "flutter", "flutter.json"
+MODES = 6  # lowest ones of each wave
+
+
+@dataclass(frozen=True)
+class FlutterWaves:
+    """The lowest modes of all waves in one contact state."""
+
+    contact: str  # "free", "sliding" or "stuck"
+    frequency_hz: list[list[float]]  # of each mode over the nodal diameters
+    damping_ratio: list[list[float]]  # below 0: flutter
+
+
+@dataclass(frozen=True)
+class LinearFlutter:
+    """Damping of the waves of one model in the flow."""
+
+    families: list[int]  # modes that the flow acts on
+    nodal_diameter: list[int]  # ascending; above 0 backward waves
+    states: list[FlutterWaves]
+
+    def least(self) -> Iterator[tuple[int, list[tuple[float, int, float]]]]:
+        """Of each mode the least damping ratio in each contact state, with its nodal diameter and frequency, Hz."""
+        for mode in range(len(self.states[0].damping_ratio)):
+            found = []
+            for waves in self.states:
+                ratios = waves.damping_ratio[mode]
+                place = ratios.index(min(ratios))
+                found.append((ratios[place], self.nodal_diameter[place], waves.frequency_hz[mode][place]))
+            yield mode + 1, found
+
+
+def stored_flutter(store: Store, model: BuiltModel, scene: Scene) -> LinearFlutter | None:
+    """The flutter of a model, from the store or computed; None without [aero]."""
+    if scene.aero is None:
+        return None
+    given = {"damping_ratio": scene.response.damping_ratio, "rayleigh": scene.response.rayleigh}
+    own = {"aero": scene.aero.model_dump(), "damping": given, "load": scene.load.model_dump()}
+    material = scene.material.model_dump() if scene.material else None
+    parts = {"reduce": model.key, **stiffness_inputs(scene), "material": material, **own}
+    key = fingerprint({**parts, "code": code_fingerprint(__name__)})
+    entry = store.get(KIND, key, lambda folder: _write(folder / FILE, model.rom, scene))
+    values = json.loads(entry.file(FILE).read_text(encoding="utf-8"))
+    return LinearFlutter(**values | {"states": [FlutterWaves(**each) for each in values["states"]]})
+
+
+def _write(path: Path, rom: Path, scene: Scene) -> None:
+    import numpy as np
+
+    from rom import aeroelastic_modes, one_blas_thread, read_reduced_model
+
+    model = read_reduced_model(rom, with_basis=False)
+    blades, count = model.n_blades or 1, min(MODES, model.size)
+    diameters = range(-((blades - 1) // 2), blades // 2 + 1)
+    flow, states = influence_coefficients(scene, blades), []
+    with one_blas_thread():
+        modal = damped_modes(model, scene.response, scene.load)
+        for name, springs in springs_by_state(contact_on_model(scene, model)).items():
+            values = np.array([aeroelastic_modes(model, modal, n, flow, count=count, **springs) for n in diameters])
+            hertz, ratio = values.imag.T / (2.0 * np.pi), (-values.real / np.abs(values)).T
+            states.append(FlutterWaves(name, hertz.tolist(), ratio.tolist()))
+    found = LinearFlutter([each.mode for each in flow], list(diameters), states)
+    path.write_text(json.dumps(plain(found)), encoding="utf-8")
+
+
+def influence_coefficients(scene: Scene, n_blades: int) -> list[InfluenceCoefficients]:
+    """The coefficients of the mode families of a scene on a ring."""
+    import numpy as np
+
+    from rom import InfluenceCoefficients
+
+    found = []
+    for each in scene.aero.family if scene.aero is not None else ():
+        values = np.array(each.real) + 1j * np.array(each.imaginary)
+        if each.offset is not None:
+            found.append(InfluenceCoefficients(each.mode, np.array(each.offset), values))
+        else:
+            of_wave = np.zeros(n_blades, dtype=complex)
+            of_wave[np.array(each.nodal_diameter) % n_blades] = values
+            found.append(InfluenceCoefficients.of_waves(each.mode, of_wave))
+    return found
+
+
+def flutter_rows(flutter: LinearFlutter) -> list[list[str]]:
+    """One row a mode: least damping in each contact state, where and at which frequency."""
+    return [
+        [str(mode), *(f"{100.0 * ratio:+.3g} % at {n:+d}, {hertz:.4g} Hz" for ratio, n, hertz in found)]
+        for mode, found in flutter.least()
+        if mode <= max(flutter.families) + 1
+    ]
+
+
+def flutter_line(flutter: LinearFlutter) -> str:
+    """The margin: the least damping of all waves in each contact state."""
+    margins = [min(found[place][0] for _, found in flutter.least()) for place in range(len(STATES))]
+    said = ", ".join(f"{state} {100.0 * least:+.3g} %" for state, least in zip(STATES, margins, strict=True))
+    return f"flutter margin, the least damping of all waves in the flow: {said} (below 0: the motion grows)"
