@@ -89,7 +89,6 @@ def print_verification(found: Verification, quiet: bool, as_json: bool) -> None:
 def print_modes(models: Sequence[ModelModes], campbell: Sequence[dict[str, Any]]) -> None:
     """Tables of the natural frequencies of some models, static contact, frequency range, crossings over the speed."""
     from pipeline.results import modes as table
-    from pipeline.results.flutter import flutter_line
 
     console = _console()
     for model in models[: table.MOST_MODELS]:
@@ -97,7 +96,7 @@ def print_modes(models: Sequence[ModelModes], campbell: Sequence[dict[str, Any]]
             print(table.wave_heading(model, wave, len(models) > 1))
             console.print(table.wave_table(wave))
         if model.flutter is not None:
-            print(flutter_line(model.flutter))
+            print(table.flutter_line(model.flutter))
             console.print(table.flutter_table(model.flutter))
         console.print(table.static_table(model.static, model.speed_rpm))
         print(table.range_line(model))

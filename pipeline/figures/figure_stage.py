@@ -29,7 +29,17 @@ if TYPE_CHECKING:
     from pipeline.stages.request import Run, StudyOutcome
     from pipeline.studies.backbone.result import BackboneResult
 
-NAMES = ("response", "peaks", "hysteresis", "map", "hysteresis_sweep", "nodal_diameters", "campbell", "outputs")
+NAMES = (
+    "response",
+    "peaks",
+    "hysteresis",
+    "map",
+    "hysteresis_sweep",
+    "nodal_diameters",
+    "campbell",
+    "flutter",
+    "outputs",
+)
 MAIN = NAMES[:2]  # those of a run that was stopped
 _SHARED = NAMES[:3], NAMES[3:]  # between two processes, about the same work for each
 MOST_LIMITS = 24  # of a kind, in one figure
@@ -177,6 +187,7 @@ def draw(
     """
     from pipeline.figures.campbell import campbell_figure, nodal_diameter_figure
     from pipeline.figures.data import plotted_curves, sweep_points
+    from pipeline.figures.flutter import flutter_figure
     from pipeline.figures.hysteresis import most_damped, node_figure, sweep_figure
     from pipeline.figures.linear_limits import count_limits, linear_limits
     from pipeline.figures.peaks import band_figure, curves_to_read, has_few_lines, quantile_figure, trend_figure
@@ -209,6 +220,7 @@ def draw(
         "hysteresis_sweep": lambda: sweep_figure(shown, colours, title),
         "nodal_diameters": lambda: nodal_diameter_figure(shown[0], title, orders),
         "campbell": lambda: campbell_figure(shown, title),
+        "flutter": lambda: flutter_figure(shown[0], title),
         "outputs": lambda: outputs_figure(shown, colours, title),
     }
 

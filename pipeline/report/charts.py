@@ -102,6 +102,10 @@ _OTHERS = {
         "Campbell diagram: natural frequencies against speed, with the lines of the engine orders. Diamonds: "
         "resonance crossings."
     ),
+    "flutter": (
+        "Damping of all waves in the flow against nodal diameter, with free, sliding and stuck shrouds: below 0 the "
+        "motion grows while the contacts are so. The response leaves the flow out."
+    ),
     "outputs": "Largest values of the further outputs over a period against frequency, their means included.",
     "hysteresis_sweep": (
         "Hysteresis loops of one contact node, each curve at its own peak; curves without contact are left out."

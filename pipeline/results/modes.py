@@ -15,12 +15,12 @@ from typing import TYPE_CHECKING, Any
 
 from pipeline.codec import plain
 from pipeline.errors import reason_of
-from pipeline.results.flutter import LinearFlutter, flutter_rows, stored_flutter
 from pipeline.results.frequency_range import proposed_range, stored_resonances
 from pipeline.scene.labels import member_label
 from pipeline.stages.cache_keys import contact_inputs, stiffness_inputs
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.engine_orders import excited_orders
+from pipeline.stages.model.flutter import LinearFlutter, stored_flutter
 from pipeline.stages.model.natural_frequencies import stored_frequencies
 from pipeline.stages.scene_to_solver import STATES
 from pipeline.store.disk_errors import StorageError
@@ -202,11 +202,20 @@ def wave_table(wave: WaveModes) -> Table:
     return table
 
 
+def flutter_line(flutter: LinearFlutter) -> str:
+    """The margin: the least damping of all waves in each contact state."""
+    margins = [min(found[place][0] for _, found in flutter.least()) for place in range(len(STATES))]
+    said = ", ".join(f"{state} {100.0 * least:+.3g} %" for state, least in zip(STATES, margins, strict=True))
+    return f"flutter margin, the least damping of all waves in the flow: {said} (below 0: the motion grows)"
+
+
 def flutter_table(flutter: LinearFlutter) -> Table:
-    """One row a mode: the least damping of its waves in the flow with free, sliding and stuck shrouds."""
+    """One row a mode: the least damping of its waves in the flow with free, sliding and stuck shrouds, and where."""
     table = _empty("mode", *(f"{state}: least damping, nodal diameter" for state in STATES))
-    for row in flutter_rows(flutter):
-        table.add_row(*row)
+    for mode, found in flutter.least():
+        if mode <= max(flutter.families) + 1:
+            said = (f"{100.0 * ratio:+.3g} % at {n:+d}, {hertz:.4g} Hz" for ratio, n, hertz in found)
+            table.add_row(str(mode), *said)
     return table
 
 

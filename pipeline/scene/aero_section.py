@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 from pydantic import Field
 
+from pipeline.errors import InputError
 from pipeline.scene.fields import Number, Section, Whole, key
+from pipeline.scene.input_files import Contents
+from pipeline.scene.loads_section import TABLE, File, csv_columns, placed
 
 Coefficient = Annotated[Number, Field(ge=-1.0, le=1.0)]
-Places = Annotated[tuple[Annotated[Whole, Field(ge=-10000, le=10000)], ...], Field(min_length=1, max_length=10000)]
+MOST = 10000  # places
+Places = Annotated[tuple[Annotated[Whole, Field(ge=-MOST, le=MOST)], ...], Field(min_length=1, max_length=MOST)]
+COLUMNS = ("offset", "nodal_diameter", "real", "imaginary")
 VALUES = "a list of numbers, -1 to 1, one for each offset or nodal diameter"
 
 
@@ -28,10 +34,35 @@ class AeroFamily(Section):
     real: tuple[Coefficient, ...] = key(
         "modal force over modal displacement and the square of the natural frequency, in phase with the displacement",
         VALUES,
+        (),
     )
     imaginary: tuple[Coefficient, ...] = key(
-        "the same ahead of the displacement by a quarter of a period: above 0 the flow feeds the vibration", VALUES
+        "the same ahead of the displacement by a quarter of a period: above 0 the flow feeds the vibration",
+        VALUES,
+        (),
     )
+    file: File | None = key(
+        "in place of the lists: columns offset or nodal_diameter, real, imaginary; relative to the scene file",
+        TABLE,
+        None,
+    )
+
+    def read(self, contents: Contents | None = None) -> AeroFamily:
+        """The family with the lists of its file, if it has one; `contents`: hashes of input files. InputError."""
+        if self.file is None:
+            return self
+        columns = csv_columns(self.file, COLUMNS, contents)
+        places = [name for name in COLUMNS[:2] if name in columns]
+        if len(places) != 1 or not all(name in columns for name in COLUMNS[2:]):
+            allowed = "columns offset or nodal_diameter, real and imaginary"
+            raise InputError(f"{self.file}: columns {', '.join(columns)}, allowed: {allowed}")
+        if any(value % 1.0 or abs(value) > MOST for value in columns[places[0]]):
+            raise InputError(f"{self.file}: {places[0]} that is no whole number, allowed: -{MOST} to {MOST}")
+        if any(abs(value) > 1.0 for name in COLUMNS[2:] for value in columns[name]):
+            raise InputError(f"{self.file}: a coefficient beyond -1 to 1, allowed: parts of the squared frequency")
+        lists = {name: tuple(columns[name].tolist()) for name in COLUMNS[2:]}
+        lists[places[0]] = tuple(int(value) for value in columns[places[0]])
+        return self.model_copy(update=lists)
 
 
 class Aero(Section):
@@ -40,3 +71,8 @@ class Aero(Section):
     family: Annotated[tuple[AeroFamily, ...], Field(min_length=1)] = key(
         "mode families that the flow acts on", "tables [[aero.family]] with different modes"
     )
+
+    def placed(self, folder: Path) -> Aero:
+        """The section with the full paths of its files, which are relative to the folder of the scene."""
+        found: Aero = placed(self, ("family",), folder)
+        return found

@@ -353,8 +353,16 @@ def _unfit_aero(path: Path, scene: Scene) -> Unfit:
     if len({family.mode for family in families}) < len(families):
         modes = shown([family.mode for family in families])
         yield input_error(path, "aero.family", f"modes {modes}", "tables [[aero.family]] with different modes")
-    for number, family in enumerate(families):
-        place, places = f"aero.family[{number}]", family.offset or family.nodal_diameter
+    for number, given in enumerate(families):
+        place = f"aero.family[{number}]"
+        if given.file is not None and (given.offset or given.nodal_diameter or given.real or given.imaginary):
+            yield input_error(path, f"{place}.file", "given beside lists", "a file or lists")
+        try:
+            family = given.read(scene.contents)
+        except InputError as error:
+            yield error
+            continue
+        places = family.offset or family.nodal_diameter
         if places is None or (family.offset is not None and family.nodal_diameter is not None):
             found = "missing" if places is None else "given beside offset"
             yield input_error(path, f"{place}.nodal_diameter", found, "offset or nodal_diameter, one of the two")

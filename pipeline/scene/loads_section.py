@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 LARGEST_FILE = 200_000_000
 POSITION = ("x", "y", "z")
+NODE = ("node", *POSITION)
 REAL, PARTS = ("fx", "fy", "fz"), ("fx_re", "fx_im", "fy_re", "fy_im", "fz_re", "fz_im")
 TEMPERATURE = ("temperature",)
 
@@ -50,7 +51,7 @@ def force_table(file: str, contents: Contents | None = None) -> NodalTable:
     """
     import numpy as np
 
-    columns = _columns(file, (*REAL, *PARTS), contents)
+    columns = csv_columns(file, (*NODE, *REAL, *PARTS), contents)
     count = len(next(iter(columns.values())))
     parts = any(name in columns for name in PARTS)
     if parts and any(name in columns for name in REAL):
@@ -71,7 +72,7 @@ def force_table(file: str, contents: Contents | None = None) -> NodalTable:
 
 def temperature_table(file: str, contents: Contents | None = None) -> NodalTable:
     """Temperatures of nodes from a CSV file with the columns `node`, or `x`, `y`, `z`, and `temperature`."""
-    columns = _columns(file, TEMPERATURE, contents)
+    columns = csv_columns(file, (*NODE, *TEMPERATURE), contents)
     if "temperature" not in columns:
         raise _refused(file, "no temperatures", "a column temperature")
     return _table(file, columns, columns["temperature"])
@@ -99,8 +100,8 @@ def _table(file: str, columns: dict[str, NDArray[np.float64]], values: NDArray[n
     return NodalTable(file, None, np.stack([columns[name] for name in POSITION], axis=1), values)
 
 
-def _columns(file: str, known: tuple[str, ...], contents: Contents | None) -> dict[str, NDArray[np.float64]]:
-    """The columns of a file as numbers."""
+def csv_columns(file: str, known: tuple[str, ...], contents: Contents | None) -> dict[str, NDArray[np.float64]]:
+    """The columns of a file as numbers; `known`: their names. Raises InputError."""
     import numpy as np
 
     check_readable(file)
@@ -121,15 +122,15 @@ def _columns(file: str, known: tuple[str, ...], contents: Contents | None) -> di
     except csv.Error as error:
         raise _refused(file, f"not CSV: {error}", "a CSV file") from None
     if not numbers:
-        raise _refused(file, "no rows", "a line of column names, then a line for each node")
+        raise _refused(file, "no rows", "a line of column names, then lines of numbers")
     return dict(zip(names, np.array(numbers).reshape(-1, len(names)).T, strict=True))
 
 
 def _names(file: str, row: list[str], known: tuple[str, ...]) -> list[str]:
     names = [cell.strip().lower() for cell in row]
     for name in names:
-        if name not in ("node", *POSITION, *known):
-            raise _refused(file, f"column {shown(name)}", ", ".join(("node", *POSITION, *known)))
+        if name not in known:
+            raise _refused(file, f"column {shown(name)}", ", ".join(known))
     if len(set(names)) < len(names):
         raise _refused(file, "a column twice", "each column once")
     return names

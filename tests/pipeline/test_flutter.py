@@ -8,6 +8,9 @@ import numpy as np
 import pytest
 from pipeline_support import shroud, small_scene, write_scene
 
+from pipeline.scene.reading import read_scene
+from pipeline.stages.model.flutter import influence_coefficients
+
 N = 12
 FAMILY: dict[str, Any] = {"mode": 1, "offset": [-1, 0, 1], "real": [-0.01, 0.0, 0.01], "imaginary": [0.0, -0.01, 0.0]}
 
@@ -52,6 +55,7 @@ def test_modes_say_the_damping_of_every_wave(tmp_path: Path) -> None:
         ({"offset": [0, 1, 12]}, "aero.family[0].offset: [0, 1, 12], allowed: each of 12 places once"),
         ({"real": [0.0]}, "aero.family[0].real: a list of 1, allowed: a list of 3 numbers, one for each offset"),
         ({"nodal_diameter": [0]}, "aero.family[0].nodal_diameter: given beside offset, allowed: offset or nodal"),
+        ({"file": "a.csv"}, "aero.family[0].file: given beside lists, allowed: a file or lists"),
         ({"mode": 0}, "aero.family[0].mode: 0, allowed: a whole number, 1 to 100"),
         ({"imag": [0.0]}, "aero.family[0].imag: unknown key, did you mean"),
     ],
@@ -69,3 +73,20 @@ def test_waves_that_are_missing_are_said(tmp_path: Path) -> None:
         "aero.family[0].nodal_diameter: a list of 3, allowed: each wave of 12 blades once"
         in shroud("validate", path)[2]
     )
+
+
+def test_coefficients_from_a_file(tmp_path: Path) -> None:
+    (tmp_path / "flow.csv").write_text("offset,real,imaginary\n-1,-0.01,0\n0,0,-0.01\n1,0.01,0\n")
+    tables = scene() | {"aero": {"family": [{"mode": 1, "file": "flow.csv"}]}}
+    file = read_scene(write_scene(tmp_path / "s.toml", tables))
+    (flow,) = influence_coefficients(file.first, N)
+    (same,) = influence_coefficients(read_scene(write_scene(tmp_path / "t.toml", scene())).first, N)
+    assert (flow.offset.tolist(), flow.coefficient.tolist()) == (same.offset.tolist(), same.coefficient.tolist())
+    for content, said in (
+        ("offset,real\n0,1\n", "columns offset, real, allowed: columns offset or nodal_diameter, real and imaginary"),
+        ("offset,real,imaginary\n0.5,0,0\n", "offset that is no whole number, allowed: "),
+        ("offset,real,imaginary\n0,40,0\n", "a coefficient beyond -1 to 1, allowed: "),
+        ("place,real\n0,0\n", 'column "place", allowed: offset, nodal_diameter, real, imaginary'),
+    ):
+        (tmp_path / "flow.csv").write_text(content)
+        assert said in shroud("validate", tmp_path / "s.toml")[2]

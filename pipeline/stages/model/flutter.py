@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from pipeline.codec import plain
 from pipeline.stages.cache_keys import stiffness_inputs
 from pipeline.stages.code_fingerprint import code_fingerprint
-from pipeline.stages.scene_to_solver import STATES, contact_on_model, damped_modes, springs_by_state
+from pipeline.stages.scene_to_solver import contact_on_model, damped_modes, springs_by_state
 from pipeline.store.fingerprints import fingerprint
 
 if TYPE_CHECKING:
@@ -59,14 +59,20 @@ def stored_flutter(store: Store, model: BuiltModel, scene: Scene) -> LinearFlutt
     given = {"damping_ratio": scene.response.damping_ratio, "rayleigh": scene.response.rayleigh}
     own = {"aero": scene.aero.model_dump(), "damping": given, "load": scene.load.model_dump()}
     material = scene.material.model_dump() if scene.material else None
-    parts = {"reduce": model.key, **stiffness_inputs(scene), "material": material, **own}
+    files = [scene.contents.get(each.file or "") for each in scene.aero.family]
+    parts = {"reduce": model.key, **stiffness_inputs(scene), "material": material, "files": files, **own}
     key = fingerprint({**parts, "code": code_fingerprint(__name__)})
-    entry = store.get(KIND, key, lambda folder: _write(folder / FILE, model.rom, scene))
-    values = json.loads(entry.file(FILE).read_text(encoding="utf-8"))
+
+    def write(folder: Path) -> None:
+        text = json.dumps(plain(linear_flutter(model.rom, scene)))
+        (folder / FILE).write_text(text, encoding="utf-8")
+
+    values = json.loads(store.get(KIND, key, write).file(FILE).read_text(encoding="utf-8"))
     return LinearFlutter(**values | {"states": [FlutterWaves(**each) for each in values["states"]]})
 
 
-def _write(path: Path, rom: Path, scene: Scene) -> None:
+def linear_flutter(rom: Path, scene: Scene) -> LinearFlutter:
+    """Damping and frequency of all waves of a reduced model in the flow of a scene."""
     import numpy as np
 
     from rom import aeroelastic_modes, one_blas_thread, read_reduced_model
@@ -81,8 +87,7 @@ def _write(path: Path, rom: Path, scene: Scene) -> None:
             values = np.array([aeroelastic_modes(model, modal, n, flow, count=count, **springs) for n in diameters])
             hertz, ratio = values.imag.T / (2.0 * np.pi), (-values.real / np.abs(values)).T
             states.append(FlutterWaves(name, hertz.tolist(), ratio.tolist()))
-    found = LinearFlutter([each.mode for each in flow], list(diameters), states)
-    path.write_text(json.dumps(plain(found)), encoding="utf-8")
+    return LinearFlutter([each.mode for each in flow], list(diameters), states)
 
 
 def influence_coefficients(scene: Scene, n_blades: int) -> list[InfluenceCoefficients]:
@@ -92,7 +97,8 @@ def influence_coefficients(scene: Scene, n_blades: int) -> list[InfluenceCoeffic
     from rom import InfluenceCoefficients
 
     found = []
-    for each in scene.aero.family if scene.aero is not None else ():
+    for family in scene.aero.family if scene.aero is not None else ():
+        each = family.read(scene.contents)
         values = np.array(each.real) + 1j * np.array(each.imaginary)
         if each.offset is not None:
             found.append(InfluenceCoefficients(each.mode, np.array(each.offset), values))
@@ -101,19 +107,3 @@ def influence_coefficients(scene: Scene, n_blades: int) -> list[InfluenceCoeffic
             of_wave[np.array(each.nodal_diameter) % n_blades] = values
             found.append(InfluenceCoefficients.of_waves(each.mode, of_wave))
     return found
-
-
-def flutter_rows(flutter: LinearFlutter) -> list[list[str]]:
-    """One row a mode: least damping in each contact state, where and at which frequency."""
-    return [
-        [str(mode), *(f"{100.0 * ratio:+.3g} % at {n:+d}, {hertz:.4g} Hz" for ratio, n, hertz in found)]
-        for mode, found in flutter.least()
-        if mode <= max(flutter.families) + 1
-    ]
-
-
-def flutter_line(flutter: LinearFlutter) -> str:
-    """The margin: the least damping of all waves in each contact state."""
-    margins = [min(found[place][0] for _, found in flutter.least()) for place in range(len(STATES))]
-    said = ", ".join(f"{state} {100.0 * least:+.3g} %" for state, least in zip(STATES, margins, strict=True))
-    return f"flutter margin, the least damping of all waves in the flow: {said} (below 0: the motion grows)"
