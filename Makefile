@@ -24,7 +24,7 @@ STRESS ?=
 BENCH ?=
 PYTHON ?= python3
 VENV := .venv
-VERSION_EXTRAS := cholmod,uff,meshes,matrices,distributed,tables,dev
+VERSION_EXTRAS := cholmod,uff,meshes,matrices,distributed,tables,explore,dev
 EXTRAS := $(VERSION_EXTRAS),docs
 BIN := $(VENV)/bin
 SHROUD = $(BIN)/shroud run $(SCENE) $(if $(OUT),--out $(OUT)) $(if $(JOBS),--jobs $(JOBS))
@@ -64,7 +64,7 @@ test-long: setup
 VERSION_TESTS = geometry/test_shape.py geometry/test_quality.py geometry/test_files.py rom/test_assembly.py \
 	rom/test_craig_bampton.py rom/test_factorisation.py rom/test_ordering.py rom/test_receptance.py nonlinear/test_balance.py \
 	nonlinear/test_contact_closed_forms.py nonlinear/test_contact_jacobian.py nonlinear/test_detached.py pipeline/test_cli.py \
-	pipeline/test_export.py pipeline/test_new_scene.py pipeline/test_outputs.py pipeline/test_pictures.py \
+	pipeline/test_explore_page.py pipeline/test_export.py pipeline/test_new_scene.py pipeline/test_outputs.py pipeline/test_pictures.py \
 	pipeline/test_public_module.py pipeline/test_report.py pipeline/test_stages.py
 
 test-lowest test-newest: export OPENBLAS_NUM_THREADS = 1

@@ -17,6 +17,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 import tomllib
 from importlib import import_module
 from pathlib import Path
@@ -108,6 +109,14 @@ def pictures() -> dict[str, Picture]:
         Picture("mistuning", (DUMMY, STYLE, "pipeline/studies/mistuning/figure.py"), _mistuning),
         Picture("mistuned_disk", (DISK, STYLE, "pipeline/studies/mistuning/figure.py"), _mistuned_disk),
         Picture("report", (DUMMY, STYLE, "pipeline/report/templates", "pipeline/report/error_budget.py"), _report),
+        *(
+            Picture(
+                f"explore_{name}",
+                (DUMMY, "pipeline/explore/templates", "pipeline/explore/charts.py"),
+                _explored(name),
+            )
+            for name in ("begin", "turned", "phone")
+        ),
         Picture("first_blade_shrouds", (f"{tutorials}/first_blade.md",), _of_page("first_blade")),
         *(
             Picture(
@@ -253,6 +262,38 @@ def _report(path: Path) -> bool:
     look = (f"--user-data-dir={OUT / 'browser'}", "--window-size=1280,1500", "--virtual-time-budget=8000")
     subprocess.run([browser, *QUIET_BROWSER, *look, f"--screenshot={path}", page], check=True, capture_output=True)
     return True
+
+
+def _explored(name: str) -> Maker:
+    """The page of `shroud explore` as it opens, after turns of the interference, and on a phone."""
+
+    def make(path: Path) -> bool:
+        from pipeline.explore.server import serve_aside
+        from pipeline.explore.start import page_server
+
+        driven = import_module("browser")
+        if driven.CHROMIUM is None:
+            print(f"{path.name}: stays as it is, there is no browser ({', '.join(BROWSERS)})", file=sys.stderr)
+            return False
+        with page_server(ROOT / DUMMY, OUT / "explore") as (server, _), driven.browser() as browser:
+            serve_aside(server)
+            width, height = {"begin": (1280, 800), "turned": (1280, 1310), "phone": (390, 844)}[name]
+            tab = browser.open(server.address, width, height)
+            tab.wait("window.explore && explore.answered > 0")
+            if name == "phone":
+                tab.size(width, height, phone=True, scale=2.0)
+            if name == "turned":
+                tab.evaluate("document.getElementById('pin').click()")
+                for value in (60, 40, 20, 10, 5, 2, 0, -2, -5, -10, -15, -20):
+                    tab.type('[data-key="contact.interference"] input[type=number]', str(value))
+                    tab.wait("explore.answered === explore.sent")
+            tab.wait("document.querySelector('#steps li:last-child').className === 'done'", 300.0)
+            time.sleep(4.0)  # the shape of the blade
+            tab.screenshot(path)
+            server.stop()
+        return True
+
+    return make
 
 
 def _of_table(study: str) -> Maker:

@@ -218,6 +218,41 @@ def report(
     run(scene, out, Stage.REPORT, force, jobs, quiet, as_json, scheduler=scheduler, cluster=cluster)
 
 
+@app.command(epilog=examples("shroud explore scenes/dummy.toml", "shroud explore my.toml --port 5006 --no-browser"))
+def explore(
+    scene: SceneArgument,
+    rom: RomOption = None,
+    out: OutOption = None,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Port of this machine; by default a free one.")] = 0,
+    browser: Annotated[bool, typer.Option(help="Open the page in the browser.")] = True,
+    quiet: QuietOption = False,
+) -> None:
+    """Turn the knobs of a scene and see its response live.
+
+    A page in a browser of this machine, until Ctrl-C. Its address has a token: whoever does not know it sees nothing.
+    """
+    from pipeline.explore.start import page_server
+    from pipeline.process.interrupts import Stopped
+    from pipeline.process.progress import Reporter
+    from pipeline.scene.reading import read_scene
+
+    file = read_scene(scene, given_model=rom is not None)
+    if not quiet:
+        print_notes(file.notes)
+    with (
+        stoppable() as interrupts,
+        page_server(file, out, rom, port, Reporter(quiet, interrupts=interrupts)) as (server, _),
+    ):
+        print(server.address, flush=True)
+        if not quiet:
+            print_error("Ctrl-C ends the page")
+        try:
+            server.run(browser)
+        except Stopped as stop:
+            if stop.signal != signal.SIGINT:
+                raise
+
+
 @app.command(
     epilog=examples(
         "shroud check my.toml",

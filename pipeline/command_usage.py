@@ -16,12 +16,21 @@ if TYPE_CHECKING:
     from typer.exceptions import TyperException
 
 
-FLAGS = ("--force", "--quiet", "--json", "--version", "--help")  # options without a value
+FLAGS = (
+    "--force",
+    "--quiet",
+    "--json",
+    "--version",
+    "--help",
+    "--browser",
+    "--no-browser",
+)  # options without a value
 SEVERAL = ("--over", "--tolerance")  # options that may be given several times
 MOST_JOBS = 256
 TOLERANCES = 1e-6, 0.5
 ALLOWED = {  # values of options by their names
     "until": ", ".join(Stage),
+    "port": "a whole number, 0 to 65535",
     "jobs": f"a whole number, 1 to {MOST_JOBS}",
     "curve": "a whole number, 0 or more",
     "frequency": "a number, Hz",

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.render.operating_shapes import operating_shape
+from pipeline.render.operating_shapes import OperatingShape, operating_shape
 from pipeline.scene.labels import prefixed
 from pipeline.stages.model.build_mesh import SECTOR
 
@@ -219,6 +219,12 @@ class ViewerData:
             label = f"{name}, {shape.frequency_hz:.1f} Hz"
             self._add(label, "motion at the peak", at, shape.phase, shape.harmonics[:, surface.vertices], "m")
 
+    def add_motion(self, points: Array, surface: Surface, ring: tuple[int, str], motion: OperatingShape) -> None:
+        """The motion of a surface whose vertices lie at `points` (n, 3); `ring`: blades, and kind of the sector."""
+        name, at = f"{motion.frequency_hz:.5g} Hz", len(self.surfaces)
+        self.surfaces.append(_plain_surface(points, surface, *ring))
+        self._add(name, "motion", at, motion.phase, motion.harmonics, "m")
+
     def _surface(self, model: BuiltModel) -> tuple[int, SectorMesh, Surface]:
         assert model.mesh is not None
         if model.key not in self._known:
@@ -227,7 +233,9 @@ class ViewerData:
             sector = load_sector(model.mesh.parent / SECTOR)
             surface = outer_surface(sector)
             self._known[model.key] = len(self.surfaces), sector, surface
-            self.surfaces.append(_plain_surface(sector, surface))
+            self.surfaces.append(
+                _plain_surface(sector.points[surface.vertices], surface, sector.n_blades, sector.kind)
+            )
         return self._known[model.key]
 
     def _add(
@@ -272,8 +280,8 @@ def chosen_evenly(count: int, most: int, also: Sequence[int] = ()) -> list[int]:
     return sorted({*spread, *also})
 
 
-def _plain_surface(sector: SectorMesh, surface: Surface) -> dict[str, Any]:
-    points = sector.points[surface.vertices]
+def _plain_surface(points: Array, surface: Surface, n_blades: int, kind: str) -> dict[str, Any]:
+    """A surface whose vertices lie at `points` (n, 3)."""
     return {
         "points": _text(points.astype("<f4")),
         "triangles": _text(surface.triangles.astype("<u2")),
@@ -281,9 +289,9 @@ def _plain_surface(sector: SectorMesh, surface: Surface) -> dict[str, Any]:
         "sharp": _text(surface.sharp.astype("<u2")),
         "right": _text(surface.right.astype("<u2")),
         "left": _text(surface.left.astype("<u2")),
-        "pitch": 2.0 * np.pi / sector.n_blades,
-        "between": sector.kind == "neighbours",
-        "height": float(np.ptp(sector.points[:, 2])),
+        "pitch": 2.0 * np.pi / n_blades,
+        "between": kind == "neighbours",
+        "height": float(np.ptp(points[:, 2])),
     }
 
 

@@ -49,7 +49,7 @@
   gl.linkProgram(program);
   if (!gl.getProgramParameter(program, gl.LINK_STATUS)) { return; }
   gl.useProgram(program);
-  const uniform = {};
+  const uniform = {}, INDICES = ["triangles", "edges", "sharp", "right", "left"];
   ["view", "projection", "pointSize", "flatColour", "pale", "round", "nearer"].forEach((name) => {
     uniform[name] = gl.getUniformLocation(program, name);
   });
@@ -66,16 +66,24 @@
     gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, indices, gl.STATIC_DRAW);
     return { buffer: buffer, count: indices.length };
   }
-  const data = JSON.parse(get("data").textContent);
-  data.surfaces.forEach((surface) => {
-    surface.rows = { right: decoded(surface.right, Uint16Array), left: decoded(surface.left, Uint16Array) };
-    surface.points = decoded(surface.points, Float32Array);
-    ["triangles", "edges", "sharp", "right", "left"].forEach((name) => { surface[name] = indexBuffer(surface[name]); });
-  });
-  data.shapes.forEach((shape) => shape.harmonics.forEach((row) => {
-    row.re = decoded(row.re, Int16Array);
-    row.im = decoded(row.im, Int16Array);
-  }));
+  const data = { deformation: 0, surfaces: [], shapes: [] };
+  function take(given) {  // surfaces, where there are others than before, and the shapes to choose from
+    data.deformation = given.deformation;
+    if (given.surfaces) {
+      data.surfaces.forEach((surface) => INDICES.forEach((name) => gl.deleteBuffer(surface[name].buffer)));
+      data.surfaces = given.surfaces.map((surface) => {
+        const rows = { right: decoded(surface.right, Uint16Array), left: decoded(surface.left, Uint16Array) };
+        const made = Object.assign({}, surface, { rows: rows, points: decoded(surface.points, Float32Array) });
+        INDICES.forEach((name) => { made[name] = indexBuffer(surface[name]); });
+        return made;
+      });
+    }
+    data.shapes = given.shapes.map((shape) => Object.assign({}, shape, { harmonics: shape.harmonics.map((row) =>
+      Object.assign({}, row, { re: decoded(row.re, Int16Array), im: decoded(row.im, Int16Array) })) }));
+    document.getElementById("viewer").hidden = false;
+    if (get("still")) { get("still").hidden = true; }
+    chosen();
+  }
   const positions = gl.createBuffer(), values = gl.createBuffer();
   [[positions, "position", 3], [values, "value", 1]].forEach(([buffer, name, count]) => {
     const place = gl.getAttribLocation(program, name);
@@ -199,7 +207,9 @@
   }
 
   function render() {
-    const one = shape(), surface = surfaceOf(one), ratio = Math.min(window.devicePixelRatio || 1, 2);
+    const one = shape();
+    if (!one) { return; }
+    const surface = surfaceOf(one), ratio = Math.min(window.devicePixelRatio || 1, 2);
     const width = Math.round(canvas.clientWidth * ratio), height = Math.round(canvas.clientHeight * ratio);
     if (canvas.width !== width || canvas.height !== height) { canvas.width = width; canvas.height = height; }
     if (!width || !height) { return; }
@@ -228,6 +238,7 @@
     drawn(gl.LINES, surface.sharp, [0.62, 0.62, 0.62, 1]);
     annotate(surface, frame, own, canvas.clientWidth, canvas.clientHeight);
     tell(one, scale);
+    canvas.dispatchEvent(new CustomEvent("turned", { detail: angle }));
   }
   function tell(one, scale) {
     const times = scale ? String(Number(scale.toPrecision(3))) : "0";
@@ -293,9 +304,8 @@
   canvas.addEventListener("webglcontextlost", () => {
     play(false);
     document.getElementById("viewer").hidden = true;
-    get("still").hidden = false;
+    if (get("still")) { get("still").hidden = false; }
   });
-  document.getElementById("viewer").hidden = false;
-  get("still").hidden = true;
-  chosen();
+  canvas.addEventListener("shapes", (event) => take(event.detail));  // of a page that makes them while it is open
+  if (get("data")) { take(JSON.parse(get("data").textContent)); }
 })();

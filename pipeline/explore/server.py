@@ -1,0 +1,157 @@
+"""The server of the page: for browsers of this machine that know its address, one computation at a time.
+
+Bokeh serves the page, its scripts and the connection to it. The address has a random token, under which everything
+lies: without it nothing but "not found" is answered. Requests that name another host, as those of a page that had its
+name pointed to this machine, and connections from pages of another origin are refused.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import secrets
+import threading
+import webbrowser
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
+
+from pipeline.errors import InputError, input_error
+
+if TYPE_CHECKING:
+    from bokeh.document import Document
+    from bokeh.server.server import BaseServer
+
+ADDRESS = "127.0.0.1"
+NAMES = (ADDRESS, "localhost")  # by which a browser may call this machine
+LOOKED_FOR = 500  # milliseconds between two looks for pages that were closed
+CLOSED_AFTER = 3000  # milliseconds without a connection after which a page counts as closed
+LARGEST_MESSAGE = 1_000_000  # bytes of one from a page, which holds a few numbers
+# All the page's scripts, styles and pictures are its own; nothing of another origin is loaded or told.
+HEADERS = {
+    "Content-Security-Policy": (
+        "default-src 'none'; script-src 'self' 'unsafe-inline'; style-src 'self' 'unsafe-inline'; "
+        "font-src 'self' data:; img-src 'self' data: blob:; connect-src 'self' ws://127.0.0.1:* ws://localhost:*; "
+        "base-uri 'none'; form-action 'none'; frame-ancestors 'self' http://localhost:* http://127.0.0.1:*"
+    ),
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+    "Cache-Control": "no-store",
+    "Cross-Origin-Resource-Policy": "same-origin",
+}
+
+
+@dataclass(frozen=True)
+class LocalServer:
+    """A server that listens; `run` serves until it is stopped."""
+
+    server: BaseServer
+    address: str  # of the page, with its token
+
+    def run(self, in_browser: bool = False) -> None:
+        """Serve until `stop`, or until an exception, as that of a signal, ends the loop; open a browser if asked."""
+        if in_browser:
+            self.server.io_loop.add_callback(lambda: webbrowser.open(self.address))
+        try:
+            self.server.io_loop.start()
+        finally:
+            self.server.stop(wait=False)
+            self.server.io_loop.run_sync(lambda: asyncio.sleep(0.0))  # what was being sent
+            self.server.io_loop.close()
+
+    def stop(self) -> None:
+        """End `run`, from any thread."""
+        self.server.io_loop.add_callback(self.server.io_loop.stop)
+
+
+def local_server(page: Callable[[Document], None], port: int = 0) -> LocalServer:
+    """A server of a page on a port of this machine, by default a free one; each visit makes a page of its own.
+
+    Raises
+    ------
+    InputError
+        Bokeh is not installed, or the port is taken.
+    """
+    check_bokeh()
+    from bokeh.application import Application
+    from bokeh.application.handlers.function import FunctionHandler
+    from bokeh.server.server import BaseServer
+    from tornado.httpserver import HTTPServer
+    from tornado.ioloop import IOLoop
+    from tornado.netutil import bind_sockets
+
+    for name in ("bokeh", "tornado"):
+        logging.getLogger(name).setLevel(logging.CRITICAL)  # the address with its token is no one's business
+    try:
+        sockets = bind_sockets(port, ADDRESS)
+    except OSError as error:
+        reason = f"{port}: {error.strerror or error}"
+        raise input_error("shroud explore", "--port", reason, "a free port, 0 for any") from None
+    number = sockets[0].getsockname()[1]
+    token = secrets.token_urlsafe(24)
+    loop = IOLoop(make_current=False)
+    application = _application_class()(
+        Application(FunctionHandler(page)),
+        prefix=token,
+        extra_websocket_origins=[f"{name}:{number}" for name in NAMES],
+        secret_key=secrets.token_bytes(32),
+        sign_sessions=True,
+        check_unused_sessions_milliseconds=LOOKED_FOR,
+        unused_session_lifetime_milliseconds=CLOSED_AFTER,
+        stats_log_frequency_milliseconds=3_600_000,
+        websocket_max_message_size_bytes=LARGEST_MESSAGE,
+        log_function=lambda handler: None,
+        transforms=[_headers_class()],
+    )
+    http = HTTPServer(application, max_buffer_size=LARGEST_MESSAGE)
+    server = BaseServer(loop, application, http)
+
+    async def listen() -> None:  # on this loop, whichever runs around it
+        http.add_sockets(sockets)
+        server.start()
+
+    loop.run_sync(listen)
+    return LocalServer(server, f"http://{ADDRESS}:{number}/{token}/")
+
+
+def check_bokeh() -> None:
+    """Refuse where Bokeh is not installed, before anything is computed."""
+    if find_spec("bokeh") is None:
+        raise InputError("shroud explore: Bokeh is not installed, allowed: after pip install 'shroud[explore]'")
+
+
+def serve_aside(server: LocalServer) -> None:
+    """Serve in a thread that ends with the process, as beside a notebook."""
+    threading.Thread(target=server.run, name="page", daemon=True).start()
+
+
+def _application_class() -> Any:
+    from bokeh.server.tornado import BokehTornado
+    from tornado.web import ErrorHandler
+
+    class LocalApplication(BokehTornado):
+        """Bokeh's application, for requests that name this machine as their host."""
+
+        def find_handler(self, request: Any, **found: Any) -> Any:
+            if request.host.rpartition(":")[0] in NAMES:
+                return super().find_handler(request, **found)
+            return self.get_handler_delegate(request, ErrorHandler, {"status_code": 403})
+
+    return LocalApplication
+
+
+def _headers_class() -> Any:
+    from tornado.web import OutputTransform
+
+    class Headers(OutputTransform):
+        """Headers of every answer."""
+
+        def transform_first_chunk(
+            self, status_code: int, headers: Any, chunk: bytes, finishing: bool
+        ) -> tuple[int, Any, bytes]:
+            for name, value in HEADERS.items():
+                headers[name] = value
+            return status_code, headers, chunk
+
+    return Headers
