@@ -45,7 +45,7 @@ QUIET_BROWSER = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-backg
 STYLE, LINE = "pipeline/figures/style.py", "pipeline/figures/curve_line.py"
 CURVES = (STYLE, LINE, "pipeline/figures/data.py", "pipeline/figures/response.py")
 DUMMY, DISK = "scenes/dummy.toml", "scenes/disk.toml"
-UNCERTAIN = "docs/uncertainty.toml"  # its section [uncertainty]
+UNCERTAIN, FLOW = "docs/uncertainty.toml", "docs/flutter.toml"  # sections of the default blade
 
 
 def pictures() -> dict[str, Picture]:
@@ -103,7 +103,12 @@ def pictures() -> dict[str, Picture]:
         Picture(
             "uncertainty",
             (DUMMY, UNCERTAIN, STYLE, "pipeline/studies/uncertainty/figure.py"),
-            _uncertainty,
+            _of_default_blade(UNCERTAIN),
+        ),
+        Picture(
+            "flutter",
+            (DUMMY, FLOW, STYLE, "pipeline/figures/flutter.py", "rom/cyclic/aeroelastic_modes.py"),
+            _of_default_blade(FLOW),
         ),
         Picture("bladed_disk", ("docs/bladed_disk.md#disk_effect", STYLE), _disk_effect),
         Picture("mistuning", (DUMMY, STYLE, "pipeline/studies/mistuning/figure.py"), _mistuning),
@@ -240,16 +245,20 @@ def _check(path: Path) -> bool:
     return True
 
 
-def _uncertainty(path: Path) -> bool:
-    """The default blade with one interference and uncertain parameters."""
-    from pipeline import run_scene
+def _of_default_blade(sections: str) -> Maker:
+    """The figure of the name of the picture, of the default blade with one interference and further sections."""
 
-    tables, others = (tomllib.loads((ROOT / name).read_text(encoding="utf-8")) for name in (DUMMY, UNCERTAIN))
-    contact = {**tables["contact"], "interference": 20e-6}
-    scene = {name: table for name, table in tables.items() if name not in ("sweep", "render")}
-    run_scene({**scene, "contact": contact, **others}, OUT / "uncertainty", until="figures", quiet=True)
-    shutil.copyfile(OUT / "uncertainty" / "figures" / "uncertainty.png", path)
-    return True
+    def make(path: Path) -> bool:
+        from pipeline import run_scene
+
+        tables, others = (tomllib.loads((ROOT / name).read_text(encoding="utf-8")) for name in (DUMMY, sections))
+        contact = {**tables["contact"], "interference": 20e-6}
+        scene = {name: table for name, table in tables.items() if name not in ("sweep", "render")}
+        run_scene({**scene, "contact": contact, **others}, OUT / path.stem, until="figures", quiet=True)
+        shutil.copyfile(OUT / path.stem / "figures" / path.name, path)
+        return True
+
+    return make
 
 
 def _report(path: Path) -> bool:
