@@ -213,7 +213,7 @@ _OF_SEARCH = (
 def curve_summary(curve: CurveResult, out: Path) -> dict[str, Any]:
     """One entry of `curves` in summary.json; what is not known is null."""
     found = {"harmonics": curve.member.scene.response.harmonics} if curve.facts is None else _known(curve.facts)
-    numbers = plain({name: found.get(name, none) for name, none in _NUMBERS.items()})
+    numbers = {name: found.get(name, none) for name, none in _NUMBERS.items()}
     if curve.facts is not None and curve.facts.outputs:
         units = {output.name: output.unit for output in curve.member.scene.output}
         numbers["outputs"] = [{**item, "unit": units.get(item["name"], "m")} for item in curve.facts.outputs]
@@ -221,14 +221,15 @@ def curve_summary(curve: CurveResult, out: Path) -> dict[str, Any]:
         names = (each["name"] for each in curve.facts.interfaces)
         values = ({key: each[key] for key in each if key != "name"} for each in curve.facts.interfaces)
         numbers["interfaces"] = dict(zip(names, values, strict=True))
-    return {
-        "parameters": plain(curve.member.parameters),
+    entry = {
+        "parameters": curve.member.parameters,
         "carried_from": list(curve.carried_from),
         "rom": None if curve.rom is None else relative_path(curve.rom, out),
         **numbers,
         "complete": curve.complete,
         "reason": curve.reason,
     }
+    return {name: plain(value) for name, value in entry.items()}
 
 
 def _known(facts: CurveSummary) -> dict[str, Any]:

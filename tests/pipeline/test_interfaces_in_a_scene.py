@@ -14,6 +14,7 @@ from nonlinear import LIFT_OFF, SLIP, STICK, nodal_contact
 from pipeline import run_scene
 from pipeline.figures.data import plotted_curves
 from pipeline.figures.hysteresis import node_figure
+from pipeline.results.outputs import curve_summary
 from pipeline.scene.json_schema import scene_schema
 from pipeline.scene.reading import read_scene
 from pipeline.scene.sweep import key_value
@@ -131,6 +132,10 @@ def test_results_are_told_by_interface(tmp_path: Path) -> None:
     file = next((tmp_path / "out" / "store").rglob("curve.h5"))
     rom = next((tmp_path / "out" / "store").rglob("rom.h5"))
     result = CurveResult(read_scene(path).members[0], rom, file, kept_summary(file), "")
+    assert result.facts is not None
+    unknown = tuple(each | {"static_force_n": np.nan} for each in result.facts.interfaces)
+    entry = curve_summary(replace(result, facts=replace(result.facts, interfaces=unknown)), tmp_path)
+    assert entry["interfaces"]["foot"]["static_force_n"] is None
     (plotted,) = plotted_curves([result])
     assert [plotted.node_name(node) for node in range(3)] == ["node 1 of tip", "node 1 of foot", "node 2 of foot"]
     figure = node_figure(plotted, "cut")
