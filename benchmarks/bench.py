@@ -31,7 +31,17 @@ LIFT_OFF = (  # contacts that open in a part of the period: the hardest for harm
 )
 STUDIES = ("mesh", "modes", "harmonics", "integration", "continuation", "whole")
 # of the other benchmarks
-REPORTS = ("run_times", "family", "reduction", "own_mesh", "parallel", "scaling", "linear", "optimum")
+REPORTS = (
+    "run_times",
+    "family",
+    "reduction",
+    "own_mesh",
+    "parallel",
+    "scaling",
+    "linear",
+    "optimum",
+    "explore_latency",
+)
 PLANS = {
     "harmonics": curve_studies.harmonics_plan((1, 2, 3, 5, 7, 9, 11, 15), (1e-1, 1e-2, 1e-3), 17, 21),
     "integration": curve_studies.integration_plan(3, [2**n for n in (5, 7, 9, 11, 12)]),

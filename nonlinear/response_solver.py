@@ -137,7 +137,8 @@ def response_stages(
     options : SolverOptions
         Frequency range, harmonics, tolerances.
     progress : callable, optional
-        Called with the frequency (Hz) and the number of points at each new point.
+        Called with the frequency (Hz) and the number of points at each new point, and with 0 points before a further
+        attempt at the main branch. Where it returns True, the branch is given up.
 
     Yields
     ------

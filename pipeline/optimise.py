@@ -31,6 +31,7 @@ from pipeline.scene.dotted_keys import interface_of, of_contact, split_key
 from pipeline.scene.labels import value_label
 from pipeline.scene.plausibility import far_beyond
 from pipeline.scene.reading import SceneFile, derived_member, given_scene
+from pipeline.scene.schema import DAMPER, INTERFACES
 from pipeline.scene.sweep import as_in_scene, key_value, swept_keys
 from pipeline.scene.validation_errors import meant
 from pipeline.stages.curve.curve_file import read_curve
@@ -67,7 +68,7 @@ DECADE = (
 FIXED = {"contact.friction": (0.05, 1.0)}
 MOST_DAMPING = 0.99
 SHARE = 0.2  # of the value, on each side, for all other keys
-APART = -1e3  # interference of contacts that never touch, m
+APART = -100.0  # interference of contacts that never touch, m
 PRESSED = 1e7  # preload of contacts that always stick, by the force of the excitation
 LEAST_PRELOAD = 0.01  # of that at which all nodes stick
 OVER, TOLERANCE = "--over", "--tolerance"  # how messages name them
@@ -219,29 +220,31 @@ def static_ranges(
     gap = np.abs(apart.relative_displacement[:, 1:, :, 2]).sum(axis=1).max(axis=0)
     found = {}
     for table in scene.contacts:
-        at = _nodes_of(scene, model, f"{table}.interference")
+        at = nodes_of(scene, model, f"{table}.interference")
         if np.all(contact.normal_stiffness[at] > 0.0) and at.any():
             most = (needed[at] / contact.normal_stiffness[at]).max()
             found[f"{table}.interference"] = (-float(gap[at].max()), float(most))
-        if (at := _nodes_of(scene, model, f"{table}.preload")).any():
+        if (at := nodes_of(scene, model, f"{table}.preload")).any():
             found[f"{table}.preload"] = (LEAST_PRELOAD * float(needed[at].max()), float(needed[at].max()))
     return {key: limits for key, limits in found.items() if limits[1] > limits[0]}
 
 
 def _static_ranges(context: StudyContext) -> dict[str, Range]:
-    """The static ranges from curves in the store."""
+    """The static ranges from curves in the store. Their interferences are far beyond the usual on purpose."""
     from rom import read_reduced_model
 
     model = read_reduced_model(context.model.rom, with_basis=False)
-    return static_ranges(context.scene, model, partial(_linear, context))
+    forced = replace(context.run, request=replace(context.run.request, force=True))
+    return static_ranges(context.scene, model, partial(_linear, replace(context, run=forced)))
 
 
-def _nodes_of(scene: Scene, model: ReducedModel, key: str) -> NDArray[np.bool_]:
+def nodes_of(scene: Scene, model: ReducedModel, key: str) -> NDArray[np.bool_]:
     """The contact nodes, (n_c,), whose parameter a key is."""
     name, own = split_key(key)[1], interface_of(key)
-    has_it = [
-        each == own if own else getattr(scene.interface.get(each), name, None) is None for each in model.interfaces
+    tables = [
+        DAMPER if each in INTERFACES[DAMPER] and each not in scene.interface else each for each in model.interfaces
     ]
+    has_it = [each == own if own else getattr(scene.interface.get(each), name, None) is None for each in tables]
     return np.repeat(has_it, [*model.interfaces.values()])
 
 

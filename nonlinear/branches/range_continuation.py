@@ -1,6 +1,6 @@
 """The main branch over the whole frequency range: from the low end, and where that fails, from the high end."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +17,18 @@ FINER_MAX_STEP = 4.0  # ratio of the longest steps of the first and of the finer
 FINER_MIN_STEP = 100.0  # the same of the shortest steps
 
 
+@dataclass
+class _Patience:
+    """Passes the progress on, and remembers where that has given up."""
+
+    progress: Progress | None
+    is_gone: bool = False
+
+    def __call__(self, frequency_hz: float, count: int) -> bool:
+        self.is_gone = self.is_gone or bool(self.progress is not None and self.progress(frequency_hz, count))
+        return self.is_gone
+
+
 class Attempt(NamedTuple):
     """One attempt to continue the main branch: its name, direction in frequency and options."""
 
@@ -29,11 +41,15 @@ def continue_over_range(continuation: Continuation, static: Array, progress: Pro
     """Continue the main branch from one end of the frequency range to the other.
 
     It starts at the low end. If the high end is not reached, it starts there, then with finer steps at either end.
+    `progress` is asked before each further attempt too, with 0 points; where it returns True, the branch is given up.
     Shapes: `static` (n_c, 3).
     """
     failed: list[tuple[Attempt, Branch]] = []
+    patience = _Patience(progress)
     for attempt in _attempts(continuation.options):
-        branch = _continue_from_end(replace(continuation, options=attempt.options), static, attempt.upwards, progress)
+        if failed and patience(failed[-1][1].termination.frequency_hz, 0):
+            break
+        branch = _continue_from_end(replace(continuation, options=attempt.options), static, attempt.upwards, patience)
         if branch.termination.complete:
             return [_in_rising_order(branch, _with_failures(attempt, branch, failed))]
         failed.append((attempt, branch))
@@ -74,7 +90,7 @@ def _in_rising_order(branch: Branch, termination: TerminationReason) -> Branch:
     return branch.reversed()._replace(termination=termination)
 
 
-def _continue_from_end(continuation: Continuation, static: Array, upwards: bool, progress: Progress | None) -> Branch:
+def _continue_from_end(continuation: Continuation, static: Array, upwards: bool, patience: _Patience) -> Branch:
     """The branch from one end of the range."""
     options = continuation.options
     omega, direction = options.omega_range[0 if upwards else 1], 1.0 if upwards else -1.0
@@ -87,11 +103,13 @@ def _continue_from_end(continuation: Continuation, static: Array, upwards: bool,
             message = f"no start at {frequency_hz:.6g} Hz: no periodic solution found, {error}"
             return Branch([], [], [], TerminationReason("start failed", frequency_hz, message))
         first = continuation.solver.starting_point(start.solution, omega, direction, start.iterations)
-    points = list(continuation.continue_branch(first, progress))
-    return with_special_points(continuation, points, _termination(points, options, upwards))
+    points = list(continuation.continue_branch(first, patience))
+    return with_special_points(continuation, points, _termination(points, options, upwards, patience.is_gone))
 
 
-def _termination(points: list[SolutionPoint], options: SolverOptions, upwards: bool) -> TerminationReason:
+def _termination(
+    points: list[SolutionPoint], options: SolverOptions, upwards: bool, given_up: bool
+) -> TerminationReason:
     """Why the branch from one end of the range ended."""
     low, high = options.frequency_hz
     last = points[-1].omega / (2.0 * np.pi)
@@ -102,7 +120,7 @@ def _termination(points: list[SolutionPoint], options: SolverOptions, upwards: b
         side, limit, proposal = ("low", low, "lower") if upwards else ("high", high, "higher")
         message = f"the curve turned back and left the range at its {side} end, {limit:g} Hz: start {proposal}"
         return TerminationReason("turned back", last, message)
-    if len(points) >= options.max_points:
+    if len(points) >= options.max_points or given_up:
         return TerminationReason("too many points", last, f"given up at {last:.6g} Hz after {len(points)} points")
     message = f"no next point found at {last:.6g} Hz with steps down to {options.min_step:g}"
     return TerminationReason("step too small", last, message)

@@ -34,7 +34,7 @@ from nonlinear.continuation.step_control import (
 from nonlinear.harmonic_balance.residual import HarmonicBalance
 from nonlinear.options import SolverOptions
 
-Progress = Callable[[float, int], None]  # frequency in Hz, number of points
+Progress = Callable[[float, int], bool | None]  # frequency in Hz, number of points; True: the branch is given up
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,8 @@ class Continuation:
         """Points of the branch from `start` on, in the direction of its tangent.
 
         The branch ends where it leaves the frequency range (its last point lies on the limit), where it comes back to
-        `start` (which is then its last point too), where no next point is found, or after `max_points`.
+        `start` (which is then its last point too), where no next point is found, where `progress` returns True, or
+        after `max_points`.
         """
         current = self.with_balance(start.balance)
         first = start if self.adapt is None else self.adapt(current, start)
@@ -94,9 +95,10 @@ class Continuation:
         state = ContinuationState(current.with_balance(first.balance), first)
         lengths, most = (first.step, self.options.min_step), self.options.max_points - 1
         for count, step in enumerate(follow(state, WAYS, lengths, most, partial(_arrived, first)), 1):
-            if progress is not None:
-                progress(step.state.point.omega / (2.0 * np.pi), count)
+            given_up = progress is not None and progress(step.state.point.omega / (2.0 * np.pi), count)
             yield self.recorder.record(step.state.point)
+            if given_up:
+                return
 
     def points(self, start: SolutionPoint, most: int, *ways: Way[ContinuationState]) -> Iterator[SolutionPoint]:
         """`start` and up to `most` points after it: the bare curve, whatever its range. `ways`: to be tried first."""

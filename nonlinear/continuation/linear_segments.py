@@ -116,10 +116,11 @@ class LinearSegmentSystem:
         """
         motion, derivative = rows
         weights, flexibility = self._weighted
+        last = math.inf
         for _ in range(MOST_ITERATIONS):
             forces = self.balance.forces_of(motion)
-            change = forces.jacobian[:, :, :, 0, 0]
-            nodes = [flexibility[:, 3 * k : 3 * k + 3] @ block for k, block in enumerate(change)]
+            of_static = forces.jacobian[:, :, :, 0, 0]
+            nodes = [flexibility[:, 3 * k : 3 * k + 3] @ block for k, block in enumerate(of_static)]
             matrix = weights - np.concatenate(nodes, axis=1)
             moving = np.einsum("kabj,jkb->ka", forces.jacobian[:, :, :, 0, 1:], derivative[1:]).reshape(-1)
             residual = weights @ motion[0].reshape(-1) - self._static_response(forces.force[0])
@@ -129,8 +130,10 @@ class LinearSegmentSystem:
                 return False
             correction, derivative[0] = found.reshape(2, *motion[0].shape)
             motion[0] -= correction
-            if np.abs(correction).max() <= SETTLED * np.abs(motion).max():
+            change = float(np.abs(correction).max() / np.abs(motion).max())
+            if change <= SETTLED or (last <= ROUND_OFF and change >= STAGNATES * last):
                 return True
+            last = change
         return False
 
     @cached_property
@@ -336,6 +339,7 @@ class LinearSegmentSystem:
 
 MOST_ITERATIONS = 20  # of harmonic 0
 SETTLED = 1e-13  # change of it, as a part of the motion, at which they end
+ROUND_OFF, STAGNATES = 1e-9, 0.1  # they also end where one below the first is not followed by one so much smaller
 NEGLIGIBLE_HARMONICS = 1e-12  # higher harmonics below this part of the displacement are round-off
 
 

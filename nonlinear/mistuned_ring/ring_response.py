@@ -176,7 +176,7 @@ def _candidates(amplitudes: Array) -> list[tuple[int, int]]:
     return [(int(index), int(blade)) for index, blade in np.argwhere(local & high)]
 
 
-Progress = Callable[[float, int], None]
+Progress = Callable[[float, int], bool | None]
 STEPS = ContinuationParameters(target_deviation=0.2, max_mean_tangent_deviation=0.1)  # the kinks of many pairs
 FINER = 4.0  # ratio of the step limits of the first attempt and of the finer ones
 

@@ -11,21 +11,16 @@ import signal
 import threading
 import time
 import weakref
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import suppress
 from dataclasses import dataclass, field
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
-from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pipeline.process.worker_processes import end_with_parent, start_process
-
-if TYPE_CHECKING:
-    from nonlinear import ResponseCurve
-    from pipeline.scene.schema import Scene
 
 STOP = signal.SIGUSR1
 LOOK = 0.02  # seconds between two looks whether a call is cancelled
@@ -69,21 +64,17 @@ class Computation:
     _pipe: Connection | None = None
     _waits_for: str = ""  # what its process owes: READY, or DONE in place of the end of a call
     _turn: threading.Lock = field(default_factory=threading.Lock)
-    _kernels: tuple[str, str] = ("two_sliders", "exact")
+    _kernels: tuple[tuple[str, str], ...] = ()
 
-    def start(self, law: str, integration: str) -> None:
-        """Have the process started, with the kernels of a friction law; nothing is waited for."""
+    def start(self, *kernels: tuple[str, str]) -> None:
+        """Have the process started, with the kernels of friction laws and integrations; nothing is waited for."""
         with self._turn:
-            self._kernels = law, integration
+            self._kernels = kernels
             self._started()
-
-    def stages(self, rom: Path, scene: Scene, cancelled: Callable[[], bool]) -> Iterator[tuple[str, ResponseCurve]]:
-        """The stages of the response of a scene on the reduced model in a file, until it is cancelled."""
-        yield from self.call(_solve, (rom, scene), cancelled)
 
     def call(
         self, function: Callable[..., Any], args: tuple[Any, ...], cancelled: Callable[[], bool]
-    ) -> Iterator[Any]:
+    ) -> Generator[Any]:
         """What `function(send, *args)` sends, as it comes; ends early where it is cancelled."""
         while not self._turn.acquire(timeout=LOOK):
             if cancelled():
@@ -101,7 +92,7 @@ class Computation:
 
     def _results(
         self, function: Callable[..., Any], args: tuple[Any, ...], cancelled: Callable[[], bool]
-    ) -> Iterator[Any]:
+    ) -> Generator[Any]:
         try:
             if cancelled() or not self._settled(cancelled):
                 return
@@ -158,7 +149,7 @@ def _end(process: SpawnProcess) -> None:
     process.join()
 
 
-def _serve(pipe: Connection, kernels: tuple[str, str]) -> None:
+def _serve(pipe: Connection, kernels: tuple[tuple[str, str], ...]) -> None:
     """In the process: load what curves need, then take calls."""
     from pipeline.stages.worker_start import prepare
 
@@ -167,7 +158,7 @@ def _serve(pipe: Connection, kernels: tuple[str, str]) -> None:
     signal.signal(STOP, gate.handle)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     with suppress(Exception):
-        prepare([kernels], False)
+        prepare(kernels, False)
     with suppress(EOFError, OSError):
         pipe.send((READY, None))
         while True:
@@ -194,15 +185,3 @@ def _outcome(pipe: Connection, gate: _Gate, function: Callable[..., Any], args: 
         gate.is_open = False
         return FAILED, error
     return DONE, None
-
-
-def _solve(send: Callable[[Any], None], rom: Path, scene: Scene) -> None:
-    """In the process: the stages of a response."""
-    from nonlinear import response_stages
-    from pipeline.stages.scene_to_solver import nonlinear_problem
-    from rom import one_blas_thread, read_reduced_model
-
-    with one_blas_thread():
-        model = read_reduced_model(rom, with_basis=False)
-        for stage in response_stages(*nonlinear_problem(scene, model)):
-            send((stage.name, stage.curve))

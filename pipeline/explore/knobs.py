@@ -3,20 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
+from pipeline.optimise import nodes_of
 from pipeline.scene.contact_section import PER_NODE
 from pipeline.scene.dotted_keys import CONTACT, interface_of, of_contact, split_key
-from pipeline.scene.labels import quantity
+from pipeline.scene.labels import Quantity, quantity
 from pipeline.scene.sweep import key_value
+from pipeline.scene.units import key_unit
 from pipeline.stages.engine_orders import SPEED
+from pipeline.stages.scene_to_solver import contact_on_model
 from pipeline.studies.optimum.checks import OPTIMISED_KEYS
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from pipeline.scene.reading import SceneFile
     from pipeline.scene.schema import Scene
+    from rom import ReducedModel
 
 Kind = Literal["number", "whole", "choice"]
 DECADES = {  # ranges in decades below and above the value of the scene
@@ -31,9 +38,13 @@ FRICTION = (0.0, 1.0)
 MOST_ORDER = 100  # engine orders of a structure whose number of blades is not known
 HARMONICS = (1, 3, 5, 7, 9, 11, 15, "auto")
 SHARE = 0.2  # of the value on each side, for what has no better range
-STEPS = 200  # of the range, or a whole power of ten next to it
+STEPS, CLOSELY = 200, 1000  # of a range, and of that of an interference, or some more
 LAWS = ("two_sliders", "cone")
+SHOWN = {"m": ("mm", 1e3), "degrees": ("°", 1.0)}  # units that figures show in place of those of a scene
+FLOATS = 1e-2  # m, beyond which a body moves that contacts alone hold
+LEAST_PART = 1e-3  # of an interference that presses stiff faces of slender blades together
 NO_INTERFERENCE = (-1e-4, 1e-4)  # m, where linear responses tell nothing
+Range = tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -72,31 +83,28 @@ class Knob:
         return round(value) if self.kind == "whole" else float(f"{value:.12g}")
 
 
-Range = tuple[float, float]
-
-
 def knobs_of(
     file: SceneFile,
     scene: Scene,
     static: Mapping[str, Range],
     punch: Mapping[str, float],
     costs: Mapping[str, float],
-    stored: Iterable[float] = (),
+    stored: Sequence[float] = (),
 ) -> tuple[Knob, ...]:
     """The knobs of a scene, those that are turned at once first.
 
     `static`: ranges of interference and preload from linear responses. `punch`: stiffnesses that are computed from
     the face. `costs`: seconds that another model takes, by key, 0 for no time; keys that are missing need none.
-    `stored`: speeds of which there are models.
+    `stored`: several speeds of which there are models, between which is chosen.
     """
     found = []
-    for key in turned_keys(scene):
+    for key in (key for key in turned_keys(scene) if key != SPEED or not stored):
         value = punch.get(key, key_value(scene, key))
         if value is not None:
             limits = _range(file, scene, key, value, static)
             if limits[0] < limits[1]:
                 found.append(_number(key, value, limits, costs.get(key)))
-    found += _choices(scene, sorted({*stored}))
+    found += _choices(scene, stored)
     return tuple(sorted(found, key=lambda knob: knob.remeshes))
 
 
@@ -155,9 +163,9 @@ def _range(file: SceneFile, scene: Scene, key: str, value: float, static: Mappin
 
 
 def _number(key: str, value: float, limits: Range, cost: float | None) -> Knob:
-    named, whole = quantity(key), key == "excitation.engine_order"
+    named, whole = _named(key), key == "excitation.engine_order"
     log = of_contact(key) in DECADES and limits[0] > 0.0
-    step = 1.0 if whole else _round_step(limits)
+    step = 1.0 if whole else _round_step(limits, CLOSELY if of_contact(key) == "contact.interference" else STEPS)
     return Knob(
         key,
         named.axis(),
@@ -173,16 +181,56 @@ def _number(key: str, value: float, limits: Range, cost: float | None) -> Knob:
     )
 
 
-def _round_step(limits: Range) -> float:
-    """1, 2 or 5 times a power of ten: some hundreds of steps in the range."""
-    rough = (limits[1] - limits[0]) / STEPS
+def closure_ranges(
+    scene: Scene, model: ReducedModel, static: Mapping[str, Range], motions: Sequence[NDArray[np.complex128]]
+) -> dict[str, Range]:
+    """Ranges of interference at rest, from faces that never touch to faces that always stick, and those of preload.
+
+    `static`: ranges of `static_ranges`, to which the static motion of the faces is added. `motions`: relative
+    displacements (P, H+1, n_c, 3) of faces apart and of faces that stick; none where they have no response. The faces
+    give way under the load of an interference: a part of it presses them together.
+    """
+    contact = contact_on_model(scene, model)
+    found = dict(static)
+    for table in scene.contacts:
+        key, at = f"{table}.interference", nodes_of(scene, model, f"{table}.interference")
+        kn, load = contact.normal_stiffness[at], static.get(f"{table}.preload", (0.0, 0.0))[1]
+        if not at.any() or not kn.all() or (key not in static and not load):
+            continue
+        closing, part = 0.0, 1.0
+        low, high = static.get(key, (-math.inf, load / kn.min()))
+        means = [float(each[0, 0, at, 2].real.mean()) for each in motions if len(each)]
+        if low < -FLOATS or any(abs(mean) > FLOATS for mean in means):
+            low = -high
+        elif len(means) == len(motions):
+            apart, stuck = means
+            own = float(contact.interference[at].mean())
+            part = (own + stuck) / (own + apart) if own + apart != 0.0 else 1.0
+            closing, part = apart, part if LEAST_PART < part < 1.0 else 1.0
+        found[key] = low - closing, high / part - closing
+    return found
+
+
+def _named(key: str) -> Quantity:
+    """The quantity of a key as figures have it; of one that they do not have, its section, name and unit."""
+    found, unit = quantity(key), key_unit(key)
+    if found.unit or not unit:
+        return found
+    table, name = split_key(key)
+    shown, factor = SHOWN.get(unit, (unit, 1.0))
+    return Quantity(f"{table.replace('.', ' ')} {name}".replace("_", " "), shown, factor)
+
+
+def _round_step(limits: Range, count: int) -> float:
+    """1, 2 or 5 times a power of ten: about so many steps in the range."""
+    rough = (limits[1] - limits[0]) / count
     if rough <= 0.0:
         return 0.0
     power = 10.0 ** math.floor(math.log10(rough))
     return float(f"{next(m * power for m in (1.0, 2.0, 5.0, 10.0) if m * power >= rough * (1.0 - 1e-9)):.12g}")
 
 
-def _choices(scene: Scene, stored: list[float]) -> Iterator[Knob]:
+def _choices(scene: Scene, stored: Sequence[float]) -> Iterator[Knob]:
     """Harmonics, law of friction, and the speeds of which there are models, where there are several."""
     now = scene.response.harmonics
     least = scene.excitation.highest_harmonic
@@ -193,7 +241,10 @@ def _choices(scene: Scene, stored: list[float]) -> Iterator[Knob]:
     yield Knob(
         "response.harmonics", "harmonics", "choice", now, choices=(*sorted(n for n in numbers if n != "auto"), "auto")
     )
-    yield Knob("contact.law", "friction law", "choice", scene.contact.law, choices=LAWS)
-    if len(stored) > 1:
+    for table, face in scene.contacts.items():
+        if table == CONTACT or scene.interface[interface_of(f"{table}.")].law is not None:
+            name = " ".join(filter(None, (interface_of(f"{table}."), "friction law")))
+            yield Knob(f"{table}.law", name, "choice", face.law, choices=LAWS)
+    if stored:
         named = quantity(SPEED)
         yield Knob(SPEED, named.axis(), "choice", scene.load.speed_rpm, choices=tuple(stored), unit=named.unit)

@@ -5,23 +5,26 @@ All numbers come from the functions that `shroud run` uses: `nonlinear_problem` 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+import time
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pipeline.explore import calls
 from pipeline.explore.computation import Computation
-from pipeline.explore.knobs import Knob, knobs_of, turned_keys
+from pipeline.explore.knobs import Knob, Range, closure_ranges, knobs_of, turned_keys
 from pipeline.explore.models import LiveModels, LoadedModel
 from pipeline.explore.views import FIRST, LiveView, certainty_of
-from pipeline.optimise import QUICK, static_ranges
+from pipeline.optimise import QUICK, Optimised, static_ranges
 from pipeline.scene.consistency import check_scene, check_scene_for_model
 from pipeline.scene.reading import Member, SceneFile, derived_member, given_scene, read_scene
-from pipeline.scene.sweep import as_in_scene, key_value
+from pipeline.scene.sweep import as_in_scene, key_value, swept_keys
 from pipeline.stages.cache_keys import model_keys
 from pipeline.stages.engine_orders import SPEED
 from pipeline.stages.scene_to_solver import nonlinear_problem, resolved_contacts
+from pipeline.stages.warm_up import warm_up
 
 if TYPE_CHECKING:
     from nonlinear import ResponseCurve
@@ -31,6 +34,17 @@ if TYPE_CHECKING:
     from rom import ReducedModel
 
 PLACE = "explore"  # how messages name the place of turned values
+QUICK_STEPS: dict[str, Any] = {"max_step": 0.5, "peak_tolerance": 1e-5}  # of the first look: a fifth faster
+# of the friction cone in a first look, whose exact cycle takes two to four times as long
+CONE = {"contact.integration": "sampled", "contact.samples": 64}
+PATIENCE = 0.4  # seconds after which a first look that is not complete is given up; one takes a tenth of that
+LEAST_SECONDS = 0.1  # that another model takes
+Cancelled = Callable[[], bool]
+
+
+def never() -> bool:
+    """A computation that is not cancelled."""
+    return False
 
 
 @dataclass(frozen=True)
@@ -62,8 +76,11 @@ class LiveScene:
             models.reporter = reporter
         live = cls(file, swept, file.members[0], models, Computation())
         live._checked(live.member)
-        live.computation.start(live.scene.contact.law, live.scene.contact.integration)
+        kernels = tuple((law, live.scene.contact.integration) for law in sorted(live.scene.laws))
+        live.computation.start(*kernels)
         live.loaded  # noqa: B018 - built now, where a terminal shows the progress
+        for law, integration in kernels:
+            warm_up(law, integration)
         return live
 
     @property
@@ -90,21 +107,47 @@ class LiveScene:
         return replace(self, member=member, values=merged)
 
     def curve(self) -> LiveView:
-        """The main branch at once, with as few harmonics as the excitation has: 1, or its highest multiple."""
+        """The main branch at once, with as few harmonics as the excitation has: 1, or its highest multiple.
+
+        One that winds, or is not found from the low end of the frequency range, is given up as far as it is solved.
+        """
         from nonlinear import response_stages
 
         solved = self._quick()
-        found = next(response_stages(*nonlinear_problem(solved, self.loaded.model))).curve
+        modal, contact, wave, options = nonlinear_problem(solved, self.loaded.model)
+        end = time.monotonic() + PATIENCE
+
+        def gives_up(frequency_hz: float, points: int) -> bool:
+            return points == 0 or time.monotonic() > end
+
+        quick = replace(options, **QUICK_STEPS)
+        found = next(response_stages(modal, contact, wave, quick, gives_up)).curve
         return self._view(FIRST, found, solved)
 
-    def refined(self, cancelled: Callable[[], bool] = lambda: False) -> Iterator[LiveView]:
+    def refined(self, cancelled: Cancelled = never) -> Generator[LiveView]:
         """Ever surer views of the scene as it stands, the last one as `shroud run` has it; ends when cancelled.
 
-        They are computed in another process, one scene at a time.
+        They are computed in another process, one scene at a time: others wait until the generator has ended or is
+        closed. So it is with `build` and `optimum`.
         """
-        rom = self.loaded.built.rom
-        for name, found in self.computation.stages(rom, self.scene, cancelled):
+        for name, found in self._call(calls.solve, cancelled):
             yield self._view(name, found, self.scene)
+
+    def build(self, cancelled: Cancelled = never) -> Generator[str]:
+        """Build the reduced model in another process; lines on what is done. If not cancelled, it then `is_ready`."""
+        yield from self._call(calls.build, cancelled)
+
+    def optimum(self, over: Sequence[str], cancelled: Cancelled = never) -> Generator[str | Optimised]:
+        """Search for the optimum from the scene as it stands: `shroud optimise` over KEY or KEY=LOW:HIGH.
+
+        Lines on what is done, then the optimum, which optimum.json of the output folder has as well.
+        """
+        arguments = self.models.out, self.models.rom, self.as_file(), tuple(over)
+        yield from self.computation.call(calls.search, arguments, cancelled)
+
+    def _call(self, function: Callable[..., None], cancelled: Cancelled) -> Generator[Any]:
+        arguments = self.models.out, self.models.rom, self.file, self.member
+        return self.computation.call(function, arguments, cancelled)
 
     def point(self, view: LiveView, index: int, branch: int = 0) -> LivePoint:
         """A point of a view of this scene by its index; branch 0 is the main one, k its detached branch k."""
@@ -125,9 +168,10 @@ class LiveScene:
 
     def scene_text(self) -> str:
         """The scene as it stands as TOML: `shroud run` of it gives the numbers of the last refined view."""
-        return self._as_file().text
+        return self.as_file().text
 
-    def _as_file(self) -> SceneFile:
+    def as_file(self) -> SceneFile:
+        """The scene as it stands, as one that is read from a file."""
         return given_scene(self.file, self.values, self.models.rom is not None) if self.values else self.file
 
     @cached_property
@@ -136,14 +180,16 @@ class LiveScene:
         opened = replace(self, member=self.file.members[0], values={})
         static = self.models.remembered("static ranges", opened._static_ranges)
         costs = self.models.remembered("costs", opened._costs)
-        speeds = [key_value(member.scene, SPEED) for member in self.swept.members if SPEED in self.swept.swept]
-        first = knobs_of(self.swept, opened.scene, static, opened._punch(), costs, [s for s in speeds if s])
+        speeds = self.models.remembered("speeds", opened._stored_speeds)
+        first = knobs_of(self.swept, opened.scene, static, opened._punch(), costs, speeds)
         now, punch = self.scene, self._punch()
         return tuple(replace(knob, value=_value_now(now, knob, punch)) for knob in first)
 
     def _as_in_scene(self, key: str, value: Any) -> Any:
         is_number = isinstance(value, int | float) and not isinstance(value, bool)
-        return as_in_scene(self.scene, key, value) if is_number and key_value(self.scene, key) is not None else value
+        if not is_number or key not in swept_keys(key) or key_value(self.scene, key) is None:
+            return value
+        return as_in_scene(self.scene, key, value)
 
     def _checked(self, member: Member) -> None:
         """Refuse values that do not fit together, in the one line of a run."""
@@ -158,28 +204,33 @@ class LiveScene:
     def _quick(self) -> Scene:
         """The scene, of which the main branch is asked for alone, with few harmonics."""
         few = {**QUICK, "response.harmonics": self.scene.excitation.highest_harmonic}
+        if "cone" in self.scene.laws and self.scene.contact.integration == "exact":
+            few |= CONE
         return derived_member(self.file, {**self.values, **few}, PLACE, self.models.rom is not None).scene
 
     def _view(self, stage: str, found: ResponseCurve, solved: Scene) -> LiveView:
         limits = self.models.limits(self.scene, self.loaded)
-        return LiveView(stage, certainty_of(stage, found, self.scene), found, limits, solved)
+        return LiveView(stage, certainty_of(stage, found, solved), found, limits, solved)
 
-    def _static_ranges(self) -> dict[str, tuple[float, float]]:
+    def _static_ranges(self) -> dict[str, Range]:
         from nonlinear import response_stages
 
-        model = self.loaded.model
+        model, solved = self.loaded.model, []
 
         def linear(given: Mapping[str, Any]) -> ResponseCurve:
             member = derived_member(self.file, {**self.values, **given}, PLACE, self.models.rom is not None)
-            return next(response_stages(*nonlinear_problem(member.scene, model))).curve
+            solved.append(next(response_stages(*nonlinear_problem(member.scene, model))).curve)
+            return solved[-1]
 
-        return static_ranges(self.scene, model, linear)
+        found = static_ranges(self.scene, model, linear)
+        return closure_ranges(self.scene, model, found, [each.relative_displacement for each in solved])
 
     def _costs(self) -> dict[str, float]:
         """Seconds that another model takes, by the keys that need one: what the stages before it took last time."""
         if self.models.rom is not None:
             return {}
-        now, seconds, found = model_keys(self.scene), self.loaded.seconds, {}
+        now = model_keys(self.scene)
+        seconds, found = self.models.seconds(now), {}
         for key in turned_keys(self.scene):
             value = key_value(self.scene, key)
             if value is None:
@@ -190,8 +241,15 @@ class LiveScene:
                 stages = (
                     ["reduce"] + ["assemble"] * (keys.assemble != now.assemble) + ["mesh"] * (keys.mesh != now.mesh)
                 )
-                found[key] = sum(seconds[stage] for stage in stages)
+                found[key] = max(sum(seconds[stage] for stage in stages), LEAST_SECONDS)
         return found
+
+    def _stored_speeds(self) -> list[float]:
+        """The speeds of a sweep of which there are models; none where there are not several."""
+        swept = [key_value(member.scene, SPEED) for member in self.swept.members if SPEED in self.swept.swept]
+        speeds = sorted({speed for speed in swept if speed is not None})
+        found = [speed for speed in speeds if self.models.is_at_hand(_with(self.scene, SPEED, speed))]
+        return found if len(found) > 1 else []
 
     def _punch(self) -> dict[str, float]:
         """Stiffnesses of whole faces that are computed from their areas, by key."""
@@ -229,6 +287,6 @@ def _with(scene: Scene, key: str, value: Any) -> Scene:
 def _value_now(scene: Scene, knob: Knob, punch: Mapping[str, float]) -> Any:
     if knob.kind == "choice":
         table, _, name = knob.key.rpartition(".")
-        return getattr(getattr(scene, table), name)
+        return getattr(scene.section(table), name)
     value = punch.get(knob.key, key_value(scene, knob.key))
     return int(value) if knob.kind == "whole" and value is not None else value

@@ -54,12 +54,15 @@ class LiveView:
 
 
 def certainty_of(stage: str, found: ResponseCurve, scene: Scene) -> str:
-    """How sure a response is at a stage, in one sentence."""
+    """How sure a response is at a stage, in one sentence; `scene`: that was solved."""
     number = f"{found.harmonics} harmonic{'s' if found.harmonics != 1 else ''}"
     if found.points == 0 or not found.termination.complete:
-        return f"Incomplete: {found.termination.message}."
+        return f"Incomplete, {number}: {found.termination.message}."
     if stage == FIRST:
-        return f"A first look with {number}: isolated branches, stability and truncation error are not known yet."
+        contact = scene.contact
+        sampled = f", contact at {contact.samples} instants" if contact.integration == "sampled" else ""
+        unknown = "isolated branches, stability and truncation error are not known yet"
+        return f"A first look with {number}{sampled}: {unknown}."
     known = f"{number}, {_AGAINST[scene.response.stability]}"
     error = found.truncation_error
     known += f", neglected harmonics change the peak by {share(error)}" if error == error else ""

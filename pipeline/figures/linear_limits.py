@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from rom import ReducedModel, RingModes
 
 BEYOND = 4.0  # ratio of frequencies up to which a resonance outside the range is looked for
-_EVEN = 600  # evenly spaced frequencies
-_NEAR, _WIDTH = 121, 0.04  # frequencies around each resonance, and their relative distance from it at most
+FINE, COARSE = (600, 121), (160, 41)  # evenly spaced frequencies, and frequencies around each resonance
+_WIDTH = 0.04  # relative distance of the latter from it at most
 
 
 @dataclass(frozen=True)
@@ -40,6 +40,11 @@ class Limit:
         """Highest point: Hz, m."""
         top = int(np.argmax(self.amplitude_m))
         return float(self.frequency_hz[top]), float(self.amplitude_m[top])
+
+    def times(self, factor: float) -> Limit:
+        """The limit under so many times the force."""
+        resonance = None if self.resonance is None else (self.resonance[0], self.resonance[1] * factor)
+        return replace(self, amplitude_m=self.amplitude_m * factor, resonance=resonance)
 
 
 def linear_limits(curves: Sequence[PlottedCurve]) -> list[Limit]:
@@ -98,20 +103,24 @@ def limit_of(
     problem: tuple[RingModes, ContactParameters, Excitation],
     frequency_hz: tuple[float, float],
     curves: tuple[int, ...] = (0,),
+    counts: tuple[int, int] = FINE,
 ) -> Limit | None:
-    """The limit of a problem with its resonance; no free one of a blade that contacts alone hold."""
+    """The limit of a problem with its resonance; no free one of a blade that contacts alone hold.
+
+    `counts`: numbers of frequencies, as `FINE` and `COARSE`.
+    """
     from rom import RelativeReceptance
 
     (modal, _, wave), (low, high) = problem, frequency_hz
     own = RelativeReceptance(modal, modal.phase(wave.engine_order), (1,), wave.force, wave.factors)
     if kind == "free" and own.pushes_floating_bodies:
         return None
-    frequency, amplitude = linear_limit(kind, model, problem, (low, high))
+    frequency, amplitude = linear_limit(kind, model, problem, (low, high), counts)
     top = int(np.argmax(amplitude))
     resonance: tuple[float, float] | None = float(frequency[top]), float(amplitude[top])
     if top in (0, len(frequency) - 1):
         beyond = (low / BEYOND, low) if top == 0 else (high, high * BEYOND)
-        resonance = _highest_inside(*linear_limit(kind, model, problem, beyond))
+        resonance = _highest_inside(*linear_limit(kind, model, problem, beyond, counts))
     return Limit(kind, frequency, amplitude, curves, resonance)
 
 
@@ -129,6 +138,7 @@ def linear_limit(
     model: ReducedModel,
     problem: tuple[RingModes, ContactParameters, Excitation],
     frequency_hz: tuple[float, float],
+    counts: tuple[int, int] = FINE,
 ) -> tuple[Array, Array]:
     """Frequency, Hz, and amplitude, m, of the linear response with free or stuck contacts, (F,) each."""
     from rom import RelativeReceptance, linear_response, natural_frequencies
@@ -143,7 +153,7 @@ def linear_limit(
     resonances = natural_frequencies(model, phase, count=min(10, model.size), **springs)
     excited = RelativeReceptance(modal, phase, (1,), wave.force, wave.factors).excited_harmonics
     own = [natural_frequencies(model, h * phase, count=min(10, model.size), **springs) / h for h in excited if h > 1]
-    frequency = _grid(*frequency_hz, np.concatenate([resonances, *own]))
+    frequency = _grid(frequency_hz, np.concatenate([resonances, *own]), counts)
     given = {"phase": phase, "force": wave.force, "harmonic_factors": wave.factors, **springs}
     harmonics = [linear_response(modal, frequency, harmonic=h, **given) for h in excited]
     return frequency, _largest(harmonics, excited)
@@ -161,8 +171,9 @@ def _largest(harmonics: list[NDArray[np.complex128]], order: Sequence[int]) -> A
     return largest_lengths(rows)
 
 
-def _grid(low: float, high: float, resonances: Array) -> Array:
+def _grid(limits: tuple[float, float], resonances: Array, counts: tuple[int, int]) -> Array:
     """Frequencies, Hz, dense around resonances, which are narrow for light damping."""
-    near = np.linspace(-1.0, 1.0, _NEAR) ** 3 * _WIDTH
-    grid = np.concatenate([np.linspace(low, high, _EVEN), *(f * (1.0 + near) for f in resonances)])
+    (low, high), (even, around) = limits, counts
+    near = np.linspace(-1.0, 1.0, around) ** 3 * _WIDTH
+    grid = np.concatenate([np.linspace(low, high, even), *(f * (1.0 + near) for f in resonances)])
     return np.unique(grid[(grid >= low) & (grid <= high)])

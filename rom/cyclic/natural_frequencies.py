@@ -123,16 +123,15 @@ def linear_response(
     """
     springs = contact_springs(modal.n_contacts, normal, tangential).reshape(-1)
     receptance = RelativeReceptance(modal, phase, (harmonic,), force, harmonic_factors)
-    response = np.empty(len(frequency_hz), dtype=complex)
-    for index, hertz in enumerate(frequency_hz):
-        omega = 2.0 * np.pi * hertz
-        contact_force = np.zeros(springs.size, dtype=complex)
-        if np.any(springs):
-            free, _ = receptance.response(omega, contact_force[None])
-            contact_force = -springs * SpringSupportedMotion(receptance.matrix(omega)[0] * springs).solve(free[0])
-        coordinates, _ = receptance.modal_response(omega, contact_force[None])
-        response[index] = receptance.output(output, coordinates)[0]
-    return response
+    omegas = 2.0 * np.pi * np.asarray(frequency_hz, dtype=float)
+    contact_force = np.zeros((omegas.size, 1, springs.size), dtype=complex)
+    if np.any(springs):
+        free = receptance.coordinates(omegas, contact_force)[:, 0] @ receptance.relative[0].T
+        for index, omega in enumerate(omegas.tolist()):
+            motion = SpringSupportedMotion(receptance.matrix(omega)[0] * springs).solve(free[index])
+            contact_force[index, 0] = -springs * motion
+    found: ComplexArray = receptance.output(output, receptance.coordinates(omegas, contact_force))[:, 0]
+    return found
 
 
 COUPLED_MODES = 300  # modes between which the Coriolis forces act, at most or as many as are asked for

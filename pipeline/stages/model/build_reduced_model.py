@@ -163,21 +163,28 @@ def _sizes(scene: Scene, model: ReducedModel, sector: SectorMesh) -> dict[str, A
 
 def add_damper(folder: Path, sector_file: Path, blade: Path, scene: Scene, *, store_basis: bool) -> None:
     """Write the files of the reduced blade in the folder `blade` with the damper of a scene between its platforms."""
-    from rom import load_sector, platform_damper, read_reduced_model, with_damper, write_reduced_model
+    from rom import load_sector, read_reduced_model, write_reduced_model
 
-    assert scene.damper is not None
     sector = load_sector(sector_file)
-    body, line = platform_damper(sector, **scene.damper.model_dump(), pair=PLATFORM), scene.damper.form == "cylinder"
     files = {name: blade / name for name in (AUGMENTED_MODEL, REDUCED_MODEL) if (blade / name).is_file()}
     for name, path in files.items():
         found = read_reduced_model(path, with_basis=store_basis or name == AUGMENTED_MODEL)
-        model = with_damper(found, body, pair=PLATFORM, line=line)
+        model = damped_model(scene, found, sector)
         write_reduced_model(folder / name, touching(scene, model))
     families = read_families(blade / REDUCED_MODEL)
     assert families is not None
     _write_families(folder, families.with_coordinates(model.size))
     facts = json.loads((blade / FACTS).read_text())
     (folder / FACTS).write_text(json.dumps(facts | _sizes(scene, model, sector)))
+
+
+def damped_model(scene: Scene, blade: ReducedModel, sector: SectorMesh) -> ReducedModel:
+    """The reduced blade with the damper of a scene, and with all interfaces."""
+    from rom import platform_damper, with_damper
+
+    assert scene.damper is not None
+    body, line = platform_damper(sector, **scene.damper.model_dump(), pair=PLATFORM), scene.damper.form == "cylinder"
+    return with_damper(blade, body, pair=PLATFORM, line=line)
 
 
 def boundary_choice(scene: Scene, sector: SectorMesh, materials: Material | dict[str, Material]) -> BoundaryChoice:

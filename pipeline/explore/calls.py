@@ -1,0 +1,57 @@
+"""What is computed in the process behind a page: curves stage by stage, reduced models, the search for an optimum.
+
+Each function gets `send`, which passes a result on at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pipeline.explore.models import build_model
+from pipeline.process.progress import Reporter
+
+if TYPE_CHECKING:
+    from pipeline.scene.reading import Member, SceneFile
+    from rom import ReducedModel
+
+Send = Callable[[Any], None]
+
+
+@dataclass
+class _Told(Reporter):
+    """Passes lines on."""
+
+    send: Send = field(kw_only=True)
+
+    def line(self, text: str) -> None:
+        """Pass one line on."""
+        self.send(text)
+
+
+def solve(send: Send, out: Path, rom: Path | ReducedModel | None, file: SceneFile, member: Member) -> None:
+    """The stages of the response of a member, as pairs of a name and a curve."""
+    from nonlinear import response_stages
+    from pipeline.stages.scene_to_solver import nonlinear_problem
+    from rom import one_blas_thread, read_reduced_model
+
+    built = build_model(out, rom, file, member, Reporter(quiet=True))
+    with one_blas_thread():
+        model = read_reduced_model(built.rom, with_basis=False)
+        for stage in response_stages(*nonlinear_problem(member.scene, model)):
+            send((stage.name, stage.curve))
+
+
+def build(send: Send, out: Path, rom: Path | ReducedModel | None, file: SceneFile, member: Member) -> None:
+    """The reduced model of a member into the store; lines on what is done."""
+    build_model(out, rom, file, member, _Told(send=send))
+
+
+def search(send: Send, out: Path, rom: Path | ReducedModel | None, file: SceneFile, over: Sequence[str]) -> None:
+    """The optimum of a scene over keys: lines on what is done, at the end an `Optimised`."""
+    from pipeline.optimise import Asked, optimise
+    from pipeline.stages.request import Request
+
+    send(optimise(Request(file, out, jobs=1, rom=rom), Asked(over), _Told(send=send)))
