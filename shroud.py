@@ -77,7 +77,9 @@ if TYPE_CHECKING:
 _OF_NONLINEAR = ["Bifurcation", "BifurcationKind", "Peak", "WorstMotion"]
 _OF_ROM = ["ReducedModel", "ReducedModelError"]
 
-__all__ = ["PackageNameError", "__version__", *_of_pipeline, *_OF_NONLINEAR, *_OF_ROM]
+_ALIASES = {"explore": "explore_scene"}  # pipeline.explore is a folder of its code
+
+__all__ = ["PackageNameError", "__version__", *_ALIASES, *_of_pipeline, *_OF_NONLINEAR, *_OF_ROM]
 
 
 def __getattr__(name: str) -> Any:
@@ -86,7 +88,7 @@ def __getattr__(name: str) -> Any:
     if name not in __all__:
         raise AttributeError(f"module 'shroud' has no attribute {name!r}")
     package = "nonlinear" if name in _OF_NONLINEAR else "rom" if name in _OF_ROM else "pipeline"
-    return getattr(import_module(package), name)
+    return getattr(import_module(package), _ALIASES.get(name, name))
 
 
 def __dir__() -> list[str]:

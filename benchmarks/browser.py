@@ -20,10 +20,11 @@ from pipeline.bootstrap import TEST_PROGRAMS
 
 CHROMIUM = next(filter(None, map(shutil.which, TEST_PROGRAMS["chromium"])), None)
 OPTIONS = [
-    "--headless", "--no-sandbox", "--disable-dev-shm-usage", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+    "--headless", "--no-sandbox", "--disable-dev-shm-usage",
     "--disable-background-networking", "--no-first-run", "--disable-extensions", "--remote-debugging-port=0",
     "--disable-background-timer-throttling", "--disable-renderer-backgrounding", "--hide-scrollbars",
 ]  # fmt: skip
+WEBGL, NO_WEBGL = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"], ["--disable-gpu"]
 STARTS_WITHIN, ANSWERS_WITHIN = 30.0, 60.0  # seconds
 KEYS = {"ArrowLeft": 37, "ArrowUp": 38, "ArrowRight": 39, "ArrowDown": 40, "Tab": 9, "Enter": 13, "Escape": 27}
 KEYS |= {"Home": 36, "End": 35, "PageUp": 33, "PageDown": 34, " ": 32}
@@ -43,8 +44,7 @@ class Tab:
     def call(self, method: str, **parameters: Any) -> dict[str, Any]:
         """The answer to one command of the protocol."""
         self._last += 1
-        self.socket.write_message(json.dumps({"id": self._last, "method": method, "params": parameters}))
-        return self._run(self._answer(self._last))
+        return self._run(self._answer({"id": self._last, "method": method, "params": parameters}))
 
     def evaluate(self, expression: str) -> Any:
         """The value of an expression of the page, awaited if it is a promise."""
@@ -108,13 +108,14 @@ class Tab:
     def _run(self, answer: Coroutine[Any, Any, Any]) -> Any:
         return self.loop.run_until_complete(asyncio.wait_for(answer, ANSWERS_WITHIN))
 
-    async def _answer(self, number: int) -> dict[str, Any]:
+    async def _answer(self, asked: dict[str, Any]) -> dict[str, Any]:
+        await self.socket.write_message(json.dumps(asked))
         while True:
             told = await self.socket.read_message()
             if told is None:
                 raise ConnectionError("the page is gone")
             message = json.loads(told)
-            if message.get("id") == number:
+            if message.get("id") == asked["id"]:
                 if "error" in message:
                     raise RuntimeError(message["error"]["message"])
                 return dict(message["result"])
@@ -160,8 +161,10 @@ class Browser:
 
 
 @contextmanager
-def browser() -> Iterator[Browser]:
+def browser(webgl: bool = True) -> Iterator[Browser]:
     """A browser that is ended with the block, with all that it has kept.
+
+    With `webgl` a processor without a graphics card draws everything by a library for it, which takes longer.
 
     Raises
     ------
@@ -171,7 +174,7 @@ def browser() -> Iterator[Browser]:
     assert CHROMIUM is not None, "no chromium here"
     loop = asyncio.new_event_loop()
     with tempfile.TemporaryDirectory(prefix="shroud-browser-", ignore_cleanup_errors=True) as folder:
-        command = [CHROMIUM, *OPTIONS, f"--user-data-dir={folder}", "about:blank"]
+        command = [CHROMIUM, *OPTIONS, *(WEBGL if webgl else NO_WEBGL), f"--user-data-dir={folder}", "about:blank"]
         process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         try:
             port = _port(Path(folder) / "DevToolsActivePort")

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from pipeline.errors import InputError
+    from pipeline.explore.start import Explorer
     from pipeline.figures.curve_line import plot_curve
     from pipeline.figures.performance_figure import linear_peaks, performance_figure
     from pipeline.figures.style import ordered_colours, styled
-    from pipeline.python_interface import run_scene
+    from pipeline.python_interface import explore_scene, run_scene
     from pipeline.results.curves import Curve, DetachedBranch
     from pipeline.results.results import Results, read_results
     from pipeline.scene.reading import Member, SceneFile, read_scene
@@ -22,10 +23,12 @@ __version__ = "0.3.0"
 __all__ = [
     "Curve",
     "DetachedBranch",
+    "Explorer",
     "InputError",
     "Member",
     "Results",
     "SceneFile",
+    "explore_scene",
     "linear_peaks",
     "ordered_colours",
     "performance_figure",
@@ -39,10 +42,12 @@ __all__ = [
 _PLACES = {
     "Curve": "pipeline.results.curves",
     "DetachedBranch": "pipeline.results.curves",
+    "Explorer": "pipeline.explore.start",
     "InputError": "pipeline.errors",
     "Member": "pipeline.scene.reading",
     "Results": "pipeline.results.results",
     "SceneFile": "pipeline.scene.reading",
+    "explore_scene": "pipeline.python_interface",
     "linear_peaks": "pipeline.figures.performance_figure",
     "ordered_colours": "pipeline.figures.style",
     "performance_figure": "pipeline.figures.performance_figure",

@@ -15,6 +15,7 @@ from pipeline.scene.reading import SceneFile
 from pipeline.scene.schema import Scene
 
 if TYPE_CHECKING:
+    from pipeline.explore.start import Explorer
     from pipeline.process.progress import Reporter
     from pipeline.results.results import Results
     from pipeline.stages.request import Request
@@ -93,6 +94,52 @@ def run_scene(
     folder = Path("out") / file.first.name if out is None else output_path(out, "out")
     given, own = _file_or_model(rom), jobs if scheduler is None else None
     return _results(Request(file, folder, until, force, own, given, *_cluster(scheduler)), quiet)
+
+
+def explore_scene(
+    scene: SceneFile | Mapping[str, Any] | str | os.PathLike[str],
+    out: str | os.PathLike[str] | None = None,
+    *,
+    rom: ReducedModel | str | os.PathLike[str] | None = None,
+    overrides: Mapping[str, Any] | None = None,
+    quiet: bool | None = None,
+) -> Explorer:
+    """Turn the knobs of a scene: a page on which the response follows, as `shroud explore`. Also `shroud.explore`.
+
+    Parameters
+    ----------
+    scene : SceneFile, mapping, str or path
+        As in `run_scene`. Of a sweep the member in the middle is where the knobs stand.
+    out : str or path
+        Output folder, by default out/NAME with the scene's name: models are stored there.
+    rom : ReducedModel, str or path
+        A model from elsewhere, as in `run_scene`.
+    overrides : mapping of str to value
+        Dotted keys with values that replace those of the scene.
+    quiet : bool
+        Whether nothing is printed while the model is built.
+
+    Returns
+    -------
+    Explorer
+        A notebook shows the page as the value of a cell; elsewhere open its `address`, `close` it when done.
+
+    Raises
+    ------
+    InputError
+        The scene or the model is not usable, or Bokeh is missing (`pip install 'shroud[explore]'`).
+
+    Examples
+    --------
+    >>> page = explore_scene("scenes/dummy.toml", "out/try", overrides={"mesh.size": 0.008})
+    >>> page.close()
+    """
+    from pipeline.explore.start import Explorer, page_server
+    from pipeline.scene.reading import given_scene
+
+    file = given_scene(scene, overrides or {}, given_model=rom is not None)
+    folder = None if out is None else output_path(out, "out")
+    return Explorer(page_server(file, folder, _file_or_model(rom), reporter=_reporter(quiet)))
 
 
 def _file_or_model(rom: ReducedModel | str | os.PathLike[str] | None) -> ReducedModel | Path | None:

@@ -367,6 +367,10 @@ class TrailChart(Chart):
         made[0].visible = made[1].visible = False  # until there is a trail
         return cls(made, found)
 
+    def show_best(self, value: float, height: float) -> None:
+        """Mark the optimum."""
+        self.show(best={"x": [value], "y": [height]})
+
     def hide(self) -> None:
         """Show nothing."""
         for made in self.figures:
@@ -379,7 +383,8 @@ class TrailChart(Chart):
         here = [now] if now in trail else []
         self.show(line=line, trail=line, now={"x": here, "y": [trail[value] for value in here]})
         for made, is_log in zip(self.figures, (False, True), strict=True):
-            made.xaxis.axis_label = label
             made.visible = is_log == log
-            fit(made.x_range, values, is_log)
-            fit(made.y_range, trail.values(), True)
+            if made.visible:
+                made.xaxis.axis_label = label
+                fit(made.x_range, values, is_log)
+                fit(made.y_range, trail.values(), True)

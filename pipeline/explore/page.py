@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -13,14 +13,16 @@ from pipeline.errors import InputError, one_line
 from pipeline.explore.charts import PIN_COLOURS, THEME, ResponseChart, TrailChart
 from pipeline.explore.point_charts import PointCharts, shape_plain
 from pipeline.explore.saved import figure_text, table_text
-from pipeline.explore.words import KnobWords, about, readouts, steps, trail_title
+from pipeline.explore.words import KnobWords, about, in_groups, readouts, steps, trail_title
 from pipeline.explore.workshop import Cancelled, Kind, Workshop
 
 if TYPE_CHECKING:
     from bokeh.document import Document
 
+    from pipeline.explore.knobs import Knob
     from pipeline.explore.live import LiveScene
     from pipeline.explore.views import LiveView
+    from pipeline.optimise import Optimised
 
 TEMPLATES = Path(__file__).parent / "templates"
 VIEWER = Path(__file__).parents[1] / "report" / "templates"
@@ -53,6 +55,12 @@ class Opening:
     def __call__(self, doc: Document) -> None:
         """Make a page."""
         self.pages.add(Page(doc, self))
+
+    def left(self, doc: Document) -> None:
+        """A page has lost its browser, for a while or for good: what it waits for is not computed."""
+        for page in self.pages:
+            if page.doc is doc:
+                page.leave()
 
 
 def _read_turn(change: Mapping[str, Mapping[str, Any]]) -> dict[str, tuple[str, str]]:
@@ -158,8 +166,61 @@ class Page:
             self._tell(number=number, values=self._values(), error=None)
 
     def _build(self, value: object, number: int) -> None:
-        values, self.waiting = dict(self.waiting), {}
-        self._ask_curve(self.stand, values, number, "building the model")
+        """Build the model with the values that wait for it, then turn to them."""
+        scene, values = self.stand.scene, dict(self.waiting)
+
+        def compute(cancelled: Cancelled) -> None:
+            for line in scene.turned(values).build(cancelled):
+                self._then(lambda line=line: self._tell(working=f"Building the model: {line}"))  # type: ignore[misc]
+            self._then(lambda: self._end_work(number, {} if cancelled() else values))
+
+        self._work(Kind.BUILD, compute, number, "Building the model ...")
+
+    def _search(self, value: object, number: int) -> None:
+        """Search for the optimum over the knob that was turned last, then turn to it."""
+        knob, scene = self._trail_knob(), self.stand.scene
+        if knob is None or knob.remeshes or knob.choices:
+            self._tell(number=number)
+            return
+
+        def compute(cancelled: Cancelled) -> None:
+            for found in scene.optimum([knob.key], cancelled):
+                if isinstance(found, str):
+                    self._then(lambda line=found: self._tell(working=f"Optimum: {line}"))  # type: ignore[misc]
+                else:
+                    self._then(lambda found=found: self._show_optimum(knob, found, number))  # type: ignore[misc]
+            if cancelled():
+                self._then(lambda: self._end_work(number, {}))
+
+        self._work(Kind.SEARCH, compute, number, "Searching for the optimum ...")
+
+    def _show_optimum(self, knob: Knob, found: Optimised, number: int) -> None:
+        values = {key: value for key, value in found.values.get("values", {}).items() if key == knob.key}
+        if values and found.values["amplitude_m"] is not None:
+            at = KnobWords(replace(knob, value=values[knob.key])).shown_number
+            self.trails.show_best(at, found.values["amplitude_m"] * self.response.factor)
+        self._tell(found=" ".join([*found.lines[:1], *found.problems]))
+        self._end_work(number, values)
+
+    def _work(self, kind: Kind, compute: Callable[[Cancelled], None], number: int, said: str) -> None:
+        """Ask for something that takes long; the surer views wait for it."""
+        self._forget_later()
+        self.opening.workshop.drop(self, Kind.REFINE)
+        self._tell(working=said)
+        self._ask(kind, compute, number)
+
+    def _end_work(self, number: int, values: Mapping[str, Any]) -> None:
+        self._tell(working=None, number=number)
+        if values:
+            self.waiting = {key: value for key, value in self.waiting.items() if key not in values}
+            self._ask_curve(self.stand, values, number)
+        else:
+            self._refine_later()
+
+    def _stop(self, value: object, number: int) -> None:
+        """End what takes long."""
+        self.opening.workshop.drop(self, Kind.BUILD, Kind.SEARCH)
+        self._end_work(number, {})
 
     def _undo(self, value: object, number: int) -> None:
         if self.undone:
@@ -243,11 +304,9 @@ class Page:
 
         self._loop.add_callback(in_the_loop)
 
-    def _ask_curve(self, base: Stand, values: Mapping[str, Any], number: int, said: str = "") -> None:
+    def _ask_curve(self, base: Stand, values: Mapping[str, Any], number: int) -> None:
         """The curve of a stand with other values, at once; what was computed for older values ends."""
         self._forget_later()
-        if said:
-            self._tell(sure=f"{said[:1].upper()}{said[1:]} ...")
 
         def compute(cancelled: Cancelled) -> None:
             scene = base.scene.turned(values) if values else base.scene
@@ -352,9 +411,10 @@ class Page:
 
     def _add_to_trail(self, view: LiveView) -> None:
         knob = self._trail_knob()
-        if knob is None or not view.response.points:
+        if knob is None:
             self.trails.hide()
-            return
+        if knob is None or not view.response.points or not view.response.termination.complete:
+            return  # the highest point of an incomplete curve says nothing
         words = KnobWords(knob)
         self.trail[words.shown_number] = view.facts.peak_amplitude_m * self.response.factor
         if len(self.trail) > MOST_TRAIL:
@@ -364,13 +424,13 @@ class Page:
     def _refuse(self, error: Exception, number: int | None) -> None:
         """Say what is wrong, and show the knobs as they stand."""
         parts: dict[str, Any] = {} if number is None else {"number": number}
-        self._tell(error=one_line(str(error)), values=self._values(), **parts)
+        self._tell(error=one_line(str(error)), values=self._values(), working=None, **parts)
 
     def _tell_all(self, number: int) -> None:
         scene = self.stand.scene
-        knobs = [KnobWords(knob).plain() for knob in scene.knobs]
+        knobs = in_groups([KnobWords(knob).plain() for knob in scene.knobs])
         self._tell(
-            number=number, title=_heading(scene), about=about(scene), knobs=knobs, values=self._values(),
+            number=number, title=_heading(scene), knobs=knobs, values=self._values(),
             can=self._can(), pins=[], **self._words(),
         )  # fmt: skip
 
@@ -381,6 +441,7 @@ class Page:
     def _words(self) -> dict[str, Any]:
         view = self.view
         return {
+            "about": about(self.stand.scene),
             "readouts": readouts(view, self.response),
             "sure": view.certainty,
             "steps": steps(view),
@@ -397,7 +458,9 @@ class Page:
 
     def _can(self) -> dict[str, bool]:
         changed = bool(self.stand.scene.values)
-        return {"undo": bool(self.undone), "redo": bool(self.redone), "reset": changed}
+        knob = self._trail_knob()
+        searched = knob is not None and not knob.remeshes and not knob.choices
+        return {"undo": bool(self.undone), "redo": bool(self.redone), "reset": changed, "search": searched}
 
     # where it stands
 
@@ -428,13 +491,18 @@ class Page:
         curve, place = self.view.response, self._place()
         return float(curve.frequency_hz[place]), float(curve.amplitude_m[place])
 
-    def _trail_knob(self) -> Any:
+    def _trail_knob(self) -> Knob | None:
         return next((knob for knob in self.stand.scene.knobs if knob.key == self.stand.key), None)
 
     def _pin_label(self) -> str:
         """The values that differ from those of the scene file."""
         turned = [knob for knob in self.stand.scene.knobs if knob.key in self.stand.scene.values]
         return ", ".join(KnobWords(knob).said for knob in turned) or "as in the file"
+
+    def leave(self) -> None:
+        """End what is computed for the page."""
+        self._forget_later()
+        self.opening.workshop.drop(self)
 
     def _close(self) -> None:
         self.closed = True
@@ -446,6 +514,8 @@ class Page:
         "ready": (bool, _open),
         "turn": (_read_turn, _turn),
         "build": (str, _build),
+        "search": (bool, _search),
+        "stop": (bool, _stop),
         "undo": (bool, _undo),
         "redo": (bool, _redo),
         "reset": (bool, _reset),

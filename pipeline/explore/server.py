@@ -15,7 +15,7 @@ import webbrowser
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from pipeline.errors import InputError, input_error
 
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 
 ADDRESS = "127.0.0.1"
 NAMES = (ADDRESS, "localhost")  # by which a browser may call this machine
-LOOKED_FOR = 500  # milliseconds between two looks for pages that were closed
-CLOSED_AFTER = 3000  # milliseconds without a connection after which a page counts as closed
+LOOKED_FOR = 2000  # milliseconds between two looks for pages that were closed
+CLOSED_AFTER = 20_000  # milliseconds without a connection after which a page counts as closed, one that loads too
 LARGEST_MESSAGE = 1_000_000  # bytes of one from a page, which holds a few numbers
 # All the page's scripts, styles and pictures are its own; nothing of another origin is loaded or told.
 HEADERS = {
@@ -40,6 +40,13 @@ HEADERS = {
     "Cache-Control": "no-store",
     "Cross-Origin-Resource-Policy": "same-origin",
 }
+
+
+class Pages(Protocol):
+    """Makes pages, and is told of those that were left."""
+
+    def __call__(self, doc: Document) -> None: ...
+    def left(self, doc: Document) -> None: ...
 
 
 @dataclass(frozen=True)
@@ -57,7 +64,7 @@ class LocalServer:
             self.server.io_loop.start()
         finally:
             self.server.stop(wait=False)
-            self.server.io_loop.run_sync(lambda: asyncio.sleep(0.0))  # what was being sent
+            self.server.io_loop.run_sync(_end_tasks)
             self.server.io_loop.close()
 
     def stop(self) -> None:
@@ -65,8 +72,8 @@ class LocalServer:
         self.server.io_loop.add_callback(self.server.io_loop.stop)
 
 
-def local_server(page: Callable[[Document], None], port: int = 0) -> LocalServer:
-    """A server of a page on a port of this machine, by default a free one; each visit makes a page of its own.
+def local_server(pages: Pages, port: int = 0) -> LocalServer:
+    """A server of pages on a port of this machine, by default a free one; each visit makes a page of its own.
 
     Raises
     ------
@@ -91,8 +98,8 @@ def local_server(page: Callable[[Document], None], port: int = 0) -> LocalServer
     number = sockets[0].getsockname()[1]
     token = secrets.token_urlsafe(24)
     loop = IOLoop(make_current=False)
-    application = _application_class()(
-        Application(FunctionHandler(page)),
+    application = _application_class(pages.left)(
+        Application(FunctionHandler(pages.__call__)),
         prefix=token,
         extra_websocket_origins=[f"{name}:{number}" for name in NAMES],
         secret_key=secrets.token_bytes(32),
@@ -115,18 +122,28 @@ def local_server(page: Callable[[Document], None], port: int = 0) -> LocalServer
     return LocalServer(server, f"http://{ADDRESS}:{number}/{token}/")
 
 
+async def _end_tasks() -> None:
+    """End what is still being sent."""
+    tasks = asyncio.all_tasks() - {asyncio.current_task()}
+    for task in tasks:
+        task.cancel()
+    await asyncio.gather(*tasks, return_exceptions=True)
+
+
 def check_bokeh() -> None:
     """Refuse where Bokeh is not installed, before anything is computed."""
     if find_spec("bokeh") is None:
         raise InputError("shroud explore: Bokeh is not installed, allowed: after pip install 'shroud[explore]'")
 
 
-def serve_aside(server: LocalServer) -> None:
+def serve_aside(server: LocalServer) -> threading.Thread:
     """Serve in a thread that ends with the process, as beside a notebook."""
-    threading.Thread(target=server.run, name="page", daemon=True).start()
+    thread = threading.Thread(target=server.run, name="page", daemon=True)
+    thread.start()
+    return thread
 
 
-def _application_class() -> Any:
+def _application_class(left: Callable[[Document], None]) -> Any:
     from bokeh.server.tornado import BokehTornado
     from tornado.web import ErrorHandler
 
@@ -137,6 +154,13 @@ def _application_class() -> Any:
             if request.host.rpartition(":")[0] in NAMES:
                 return super().find_handler(request, **found)
             return self.get_handler_delegate(request, ErrorHandler, {"status_code": 403})
+
+        def client_lost(self, connection: Any) -> None:
+            """Tell of sessions without a browser at once; they are kept for a while, as connections come back."""
+            super().client_lost(connection)
+            for session in self.get_sessions("/"):
+                if session.connection_count == 0:
+                    left(session.document)
 
     return LocalApplication
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 from typing import TYPE_CHECKING, Any
@@ -124,6 +124,14 @@ class KnobWords:
         return f"takes about {self.knob.seconds:.2g} s" if self.knob.seconds else "takes some seconds"
 
 
+def in_groups(knobs: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Plain knobs with those of one heading next to each other, in the order in which headings come first."""
+    found: dict[tuple[bool, str], list[dict[str, Any]]] = {}
+    for knob in knobs:
+        found.setdefault((knob["remeshes"], knob["group"]), []).append(knob)
+    return [knob for group in found.values() for knob in group]
+
+
 def about(scene: LiveScene) -> str:
     """One line on what is computed."""
     now = scene.scene
@@ -138,10 +146,11 @@ def readouts(view: LiveView, chart: ResponseChart) -> list[dict[str, Any]]:
     facts, curve = view.facts, view.response
     many = f"{curve.harmonics} harmonic{'s' * (curve.harmonics != 1)}"
     limits = [f"{limit.kind} {limit.resonance[0]:.4g}" for limit in view.limits if limit.resonance]
+    where = "main branch" if curve.termination.complete else "incomplete curve"
     end = END_MARK if facts.peak_at_end else ""
     peak = facts.peak_index
     found = [
-        _number("peak", facts.peak_amplitude_m, chart.factor, chart.unit, f"main branch, {many}{end}"),
+        _number("peak", facts.peak_amplitude_m, chart.factor, chart.unit, f"{where}, {many}{end}"),
         _number("at", facts.peak_frequency_hz, 1.0, "Hz", f"{' · '.join(limits)} Hz" if limits else ""),
     ]
     if peak >= 0:

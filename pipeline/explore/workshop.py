@@ -17,8 +17,9 @@ class Kind(IntEnum):
     CURVE = 0
     POINT = 1
     EXPORT = 2
-    REFINE = 3
+    BUILD = 3
     SEARCH = 4
+    REFINE = 5
 
 
 QUICK = frozenset((Kind.CURVE, Kind.POINT, Kind.EXPORT))  # which answer at once, in this process

@@ -130,6 +130,12 @@ def test_numbers_on_the_page_are_those_of_a_run(served: Any, opened: Any, folder
     assert number_of(tab, "static normal force") == curve.static_contact.force_n
     tab.evaluate("document.getElementById('undo').click()")
     tab.wait(f"document.querySelector('{field_of(INTERFERENCE)}').value === '10'")
+    tab.evaluate("document.querySelector('details.mesh').open = true")
+    tab.type(field_of("shroud.angle"), "80")
+    answered(tab)
+    assert number_of(tab, "peak") != before  # a model is built when it is asked for
+    tab.evaluate("document.getElementById('build').click()")
+    tab.wait("document.getElementById('trail-title').textContent === 'Peak over shroud angle'")
     assert tab.evaluate("document.getElementById('title').textContent") == "A < B"
     assert tab.console == []
     own = served[0].partition("/static")[0]
@@ -159,9 +165,16 @@ def test_two_pages_at_once_and_what_a_closed_one_leaves(served: Any, opened: Any
     tabs[0].press("ArrowRight", times=3)
     tabs[0].wait(f"document.querySelector('.at').textContent !== {at!r}")
     assert [tab.console for tab in tabs] == [[], []]
+    for page in opening.pages:
+        opening.workshop.ask(page, Kind.REFINE, until_dropped, print)
     for tab in tabs:
         tab.close()
-    wait_for(lambda: not opening.workshop.busy and not opening.pages)
+    wait_for(lambda: not opening.workshop.busy)
+
+
+def until_dropped(cancelled: Cancelled) -> None:
+    """A computation that ends only when it is no longer wanted."""
+    wait_for(cancelled)
 
 
 def wait_for(true: Callable[[], bool]) -> None:

@@ -36,7 +36,7 @@
     flying = page.sent;
     const number = flying;
     setTimeout(() => { if (flying === number) { document.body.classList.add("waiting"); } }, 250);
-    setTimeout(() => { if (flying === number) { flying = 0; send(); } }, 3000);  // an answer was lost
+    setTimeout(() => { if (flying === number) { flying = 0; send(); } }, 1000);  // a newer turn does not wait for it
   }
   function answered(number) {
     page.answered = number;
@@ -180,7 +180,11 @@
     trail: (text) => { get("trail-title").textContent = text; },
     trailed: (on) => { get("no-trail").hidden = on; },
     found: (text) => { get("found").textContent = text; },
-    searching: (on) => { get("stop").hidden = !on; get("search").hidden = on; },
+    working: (text) => {
+      get("working").hidden = !text;
+      get("working").querySelector("span").textContent = text || "";
+      document.body.classList.toggle("working", Boolean(text));
+    },
     cycle: (text) => { get("cycle-note").textContent = text; },
     faces: (found) => { nodes = found; drawFace(); },
     no_shape: (text) => { get("no-shape").hidden = !text; get("no-shape").textContent = text || ""; get("viewer").hidden = Boolean(text); },
@@ -193,7 +197,9 @@
   }
   function shaped() {
     const canvas = get("viewer-canvas");
-    if (model.shape.value) { canvas.dispatchEvent(new CustomEvent("shapes", { detail: JSON.parse(model.shape.value) })); }
+    if (!model.shape.value) { return; }
+    canvas.dispatchEvent(new CustomEvent("shapes", { detail: JSON.parse(model.shape.value) }));
+    if (get("viewer").hidden) { SHOWN.no_shape("This browser draws nothing in three dimensions (WebGL is off)."); }
   }
 
   function scaled() {
@@ -237,6 +243,7 @@
     model.told.properties.value.change.connect(told);
     model.shape.properties.value.change.connect(shaped);
     doc.on_event("connection_lost", () => { get("lost").hidden = false; });
+    doc.on_event("client_reconnected", () => { get("lost").hidden = true; });
     told();
     shaped();
     ask({ ready: true });
