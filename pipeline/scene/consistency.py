@@ -360,7 +360,7 @@ def _unfit_aero(path: Path, scene: Scene) -> Unfit:
         try:
             family = given.read(scene.contents)
         except InputError as error:
-            yield error
+            yield InputError(f"{path}: {place}.file: {error}")
             continue
         places = family.offset or family.nodal_diameter
         if places is None or (family.offset is not None and family.nodal_diameter is not None):
