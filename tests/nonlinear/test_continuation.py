@@ -108,6 +108,18 @@ def test_progress_is_reported():
     assert len(seen) >= 0.8 * curve.points
 
 
+def test_progress_may_give_up_the_branch():
+    modal = modal_model(lumped_blade(), damping_ratio=0.01)
+    contact = ContactParameters.shared(2, normal_stiffness=4.0, tangential_stiffness=3.0, friction=0.4)
+    options = SolverOptions((0.1, 0.7), detached=False, truncation=False, search="off")
+    parts = modal, contact, Excitation(4, 1.0), options
+    whole, part = forced_response(*parts), forced_response(*parts, lambda hertz, points: points == 5)
+    assert part.termination.kind == "too many points"
+    assert "given up at" in part.termination.message
+    assert 6 <= part.points < whole.points
+    assert np.array_equal(part.frequency_hz[:6], whole.frequency_hz[:6])
+
+
 def test_too_few_points_end_the_curve_with_a_reason():
     curve = gap_curve(max_points=10)
     assert not curve.termination.complete
