@@ -12,6 +12,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pipeline.errors import input_error, shown
 from pipeline.explore import calls
 from pipeline.explore.computation import Computation
 from pipeline.explore.knobs import Knob, Range, closure_ranges, knobs_of, turned_keys
@@ -23,7 +24,7 @@ from pipeline.scene.reading import Member, SceneFile, derived_member, given_scen
 from pipeline.scene.sweep import as_in_scene, key_value, swept_keys
 from pipeline.stages.cache_keys import model_keys
 from pipeline.stages.engine_orders import SPEED
-from pipeline.stages.scene_to_solver import nonlinear_problem, resolved_contacts
+from pipeline.stages.scene_to_solver import contact_on_model, nonlinear_problem, resolved_contacts
 from pipeline.stages.warm_up import warm_up
 
 if TYPE_CHECKING:
@@ -104,6 +105,7 @@ class LiveScene:
         merged = {**self.values, **given}
         member = derived_member(self.file, merged, PLACE, self.models.rom is not None)
         self._checked(member)
+        self._check_nodes(member, given)
         return replace(self, member=member, values=merged)
 
     def curve(self) -> LiveView:
@@ -201,6 +203,19 @@ class LiveScene:
             has_area, has_frame = model.contact_area is not None, model.contact_frame is not None
             check_scene_for_model(file, model.interfaces, has_area, has_frame)
 
+    def _check_nodes(self, member: Member, given: Mapping[str, Any]) -> None:
+        """Refuse lists node by node that are not as long as the face of the model, where that is in memory."""
+        from nonlinear import ContactError
+
+        if (found := self.models.in_memory(member.scene)) is None:
+            return
+        try:
+            contact_on_model(member.scene, found.model)
+        except ContactError as error:
+            key = next((key for key, value in given.items() if isinstance(value, list | tuple)), PLACE)
+            allowed = str(error).partition("allowed: ")[2]
+            raise input_error(self.file.path, key, shown(given.get(key)), allowed) from None
+
     def _quick(self) -> Scene:
         """The scene, of which the main branch is asked for alone, with few harmonics."""
         few = {**QUICK, "response.harmonics": self.scene.excitation.highest_harmonic}
@@ -220,9 +235,14 @@ class LiveScene:
         def linear(given: Mapping[str, Any]) -> ResponseCurve:
             member = derived_member(self.file, {**self.values, **given}, PLACE, self.models.rom is not None)
             solved.append(next(response_stages(*nonlinear_problem(member.scene, model))).curve)
+            if not solved[-1].points:
+                raise ArithmeticError(solved[-1].termination.message)
             return solved[-1]
 
-        found = static_ranges(self.scene, model, linear)
+        try:
+            found = static_ranges(self.scene, model, linear)
+        except ArithmeticError:  # no response tells the ranges
+            return {}
         return closure_ranges(self.scene, model, found, [each.relative_displacement for each in solved])
 
     def _costs(self) -> dict[str, float]:

@@ -77,6 +77,10 @@ class LiveModels:
         known = any(self._store.lists(kind, key) for kind in REDUCED for key in wanted)
         return known or bool(wanted & self._kept.keys())
 
+    def in_memory(self, scene: Scene) -> LoadedModel | None:
+        """The model of a scene where it is in memory."""
+        return self._kept.get(self.key(scene))
+
     def of(self, file: SceneFile, member: Member) -> LoadedModel:
         """The model of a member of a scene; built where it is missing, which takes seconds."""
         key = self.key(member.scene)

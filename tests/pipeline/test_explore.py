@@ -141,7 +141,13 @@ def test_limits_are_those_of_the_figures(live: LiveScene) -> None:
 
 @pytest.mark.parametrize(
     ("key", "value"),
-    [("contact.friction", -1.0), (SWEPT, 3.0), ("excitation.engine_order", 1.5), ("contact.none", 1)],
+    [
+        ("contact.friction", -1.0),
+        (SWEPT, 3.0),
+        ("excitation.engine_order", 1.5),
+        ("contact.none", 1),
+        ("contact.friction", [0.1, 0.2]),
+    ],
 )
 def test_a_bad_value_is_refused_in_one_line(live: LiveScene, key: str, value: Any) -> None:
     with pytest.raises(InputError) as refused:
