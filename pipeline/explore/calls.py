@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipeline.explore.models import build_model
+from pipeline.explore.models import build_model, stored_model
 from pipeline.process.progress import Reporter
 
 if TYPE_CHECKING:
@@ -37,9 +37,10 @@ def solve(send: Send, out: Path, rom: Path | ReducedModel | None, file: SceneFil
     from pipeline.stages.scene_to_solver import nonlinear_problem
     from rom import one_blas_thread, read_reduced_model
 
-    built = build_model(out, rom, file, member, Reporter(quiet=True))
+    place = stored_model(out, member.scene) if rom is None else None
+    place = place or build_model(out, rom, file, member, Reporter(quiet=True)).rom
     with one_blas_thread():
-        model = read_reduced_model(built.rom, with_basis=False)
+        model = read_reduced_model(place, with_basis=False)
         for stage in response_stages(*nonlinear_problem(member.scene, model)):
             send((stage.name, stage.curve))
 

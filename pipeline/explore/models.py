@@ -183,6 +183,13 @@ class LiveModels:
         return read_reduced_model(blade.file(REDUCED_MODEL), with_basis=False), load_sector(mesh.file(SECTOR))
 
 
+def stored_model(out: Path, scene: Scene) -> Path | None:
+    """The file of the reduced model in the store; None where it is not there. No run is waited for."""
+    store, key = Store(out / STORE), model_keys(scene).reduce
+    found = next(filter(None, (store.find(kind, key, thorough=False) for kind in REDUCED)), None)
+    return None if found is None else found.file(REDUCED_MODEL)
+
+
 def build_model(
     out: Path, rom: Path | ReducedModel | None, file: SceneFile, member: Member, reporter: Reporter
 ) -> BuiltModel:
