@@ -45,6 +45,7 @@ class Measured:
     answered_ms: list[float]
     refused: int  # turns that the scene does not allow
     errors: list[str]  # of the page
+    program_ms: float  # processor time of the program for each turn
     before_mb: float
     after_mb: float
 
@@ -55,6 +56,7 @@ class Measured:
         cells = [
             self.scene,
             self.turns,
+            f"{self.program_ms:.0f}",
             f"{answer:.0f}",
             f"{median:.0f}",
             f"{late:.0f}",
@@ -65,8 +67,8 @@ class Measured:
 
 
 HEADING = (
-    "| scene | turns | answered, median [ms] | shown, median [ms] | shown, 95 % [ms] | refused | errors "
-    "| MB before | after |\n|---|---|---|---|---|---|---|---|---|"
+    "| scene | turns | processor time [ms] | answered, median [ms] | shown, median [ms] | shown, 95 % [ms] | refused "
+    "| errors | MB before | after |\n|---|---|---|---|---|---|---|---|---|---|"
 )
 
 
@@ -74,6 +76,12 @@ def memory_mb(process: int) -> float:
     """Resident memory of a process."""
     lines = Path(f"/proc/{process}/status").read_text().splitlines()
     return next(float(line.split()[1]) for line in lines if line.startswith("VmRSS")) / 1024.0
+
+
+def processor_ms(process: int) -> float:
+    """Processor time that a process has taken, without those that it has started."""
+    fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+    return 1000.0 * (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def measured(scene: str, turns: int, seed: int) -> Measured:
@@ -90,16 +98,12 @@ def measured(scene: str, turns: int, seed: int) -> Measured:
             tab = running.open(address, 1280, 800)
             tab.wait("window.explore && explore.answered > 0")
             time.sleep(5.0)
-            before, found = memory_mb(server.pid), turned(tab, turns, random.Random(seed))
+            before, began = memory_mb(server.pid), processor_ms(server.pid)
+            found = turned(tab, turns, random.Random(seed))
+            each = (processor_ms(server.pid) - began) / turns
             time.sleep(5.0)
-            return Measured(
-                scene,
-                turns,
-                *found,
-                [line for line in tab.console if not line.startswith("warning")],
-                before,
-                memory_mb(server.pid),
-            )
+            errors = [line for line in tab.console if not line.startswith("warning")]
+            return Measured(scene, turns, *found, errors, each, before, memory_mb(server.pid))
     finally:
         server.send_signal(signal.SIGINT)
         server.wait()

@@ -373,9 +373,9 @@ class Page:
                 self.trail.clear()
             self.stand = Stand(scene, keys[0], time.monotonic())
         self.picked = PEAK
-        self._add_to_trail(view)
         self._show(view)
         self._tell(number=number, error=None, **self._words(), values=self._values(), can=self._can())
+        self._then(lambda: self._add_to_trail(view))  # which may come a frame later
         self._refine_later()
 
     def _show_refined(self, scene: LiveScene, view: LiveView) -> None:
@@ -413,13 +413,21 @@ class Page:
         knob = self._trail_knob()
         if knob is None:
             self.trails.hide()
-        if knob is None or not view.response.points or not view.response.termination.complete:
+            self._tell(trailed=False)
+        if (
+            view is not self.view
+            or knob is None
+            or not view.response.points
+            or not view.response.termination.complete
+        ):
             return  # the highest point of an incomplete curve says nothing
         words = KnobWords(knob)
         self.trail[words.shown_number] = view.facts.peak_amplitude_m * self.response.factor
         if len(self.trail) > MOST_TRAIL:
             del self.trail[next(iter(self.trail))]
         self.trails.show_trail(knob.label, knob.log, self.trail, words.shown_number)
+        if len(self.trail) == 1:
+            self._tell(trailed=True)
 
     def _refuse(self, error: Exception, number: int | None) -> None:
         """Say what is wrong, and show the knobs as they stand."""
@@ -446,7 +454,6 @@ class Page:
             "sure": view.certainty,
             "steps": steps(view),
             "trail": trail_title(self._trail_knob()),
-            "trailed": bool(self.trail),
         }
 
     def _values(self) -> dict[str, Any]:

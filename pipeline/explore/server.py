@@ -155,6 +155,10 @@ def _application_class(left: Callable[[Document], None]) -> Any:
                 return super().find_handler(request, **found)
             return self.get_handler_delegate(request, ErrorHandler, {"status_code": 403})
 
+        def resources(self, absolute_url: Any = None) -> Any:
+            """The scripts that the page uses, without those of tables and formulas."""
+            return super().resources(absolute_url).clone(components=["bokeh", "bokeh-widgets"])
+
         def client_lost(self, connection: Any) -> None:
             """Tell of sessions without a browser at once; they are kept for a while, as connections come back."""
             super().client_lost(connection)

@@ -92,6 +92,12 @@ def opened() -> Iterator[Callable[..., Any]]:
         yield open_page
 
 
+@pytest.fixture(scope="module")
+def tab(served: Any, opened: Any) -> Any:
+    """A page that is open."""
+    return opened(served[0])
+
+
 def number_of(tab: Any, name: str) -> float:
     """A number as the page shows it, with all its digits."""
     return float(tab.evaluate(f"document.querySelector('.readout[data-name=\"{name}\"]').dataset.value"))
@@ -106,16 +112,20 @@ def answered(tab: Any) -> None:
     tab.wait("explore.answered === explore.sent")
 
 
-def test_numbers_on_the_page_are_those_of_a_run(served: Any, opened: Any, folder: Path) -> None:
-    tab = opened(served[0])
+def settled(tab: Any) -> None:
+    """Wait for the last view, which stays."""
+    answered(tab)
+    tab.wait("document.querySelector('#steps li:last-child').className === 'done'")
+
+
+def test_numbers_on_the_page_are_those_of_a_run(served: Any, tab: Any, folder: Path) -> None:
     before = number_of(tab, "peak")
     tab.evaluate(f"document.querySelector('{field_of(FRICTION, 'range')}').focus()")
     tab.press("ArrowRight", times=4)
     answered(tab)
     tab.wait(f"document.querySelector('[data-name=peak]').dataset.value !== '{before!r}'")
     tab.type(field_of(INTERFERENCE), "12.5")
-    answered(tab)
-    tab.wait("document.querySelector('#steps li:last-child').className === 'done'")
+    settled(tab)
     tab.evaluate(
         "URL.createObjectURL = (blob) => { blob.text().then((text) => { window.saved = text; }); return '#'; }"
     )
@@ -142,16 +152,15 @@ def test_numbers_on_the_page_are_those_of_a_run(served: Any, opened: Any, folder
     assert all(
         address.startswith((own, "data:", "blob:", "about:")) for address in tab.requested if "favicon" not in address
     )
-    tab.close()
 
 
-def test_two_pages_at_once_and_what_a_closed_one_leaves(served: Any, opened: Any) -> None:
+def test_two_pages_at_once_and_what_a_closed_one_leaves(served: Any, tab: Any, opened: Any) -> None:
     address, opening = served
-    tabs = [opened(address), opened(address, 390, 844)]
-    for tab, value in zip(tabs, ("20", "200"), strict=True):
-        tab.type(field_of(INTERFERENCE), value)
-    for tab in tabs:
-        answered(tab)
+    tabs = [tab, opened(address, 390, 844)]
+    for each, value in zip(tabs, ("20", "200"), strict=True):
+        each.type(field_of(INTERFERENCE), value)
+    for each in tabs:
+        settled(each)
     peaks = [number_of(tab, "peak") for tab in tabs]
     assert peaks[0] != peaks[1]
     assert tabs[1].evaluate("document.documentElement.scrollWidth") <= 390
@@ -164,11 +173,11 @@ def test_two_pages_at_once_and_what_a_closed_one_leaves(served: Any, opened: Any
     at = tabs[0].wait("document.querySelector('.at').textContent")
     tabs[0].press("ArrowRight", times=3)
     tabs[0].wait(f"document.querySelector('.at').textContent !== {at!r}")
-    assert [tab.console for tab in tabs] == [[], []]
+    assert [each.console for each in tabs] == [[], []]
     for page in opening.pages:
         opening.workshop.ask(page, Kind.REFINE, until_dropped, print)
-    for tab in tabs:
-        tab.close()
+    for each in tabs:
+        each.close()
     wait_for(lambda: not opening.workshop.busy)
 
 
