@@ -74,6 +74,11 @@ def _read_turn(change: Mapping[str, Mapping[str, Any]]) -> dict[str, tuple[str, 
     return found
 
 
+def _read_place(place: list[float]) -> tuple[float, float]:
+    x, y = place
+    return float(x), float(y)
+
+
 def _read_node(text: str) -> int | None:
     return None if text == "all" else max(int(text), 0)
 
@@ -107,7 +112,6 @@ class Page:
     _later: dict[Kind, Any] = field(default_factory=dict)  # callbacks that wait for calm
 
     def __post_init__(self) -> None:
-        from bokeh.events import Tap
         from bokeh.models import TextInput
         from bokeh.themes import Theme
         from tornado.ioloop import IOLoop
@@ -128,8 +132,6 @@ class Page:
         self.doc.template_variables.update(texts)
         self.doc.title = _heading(self.stand.scene)
         self.asked.on_change("value", lambda name, old, new: self._hear(new))
-        for figure in self.response.figures:
-            figure.on_event(Tap, lambda event: self._pick(self.response.nearest(event.x, event.y)))
         self.doc.on_session_destroyed(lambda context: self._close())
         self.response.show_view(self.view, [])
 
@@ -261,6 +263,11 @@ class Page:
     def _step(self, value: int, number: int) -> None:
         """Go along the curve by some points."""
         self._pick(self._place() + value)
+        self._tell(number=number)
+
+    def _pick_place(self, value: tuple[float, float], number: int) -> None:
+        """Show the motion at the point of the curve next to a place of the chart."""
+        self._pick(self.response.nearest(*value))
         self._tell(number=number)
 
     def _pick_peak(self, value: object, number: int) -> None:
@@ -531,6 +538,7 @@ class Page:
         "fit": (bool, _fit),
         "step": (int, _step),
         "pick": (str, _pick_peak),
+        "place": (_read_place, _pick_place),
         "node": (_read_node, _node),
         "save": (SAVED.__getitem__, _save),
     }

@@ -173,6 +173,10 @@ def test_two_pages_at_once_and_what_a_closed_one_leaves(served: Any, tab: Any, o
     at = tabs[0].wait("document.querySelector('.at').textContent")
     tabs[0].press("ArrowRight", times=3)
     tabs[0].wait(f"document.querySelector('.at').textContent !== {at!r}")
+    at = tab.evaluate("document.querySelector('.at').textContent")
+    box = "document.getElementById('response').getBoundingClientRect()"
+    tab.click(*tab.evaluate(f"(({{ x, y, width, height }}) => [x + 0.8 * width, y + 0.5 * height])({box})"))
+    tab.wait(f"document.querySelector('.at').textContent !== {at!r}")
     assert [each.console for each in tabs] == [[], []]
     for page in opening.pages:
         opening.workshop.ask(page, Kind.REFINE, until_dropped, print)

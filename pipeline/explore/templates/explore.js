@@ -220,6 +220,13 @@
     const step = { ArrowLeft: { step: -1 }, ArrowRight: { step: 1 }, PageUp: { step: 10 }, PageDown: { step: -10 }, Home: { pick: "peak" } }[event.key];
     if (step) { event.preventDefault(); ask(step); }
   });
+  let pressed = [0, 0];
+  get("response").addEventListener("pointerdown", (event) => { pressed = [event.clientX, event.clientY]; }, true);
+  get("response").addEventListener("click", (event) => {  // not the end of a drag
+    if (!model || Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) > 4) { return; }
+    const view = Bokeh.index.find_one(model.log.visible ? model.log : model.linear), box = view.el.getBoundingClientRect();
+    ask({ place: [view.frame.x_scale.invert(event.clientX - box.left), view.frame.y_scale.invert(event.clientY - box.top)] });
+  });
   document.addEventListener("keydown", (event) => {
     const typing = event.target.matches("input[type=number], select, textarea") || get("keys").open;
     const control = event.ctrlKey || event.metaKey, key = event.key.toLowerCase();
