@@ -197,12 +197,11 @@ class ResponseChart(Chart):
             "response" if log else "response_linear",
             "frequency [Hz]",
             f"amplitude [{self.unit}]",
-            tools="xpan,xwheel_zoom,xbox_zoom",
+            tools="xbox_zoom",
             y_axis_type="log" if log else "linear",
             x_range=Range1d(*self.range_hz),
             y_range=Range1d(*((0.1, 10.0) if log else (0.0, 1.0))),
         )
-        made.toolbar.active_scroll = None
         of = self.sources
         made.multi_line("xs", "ys", source=of["limits"], color=LIMIT_COLOUR, line_width=1.2)
         made.multi_line("xs", "ys", source=of["pins"], color="colour", line_width=1.5, alpha=0.9)
