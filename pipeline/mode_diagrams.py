@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
     from pipeline.process.progress import Reporter
     from pipeline.scene.schema import Scene
+    from pipeline.stages.model.flutter import LinearFlutter
     from pipeline.stages.model.sweep_models import Models
     from pipeline.stages.request import Request, Run
 
@@ -58,7 +59,7 @@ def find_modes(request: Request, reporter: Reporter) -> ModesFound:
         campbell = campbell_summary(run, models, outcome)
         values = {"scene": request.scene.first.name, "models": plain(found), "campbell": campbell}
         try:
-            files = _published(run, models, values)
+            files = _published(run, models, values, next((each.flutter for each in found), None))
         except PicturesMissing as missing:
             files = missing.files
             outcome.problems.extend(missing.problems)
@@ -69,7 +70,7 @@ def find_modes(request: Request, reporter: Reporter) -> ModesFound:
     return ModesFound(found, values, files, outcome.problems)
 
 
-def _published(run: Run, models: Models, values: dict[str, Any]) -> list[Path]:
+def _published(run: Run, models: Models, values: dict[str, Any], flutter: LinearFlutter | None) -> list[Path]:
     """modes.json and the diagrams, drawn where they are missing."""
     members = run.request.scene.members
     built = [(member, model) for member in members if (model := models[member.index]) is not None]
@@ -85,11 +86,13 @@ def _published(run: Run, models: Models, values: dict[str, Any]) -> list[Path]:
         "look": look.key,
         "code": [code_fingerprint(f"pipeline.figures.{name}") for name in ("campbell", "flutter")],
     }
-    build = partial(_write, shown, values, look)
+    build = partial(_write, shown, values, look, flutter)
     return published(run, Stage.FIGURES, fingerprint(content), "drawing modes", build, run.request.out / FOLDER)
 
 
-def _write(shown: Sequence[ShownModel], values: dict[str, Any], look: Look, folder: Path) -> list[str]:
+def _write(
+    shown: Sequence[ShownModel], values: dict[str, Any], look: Look, flutter: LinearFlutter | None, folder: Path
+) -> list[str]:
     """Write modes.json and the diagrams; returns one line for each that failed."""
     from pipeline.figures.campbell import campbell_figure, nodal_diameter_figure
     from pipeline.figures.flutter import flutter_figure
@@ -101,7 +104,7 @@ def _write(shown: Sequence[ShownModel], values: dict[str, Any], look: Look, fold
     figures = {
         "nodal_diameters": lambda: nodal_diameter_figure(shown[0], look.title, orders),
         "campbell": lambda: campbell_figure(shown, look.title),
-        "flutter": lambda: flutter_figure(shown[0], look.title),
+        "flutter": lambda: flutter_figure(flutter, look.title),
     }
     attempts = Attempts(folder)
 

@@ -31,7 +31,6 @@ from pipeline.scene.dotted_keys import interface_of, of_contact, split_key
 from pipeline.scene.labels import value_label
 from pipeline.scene.plausibility import far_beyond
 from pipeline.scene.reading import SceneFile, derived_member, given_scene
-from pipeline.scene.schema import DAMPER, INTERFACES
 from pipeline.scene.sweep import as_in_scene, key_value, swept_keys
 from pipeline.scene.validation_errors import meant
 from pipeline.stages.curve.curve_file import read_curve
@@ -241,9 +240,7 @@ def _static_ranges(context: StudyContext) -> dict[str, Range]:
 def nodes_of(scene: Scene, model: ReducedModel, key: str) -> NDArray[np.bool_]:
     """The contact nodes, (n_c,), whose parameter a key is."""
     name, own = split_key(key)[1], interface_of(key)
-    tables = [
-        DAMPER if each in INTERFACES[DAMPER] and each not in scene.interface else each for each in model.interfaces
-    ]
+    tables = [scene.table_of(each) for each in model.interfaces]
     has_it = [each == own if own else getattr(scene.interface.get(each), name, None) is None for each in tables]
     return np.repeat(has_it, [*model.interfaces.values()])
 

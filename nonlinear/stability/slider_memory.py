@@ -26,13 +26,10 @@ T = TypeVar("T")
 
 def last_two(known: dict[complex, T], sigma: complex, made: Callable[[], T]) -> T:
     """What is made at `sigma`, kept with that of the sigma before: a shift and the eigenvalue sought near it."""
-    if sigma not in known:
-        if len(known) > 1:
-            del known[next(iter(known))]
-        known[sigma] = made()
-    else:
-        known[sigma] = known.pop(sigma)
-    return known[sigma]
+    known[sigma] = found = known.pop(sigma) if sigma in known else made()
+    if len(known) > 2:
+        del known[next(iter(known))]
+    return found
 
 
 class NodeMemory(Protocol):

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from pipeline.optimise import nodes_of
-from pipeline.scene.contact_section import PER_NODE
+from pipeline.scene.contact_section import PER_NODE, Law
 from pipeline.scene.dotted_keys import CONTACT, interface_of, of_contact, split_key
 from pipeline.scene.labels import Quantity, quantity
 from pipeline.scene.sweep import key_value
@@ -39,7 +39,6 @@ MOST_ORDER = 100  # engine orders of a structure whose number of blades is not k
 HARMONICS = (1, 3, 5, 7, 9, 11, 15, "auto")
 SHARE = 0.2  # of the value on each side, for what has no better range
 STEPS, CLOSELY = 200, 1000  # of a range, and of that of an interference, or some more
-LAWS = ("two_sliders", "cone")
 SHOWN = {"m": ("mm", 1e3), "degrees": ("°", 1.0)}  # units that figures show in place of those of a scene
 FLOATS = 1e-2  # m, beyond which a body moves that contacts alone hold
 LEAST_PART = 1e-3  # of an interference that presses stiff faces of slender blades together
@@ -134,7 +133,7 @@ def _own_keys(scene: Scene, table: str) -> list[str]:
     names = scene.contact.interfaces or scene.interfaces
     if names is None:
         return list(PER_NODE)
-    tables = [scene.interface.get(name) or scene.interface.get(name.partition("_")[0]) for name in names]
+    tables = [scene.interface.get(scene.table_of(name)) for name in names]
     return [key for key in PER_NODE if any(each is None or key not in each.given for each in tables)]
 
 
@@ -244,7 +243,7 @@ def _choices(scene: Scene, stored: Sequence[float]) -> Iterator[Knob]:
     for table, face in scene.contacts.items():
         if table == CONTACT or scene.interface[interface_of(f"{table}.")].law is not None:
             name = " ".join(filter(None, (interface_of(f"{table}."), "friction law")))
-            yield Knob(f"{table}.law", name, "choice", face.law, choices=LAWS)
+            yield Knob(f"{table}.law", name, "choice", face.law, choices=get_args(Law))
     if stored:
         named = quantity(SPEED)
         yield Knob(SPEED, named.axis(), "choice", scene.load.speed_rpm, choices=tuple(stored), unit=named.unit)

@@ -194,6 +194,7 @@ def draw(
     from pipeline.figures.response import has_lines, outputs_figure, response_figure
     from pipeline.figures.style import save, styled
     from pipeline.figures.sweep_map import sweep_map_figure
+    from pipeline.stages.model.flutter import linear_flutter
     from rom import one_blas_thread
 
     points = sweep_points(curves)
@@ -220,7 +221,7 @@ def draw(
         "hysteresis_sweep": lambda: sweep_figure(shown, colours, title),
         "nodal_diameters": lambda: nodal_diameter_figure(shown[0], title, orders),
         "campbell": lambda: campbell_figure(shown, title),
-        "flutter": lambda: flutter_figure(shown[0], title),
+        "flutter": lambda: flutter_figure(linear_flutter(shown[0].rom, shown[0].scene), title),
         "outputs": lambda: outputs_figure(shown, colours, title),
     }
 

@@ -6,24 +6,22 @@ from typing import TYPE_CHECKING
 
 from pipeline.figures.campbell import LOOKS
 from pipeline.figures.style import subplots, write_heading
-from pipeline.stages.model.flutter import linear_flutter
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from pipeline.figures.campbell import Modelled
+    from pipeline.stages.model.flutter import LinearFlutter
 
 MOST = 4  # modes, a panel each
 
 
-def flutter_figure(curve: Modelled, title: str) -> Figure | None:
-    """A panel for each mode that the flow acts on, or that has flutter; None for a scene without flow.
+def flutter_figure(flutter: LinearFlutter | None, title: str) -> Figure | None:
+    """A panel for each mode that the flow acts on, or that has flutter; None without a flow.
 
     The part below no damping is shaded.
     """
-    if curve.scene.aero is None:
+    if flutter is None:
         return None
-    flutter = linear_flutter(curve.rom, curve.scene)
     fed = {mode for mode, found in flutter.least() if min(ratio for ratio, *_ in found) < 0.0}
     modes = sorted({*flutter.families, *fed} & {mode for mode, _ in flutter.least()})[:MOST]
     figure, panels = subplots(len(modes), size=(7.2, 1.2 + 2.6 * len(modes)), sharex=True, squeeze=False)

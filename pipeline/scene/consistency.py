@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from nonlinear import least_samples
 from pipeline.errors import InputError, input_error, shown, shown_key
+from pipeline.scene.aero_section import Aero
 from pipeline.scene.contact_section import PER_NODE, FaceField, Interface
 from pipeline.scene.dotted_keys import CONTACT, INTERFACE, interface_of, of_contact
 from pipeline.scene.geometry_parameters import disk_parameters, geometry_parameters, wing_parameters
@@ -303,11 +304,12 @@ def unfit_node_lists(path: Path, member: Member, interfaces: Mapping[str, int]) 
     """Lists that go node by node and have not one number for each node of an interface."""
     scene = member.scene
     for interface, count in interfaces.items():
-        contact, own = scene.contact_of(interface), scene.interface.get(interface, Interface())
+        contact, named = scene.contact_of(interface), scene.table_of(interface)
+        own = scene.interface.get(named, Interface())
         for name in PER_NODE:
             value = getattr(contact, name)
             if isinstance(value, tuple) and len(value) != count:
-                table = CONTACT if getattr(own, name) is None else f"{INTERFACE}.{interface}"
+                table = CONTACT if getattr(own, name) is None else f"{INTERFACE}.{named}"
                 of = f" of {interface}" if len(interfaces) > 1 else ""
                 found, allowed = f"a list of {len(value)}", f"a number or a list of {count}, the nodes{of}"
                 yield input_error(path, member.key_in_file(f"{table}.{name}"), found, allowed)
@@ -334,7 +336,7 @@ def _unfit_keys(path: Path, member: Member, wrong: Set[str]) -> Unfit:
             allowed = f'{highest} or more, the highest harmonic of the excitation, or "auto"'
             yield input_error(path, member.key_in_file("response.harmonics"), str(scene.response.harmonics), allowed)
     if "aero" not in wrong and scene.aero is not None:
-        yield from _unfit_aero(path, scene)
+        yield from _unfit_aero(path, scene.aero, scene)
     if not wrong & {"response", "contact"}:
         harmonics = scene.response.harmonics
         least = least_samples(1 if harmonics == "auto" else harmonics)
@@ -343,17 +345,16 @@ def _unfit_keys(path: Path, member: Member, wrong: Set[str]) -> Unfit:
             yield input_error(path, member.key_in_file("contact.samples"), shown(scene.contact.samples), allowed)
 
 
-def _unfit_aero(path: Path, scene: Scene) -> Unfit:
+def _unfit_aero(path: Path, aero: Aero, scene: Scene) -> Unfit:
     """Mode families of [aero] whose places are not those of the ring."""
     blades = scene.n_blades
     if blades is None:
         yield input_error(path, "aero", "given", "nothing for a single structure: the flow acts on a ring of blades")
         return
-    families = scene.aero.family if scene.aero is not None else ()
-    if len({family.mode for family in families}) < len(families):
-        modes = shown([family.mode for family in families])
-        yield input_error(path, "aero.family", f"modes {modes}", "tables [[aero.family]] with different modes")
-    for number, given in enumerate(families):
+    modes = [family.mode for family in aero.family]
+    if len(set(modes)) < len(modes):
+        yield input_error(path, "aero.family", f"modes {shown(modes)}", "tables [[aero.family]] with different modes")
+    for number, given in enumerate(aero.family):
         place = f"aero.family[{number}]"
         if given.file is not None and (given.offset or given.nodal_diameter or given.real or given.imaginary):
             yield input_error(path, f"{place}.file", "given beside lists", "a file or lists")

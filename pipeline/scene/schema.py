@@ -469,9 +469,13 @@ class Scene(Section):
         found._contents = contents
         return found
 
+    def table_of(self, interface: str) -> str:
+        """NAME of the table [interface.NAME] with the parameters of an interface: its own, or that of the damper."""
+        return DAMPER if interface in INTERFACES[DAMPER] and interface not in self.interface else interface
+
     def contact_of(self, interface: str) -> Contact:
         """The contact parameters of an interface: its own, and for keys that it does not give those of [contact]."""
-        own = self.interface.get(interface, self.interface.get(DAMPER) if interface in INTERFACES[DAMPER] else None)
+        own = self.interface.get(self.table_of(interface))
         return self.contact if own is None else self.contact.model_copy(update=own.given)
 
     @property

@@ -9,7 +9,7 @@ import numpy as np
 
 from pipeline.errors import reason_of
 from pipeline.process.workers import Call, WorkerDied, workers
-from pipeline.scene.schema import Contact
+from pipeline.scene.contact_section import Law
 
 if TYPE_CHECKING:
     from nonlinear import ContactParameters
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from rom import ReducedModel, RingModes
 
 
-LAWS: tuple[str, ...] = get_args(Contact.model_fields["law"].annotation)
+LAWS: tuple[str, ...] = get_args(Law)
 INTEGRATIONS = ("exact", "sampled")
 _SAMPLES = 32  # a period
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipeline.codec import plain
+from pipeline.codec import plain, restored
 from pipeline.stages.cache_keys import stiffness_inputs
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.scene_to_solver import contact_on_model, damped_modes, springs_by_state
@@ -29,17 +29,17 @@ class FlutterWaves:
     """The lowest modes of all waves in one contact state."""
 
     contact: str  # "free", "sliding" or "stuck"
-    frequency_hz: list[list[float]]  # of each mode over the nodal diameters
-    damping_ratio: list[list[float]]  # below 0: flutter
+    frequency_hz: tuple[tuple[float, ...], ...]  # of each mode over the nodal diameters
+    damping_ratio: tuple[tuple[float, ...], ...]  # below 0: flutter
 
 
 @dataclass(frozen=True)
 class LinearFlutter:
     """Damping of the waves of one model in the flow."""
 
-    families: list[int]  # modes that the flow acts on
-    nodal_diameter: list[int]  # ascending; above 0 backward waves
-    states: list[FlutterWaves]
+    families: tuple[int, ...]  # modes that the flow acts on
+    nodal_diameter: tuple[int, ...]  # ascending; above 0 backward waves
+    states: tuple[FlutterWaves, ...]
 
     def least(self) -> Iterator[tuple[int, list[tuple[float, int, float]]]]:
         """Of each mode the least damping ratio in each contact state, with its nodal diameter and frequency, Hz."""
@@ -68,11 +68,14 @@ def stored_flutter(store: Store, model: BuiltModel, scene: Scene) -> LinearFlutt
         (folder / FILE).write_text(text, encoding="utf-8")
 
     values = json.loads(store.get(KIND, key, write).file(FILE).read_text(encoding="utf-8"))
-    return LinearFlutter(**values | {"states": [FlutterWaves(**each) for each in values["states"]]})
+    found: LinearFlutter = restored(LinearFlutter, values)
+    return found
 
 
-def linear_flutter(rom: Path, scene: Scene) -> LinearFlutter:
-    """Damping and frequency of all waves of a reduced model in the flow of a scene."""
+def linear_flutter(rom: Path, scene: Scene) -> LinearFlutter | None:
+    """Damping and frequency of all waves of a reduced model in the flow of a scene; None without [aero]."""
+    if scene.aero is None:
+        return None
     import numpy as np
 
     from rom import aeroelastic_modes, one_blas_thread, read_reduced_model
@@ -86,8 +89,8 @@ def linear_flutter(rom: Path, scene: Scene) -> LinearFlutter:
         for name, springs in springs_by_state(contact_on_model(scene, model)).items():
             values = np.array([aeroelastic_modes(model, modal, n, flow, count=count, **springs) for n in diameters])
             hertz, ratio = values.imag.T / (2.0 * np.pi), (-values.real / np.abs(values)).T
-            states.append(FlutterWaves(name, hertz.tolist(), ratio.tolist()))
-    return LinearFlutter([each.mode for each in flow], list(diameters), states)
+            states.append(FlutterWaves(name, *(tuple(map(tuple, each.tolist())) for each in (hertz, ratio))))
+    return LinearFlutter(tuple(each.mode for each in flow), tuple(diameters), tuple(states))
 
 
 def influence_coefficients(scene: Scene, n_blades: int) -> list[InfluenceCoefficients]:
