@@ -302,17 +302,26 @@ def test_a_killed_run_leaves_results_and_the_next_one_solves_the_rest(
     assert all((curve.amplitude_m == found).all() for curve, found in zip(finished[:2], first, strict=True))
 
 
-def test_python_stopped_by_hand_leaves_results_and_figures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def stop_by_hand(folder: Path) -> None:
+    """In a process of its own, whose signals no other test has handled."""
+    scene, rom = stopped_scene(folder)
+    with pytest.MonkeyPatch.context() as patch:
+        stopping_after(2, lambda: signal.raise_signal(signal.SIGINT), patch)
+        with pytest.raises(KeyboardInterrupt):
+            run_scene(scene, folder / "out", rom=rom)
+
+
+def test_python_stopped_by_hand_leaves_results_and_figures(tmp_path: Path) -> None:
     scene, rom = stopped_scene(tmp_path)
-    stopping_after(2, lambda: signal.raise_signal(signal.SIGINT), monkeypatch)
-    with pytest.raises(KeyboardInterrupt):
-        run_scene(scene, tmp_path / "out", rom=rom)
+    code = "import sys, pathlib, test_faults_stopped as t; t.stop_by_hand(pathlib.Path(sys.argv[1]))"
+    paths = os.pathsep.join([str(Path(__file__).parents[2]), *map(str, Path(__file__).parents[:1]), *sys.path])
+    command, own = [sys.executable, "-c", code, str(tmp_path)], {**os.environ, "PYTHONPATH": paths}
+    subprocess.run(command, env=own, check=True, timeout=120)
     results = read_results(tmp_path / "out")
     assert results.problems == ("interrupted: 2 of 4 curves are done; the same command goes on from there",)
     assert half_done(results) == [True, True, False, False]
     assert results.summary["pictures"] == ["figures/peaks.png", "figures/response.png"]
     assert all((tmp_path / "out" / name).is_file() for name in results.summary["pictures"])
-    monkeypatch.undo()
     finished = run_scene(scene, tmp_path / "out", rom=rom, until="respond")
     assert (finished.complete, finished.summary["stages"]["respond"]["ran"]) == (True, 2)
 
