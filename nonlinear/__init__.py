@@ -91,6 +91,8 @@ if TYPE_CHECKING:
     from nonlinear.time_integration.ring import Ring, RingState, StepError
     from nonlinear.time_integration.ring_integrator import ContactIterationError, RingIntegrator, RingRecord
     from nonlinear.time_integration.ring_motion import RingLimits, RingMotion, integrate_ring
+    from nonlinear.wear.wear_history import WearEvent, WearHistory, wear_history
+    from nonlinear.wear.worn_motion import MotionLostError, OperatingPoint
     from nonlinear.worst_motion.ring_integration import FoundSolution, RingIntegration, RingPatterns, SolutionSearch
     from nonlinear.worst_motion.worst_motion import find_worst_motion
 
@@ -127,8 +129,10 @@ __all__ = [
     "MistuningError",
     "ModeDamping",
     "ModeResonance",
+    "MotionLostError",
     "NodalContact",
     "NonlinearMode",
+    "OperatingPoint",
     "Optimum",
     "OptionsError",
     "Peak",
@@ -156,6 +160,8 @@ __all__ = [
     "StaticContact",
     "StepError",
     "TerminationReason",
+    "WearEvent",
+    "WearHistory",
     "WorstEnvelope",
     "WorstMotion",
     "at_range_end",
@@ -186,6 +192,7 @@ __all__ = [
     "response_stages",
     "solved_response",
     "static_contact",
+    "wear_history",
     "whitehead_bound",
 ]
 
@@ -282,6 +289,11 @@ _PLACES = {
     "LinearPeak": "nonlinear.mistuned_ring.linear_contacts",
     "LinearSectors": "nonlinear.mistuned_ring.linear_sectors",
     "whitehead_bound": "nonlinear.mistuned_ring.mistuning",
+    "WearEvent": "nonlinear.wear.wear_history",
+    "WearHistory": "nonlinear.wear.wear_history",
+    "wear_history": "nonlinear.wear.wear_history",
+    "OperatingPoint": "nonlinear.wear.worn_motion",
+    "MotionLostError": "nonlinear.wear.worn_motion",
 }
 
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import to_real
 from nonlinear.contact.parameters import Array
+from nonlinear.continuation.response_quantities import friction_work
 from nonlinear.problem import Problem, ProblemTuple
 from nonlinear.response_curve import ResponseCurve
 from nonlinear.response_solver import build_harmonic_balance
@@ -66,6 +67,4 @@ def nodal_contact(problem: ProblemTuple, curve: ResponseCurve, index: int) -> No
     """
     displacement, force = curve.relative_displacement[index], curve.contact_force[index]
     balance = build_harmonic_balance(*Problem(*problem).with_harmonics(len(displacement) - 1))
-    order = np.arange(len(displacement))
-    work = np.pi * order @ (force.conj() * displacement).imag.sum(axis=-1)
-    return NodalContact(balance.forces_of(to_real(displacement)).state, work)
+    return NodalContact(balance.forces_of(to_real(displacement)).state, friction_work(displacement, force))

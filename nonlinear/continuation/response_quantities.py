@@ -152,17 +152,26 @@ def evaluate_responses(points: Sequence[SolutionPoint], output: str, others: Seq
     order = np.asarray(receptance.harmonics, dtype=float)
     excitation = (receptance.modal_force.conj() * coordinates).imag.sum(axis=-1)
     damping = (receptance.waves.damping * (coordinates.real**2 + coordinates.imag**2)).sum(axis=-1)
-    friction = (force.conj() * displacement).imag.sum(axis=-1)
     by_node = (len(points), order.size, -1, 3)
+    displacement, force = displacement.reshape(by_node), force.reshape(by_node)
     return Responses(
-        displacement=displacement.reshape(by_node),
-        force=force.reshape(by_node),
+        displacement=displacement,
+        force=force,
         output=receptance.output(output, coordinates),
         outputs={name: _components(receptance, coordinates, name) for name in others},
         excitation=-np.pi * (excitation @ order),
         damping=np.pi * omega * (damping @ order**2),
-        friction=np.pi * (friction @ order),
+        friction=friction_work(displacement, force).sum(axis=-1),
     )
+
+
+def friction_work(displacement: ComplexArray, force: ComplexArray) -> Array:
+    """Work that friction dissipates at each node per cycle, (..., n_c), J.
+
+    From Fourier coefficients (..., H+1, n_c, 3) of relative displacement, m, and contact force on the right node, N.
+    """
+    order = np.arange(displacement.shape[-3])
+    return np.asarray(np.pi * np.einsum("h,...hna->...na", order, (force.conj() * displacement).imag).sum(axis=-1))
 
 
 def _components(receptance: RelativeReceptance, coordinates: ComplexArray, name: str) -> ComplexArray:

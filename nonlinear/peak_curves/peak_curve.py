@@ -73,12 +73,39 @@ class PeakPoint:
         return self.slopes[0] < 0.0
 
 
-class _Found(NamedTuple):
-    """A solution on the surface, with g."""
+class Stationary(NamedTuple):
+    """A solution near a peak or a minimum of the amplitude along its response curve."""
 
     point: SolutionPoint
-    value: float
-    amplitude: float
+    value: float  # g, the relative change of the amplitude over unit arc length; 0 where it is stationary
+    amplitude: float  # of the output, m
+    is_maximum: bool = False
+
+
+def stationary_near(continuation: Continuation, point: SolutionPoint) -> Stationary | None:
+    """The stationary amplitude of a response curve near a solution; None where Newton's method does not converge."""
+    alpha, found = 0.0, _solved(continuation, point, 0.0)
+    for _ in range(ITERATIONS):
+        ahead = None if found is None else _solved(continuation, point, alpha + DIFFERENCE)
+        if found is None or ahead is None or ahead.value == found.value:
+            return None
+        if abs(found.value) < TOLERANCE:
+            return found._replace(is_maximum=ahead.value < found.value)
+        alpha -= found.value * DIFFERENCE / (ahead.value - found.value)
+        found = _solved(continuation, point, alpha)
+    return None
+
+
+def _solved(continuation: Continuation, point: SolutionPoint, alpha: float) -> Stationary | None:
+    """The solution at a distance along the tangent of a point, with g; None where none is found."""
+    x, omega = point.unknown + alpha * point.tangent[0], point.omega + alpha * point.tangent[1]
+    found = continuation.solver.refit(replace(point, balance=continuation.balance, unknown=x, parameter=omega))
+    if found is None:
+        return None
+    exact = continuation.solver.point(found.unknown, found.omega, point.tangent, found.iterations, 0.0, point.step)
+    measured = continuation.options.output, continuation.options.measure
+    amplitude = output_amplitude(exact, *measured)
+    return Stationary(exact, amplitude_derivative(exact, *measured) / amplitude, amplitude)
 
 
 @dataclass(frozen=True)
@@ -97,19 +124,8 @@ class PeakContinuation:
 
     def peak_near(self, share: float, point: SolutionPoint) -> PeakPoint | None:
         """The peak of the response curve at `share` near a solution; None where Newton's method does not converge."""
-        base, alpha = _Base(self, share, point, None), 0.0
-        found = base.at(0.0, 0.0)
-        for _ in range(ITERATIONS):
-            if found is None:
-                return None
-            if abs(found.value) < TOLERANCE:
-                return self._peak(share, found.point, (0.0, 1.0))
-            ahead = base.at(alpha + DIFFERENCE, 0.0)
-            if ahead is None or ahead.value == found.value:
-                return None
-            alpha -= found.value * DIFFERENCE / (ahead.value - found.value)
-            found = base.at(alpha, 0.0)
-        return None
+        found = stationary_near(self.continuation(share), point)
+        return None if found is None else self._peak(share, found.point, (0.0, 1.0))
 
     def moved(self, peak: PeakPoint, share: float) -> PeakPoint | None:
         """The peak at another share near that of a peak; None where Newton's method does not converge."""
@@ -243,26 +259,17 @@ class _Base:
     point: SolutionPoint
     rate: tuple[Array, float] | None
 
-    def at(self, alpha: float, beta: float) -> _Found | None:
+    def at(self, alpha: float, beta: float) -> Stationary | None:
         """The solution at a place of the surface."""
         point = self.point
-        x, omega = point.unknown + alpha * point.tangent[0], point.omega + alpha * point.tangent[1]
         if self.rate is not None:
-            x, omega = x + beta * self.rate[0], omega + beta * self.rate[1]
+            x, omega = point.unknown + beta * self.rate[0], point.omega + beta * self.rate[1]
+            point = replace(point, unknown=x, parameter=omega)
         try:
             continuation = self.follower.continuation(self.share + beta)
         except (ContactError, OptionsError):  # beyond what is allowed: friction or preload below 0
             return None
-        guess = replace(point, balance=continuation.balance, unknown=x, parameter=omega)
-        found = continuation.solver.refit(guess)
-        if found is None:
-            return None
-        exact = continuation.solver.point(
-            found.unknown, found.omega, point.tangent, found.iterations, 0.0, point.step
-        )
-        measured = continuation.options.output, continuation.options.measure
-        amplitude = output_amplitude(exact, *measured)
-        return _Found(exact, amplitude_derivative(exact, *measured) / amplitude, amplitude)
+        return _solved(continuation, point, alpha)
 
 
 def _with_forces(point: SolutionPoint) -> SolutionPoint:

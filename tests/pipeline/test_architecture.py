@@ -70,6 +70,7 @@ LAYERS = {
         {"response_extension", "contact_states"},
         {"mistuned_ring"},
         {"peak_curves"},
+        {"wear"},
     ],
     "pipeline": [
         {"bootstrap", "errors", "codec"},
