@@ -25,7 +25,7 @@ from pipeline.stages.model.build_full_model import FULL_MODEL, make_full_model
 from pipeline.stages.model.build_mesh import SECTOR, make_mesh
 from pipeline.stages.model.build_reduced_model import FACTS, make_reduced_model
 from pipeline.stages.model.model_files import REDUCED_MODEL
-from pipeline.stages.scene_to_solver import contact_on_model, damped_modes, excitation
+from pipeline.stages.scene_to_solver import contact_on_model, excitation, scene_modes
 from pipeline.store.content_store import Store
 
 if TYPE_CHECKING:
@@ -188,7 +188,7 @@ def curve_problem(model_file: Path, scene: Scene) -> CurveProblem:
     from rom import read_reduced_model
 
     model = read_reduced_model(model_file, with_basis=False)
-    modal = damped_modes(model, scene.response, scene.load)
+    modal = scene_modes(scene, model)
     options = SolverOptions(scene.response.frequency, stability="folds", detached=False, truncation=False)
     return CurveProblem(modal, contact_on_model(scene, model), excitation(scene), options)
 

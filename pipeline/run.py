@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
@@ -37,7 +38,7 @@ from pipeline.stages.model.sweep_models import (
     model_summaries,
 )
 from pipeline.stages.request import Request, Run, RunOutcome
-from pipeline.stages.scene_to_solver import damped_modes, touching
+from pipeline.stages.scene_to_solver import scene_modes, touching
 from pipeline.stages.stage import Stage, StageLog
 from pipeline.stages.worker_start import open_executor, start_workers
 from pipeline.store.disk_errors import StorageError
@@ -215,12 +216,12 @@ def _check(request: Request) -> ReducedModel | None:
     check_scene_for_model(request.scene, model.interfaces, has_area, has_frame)
     tried = set()
     for member in request.scene.members:
-        response, load = member.scene.response, member.scene.load
-        case = (response.damping_ratio, response.rayleigh, load.speed_rpm)
+        response, aero = member.scene.response, json.dumps(member.scene.aero_inputs())
+        case = (response.damping_ratio, response.rayleigh, member.scene.load.speed_rpm, aero)
         if case not in tried:
             tried.add(case)
             try:
-                damped_modes(model, response, load)
+                scene_modes(member.scene, model)
             except ReducedModelError as error:
                 raise InputError(f"{request.scene.path} on {request.rom_said}: {reason_of(error)}") from None
     return model

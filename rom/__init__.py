@@ -17,9 +17,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from rom.cyclic.aeroelastic_modes import InfluenceCoefficients, aeroelastic_modes
+    from rom.cyclic.aeroelastic_modes import aeroelastic_modes
     from rom.cyclic.contact_springs import SpringSupportedMotion, contact_springs, spring_stiffness
     from rom.cyclic.cyclic_symmetry import inter_blade_phase, relative_contact_motion, wave_coordinates
+    from rom.cyclic.influence_coefficients import InfluenceCoefficients
     from rom.cyclic.modal_model import ModalModel, WaveModes
     from rom.cyclic.mode_families import ModeFamilies, blade_families, mode_names
     from rom.cyclic.mode_following import (
@@ -252,7 +253,7 @@ __all__ = [
 ]
 
 _PLACES = {
-    "InfluenceCoefficients": "rom.cyclic.aeroelastic_modes",
+    "InfluenceCoefficients": "rom.cyclic.influence_coefficients",
     "aeroelastic_modes": "rom.cyclic.aeroelastic_modes",
     "wave_reference": "rom.cyclic_sector.wave_reference",
     "ResonanceCrossing": "rom.cyclic.resonance_crossings",

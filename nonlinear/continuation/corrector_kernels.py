@@ -134,9 +134,9 @@ def _write_residual(structure: Structure, laws: NodeLaws, at: Iterate, work: Wor
     for h in range(work.contact_force.shape[0]):
         value, rate, coordinates = work.denominators[h], work.rates[h], work.coordinates[h]
         for m in range(value.shape[0]):
-            damping = structure.damping[h, m]
-            value[m] = complex(structure.stiffness[h, m] - (h * omega) ** 2, damping * h * omega)
-            rate[m] = complex(-2.0 * omega * h * h, damping * h)
+            rotated = 1j * h * structure.damping[h, m]
+            value[m] = structure.stiffness[h, m] - (h * omega) ** 2 + rotated * omega
+            rate[m] = rotated - 2.0 * omega * h * h
         np.dot(structure.adjoint[h], work.contact_force[h], coordinates)
         for m in range(value.shape[0]):
             coordinates[m] = (coordinates[m] + structure.modal_force[h, m]) / value[m]

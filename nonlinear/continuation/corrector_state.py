@@ -32,8 +32,9 @@ class Structure(NamedTuple):
     relative: ComplexArray  # (H+1, 3 n_c, m), relative contact motion of the modes
     adjoint: ComplexArray  # (H+1, m, 3 n_c), its adjoint
     modal_force: ComplexArray  # (H+1, m), external modal force
-    stiffness: Array  # (H+1, m), w_m^2 of the modes of each harmonic
-    damping: Array  # (H+1, m), 2 zeta_m w_m
+    # `stiffness`, `damping`: (H+1, m), w_m^2 and 2 zeta_m w_m of the modes of each harmonic, and what the flow adds
+    stiffness: ComplexArray
+    damping: ComplexArray
     odd: bool  # no even harmonics (see `HarmonicBalance`)
     floor: float  # added to the norm of the displacement in the relative error, m
     defect: Array  # (n,), residual that counts as zero, m

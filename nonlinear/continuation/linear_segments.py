@@ -92,7 +92,7 @@ class LinearSegmentSystem:
         weights = counted_at_contacts(np.eye(len(motions)), motions)
         if not rest.floating:
             return weights, rest.matrix(0.0)[0].real
-        return weights, (self._weighted_motion / rest.waves.angular_frequency[0] ** 2) @ rest.relative[0].real.T
+        return weights, (self._weighted_motion / rest.waves.total_stiffness[0].real) @ rest.relative[0].real.T
 
     @cached_property
     def _weighted_motion(self) -> Array:
@@ -174,8 +174,8 @@ class LinearSegmentSystem:
                 adjoint=np.ascontiguousarray(receptance.adjoint[0]),
                 springs=np.ascontiguousarray(self.springs.reshape(-1)),
                 force=receptance.modal_force[0],
-                stiffness=np.ascontiguousarray(receptance.waves.angular_frequency[0] ** 2, dtype=float),
-                damping=np.ascontiguousarray(receptance.waves.damping[0], dtype=float),
+                stiffness=np.ascontiguousarray(receptance.waves.total_stiffness[0], dtype=complex),
+                damping=np.ascontiguousarray(receptance.waves.total_damping[0], dtype=complex),
                 harmonic=float(h),
             )
             for h, receptance in zip(self.harmonics, self._receptances, strict=True)

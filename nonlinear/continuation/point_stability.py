@@ -31,7 +31,7 @@ SAMPLED = 7  # nodal diameters of a ring at which a search starts
 
 
 def least_damped_pole(modal: RingModes, phase: float, springs: Array) -> complex:
-    """The pole with the largest real part of the ring at one phase.
+    """The pole with the largest real part of the ring at one phase; with Im s < 0 the wave runs the other way.
 
     With the modal coordinates q and the relative contact motion B = right - exp(i phase) left of the modes,
 
@@ -42,8 +42,9 @@ def least_damped_pole(modal: RingModes, phase: float, springs: Array) -> complex
     own = modal.at_phase(phase)
     if not springs.any():
         elastic = own.angular_frequency > 0.0
-        half, squared = own.damping[elastic] / 2.0, own.angular_frequency[elastic] ** 2
-        return _leading(-half + np.sqrt((half**2 - squared).astype(complex)))
+        half, squared = own.total_damping[elastic] / 2.0, own.total_stiffness[elastic]
+        apart = np.sqrt((half**2 - squared).astype(complex))
+        return _leading(np.concatenate([-half + apart, -half - apart]))
     stiffness, damping = _sprung(own, phase, springs)
     size = len(stiffness)
     # velocities in units of this frequency, so that all entries are of one size
@@ -56,10 +57,11 @@ def least_damped_pole(modal: RingModes, phase: float, springs: Array) -> complex
 
 
 def least_damped_of_ring(modal: RingModes, springs: Array) -> tuple[complex, int]:
-    """The pole with the largest real part over all nodal diameters n = 0 .. N_b / 2 of the ring; -n has the same.
+    """The pole with the largest real part over all nodal diameters n of the ring, and n; n and -n are conjugates.
 
     For light damping the decay of a mode x, x^H x = 1, is that of its undamped shape, c = x^H diag(c_m) x / 2. It
-    is formed at some nodal diameters and then at the neighbours of the least one, until there is no lesser one.
+    is formed at some nodal diameters and then at the neighbours of the least one, until there is no lesser one; in a
+    flow at all of them.
     Shapes: `springs` (n_c, 3).
     """
     assert modal.n_blades is not None
@@ -71,17 +73,26 @@ def least_damped_of_ring(modal: RingModes, springs: Array) -> tuple[complex, int
             decays[n] = _undamped_decay(modal, n * pitch, springs)
         return decays[n]
 
-    best = min(np.unique(np.linspace(0, last, SAMPLED).round().astype(int)).tolist(), key=decay)
+    first = np.arange(last + 1) if modal.influence else np.unique(np.linspace(0, last, SAMPLED).round().astype(int))
+    best = min(first.tolist(), key=decay)
     while (lower := min(range(max(best - 1, 0), min(best + 1, last) + 1), key=decay)) != best:
         best = lower
-    return least_damped_pole(modal, best * pitch, springs), best
+    pole = least_damped_pole(modal, best * pitch, springs)
+    backward = bool(modal.influence) and pole.imag < 0.0
+    return (pole.conjugate(), -best) if backward else (complex(pole.real, abs(pole.imag)), best)
 
 
 def _undamped_decay(modal: RingModes, phase: float, springs: Array) -> float:
-    """The least x^H diag(c_m) x / 2 over the undamped modes x at one phase, 1/s."""
+    """The least x^H diag(c_m) x / 2 over the undamped modes x at one phase, 1/s.
+
+    The part of the stiffness that is not Hermitian, of the flow, takes as much from one sense of rotation as it adds
+    to the other.
+    """
     stiffness, damping = _sprung(modal.at_phase(phase), phase, springs)
-    _, shapes = np.linalg.eigh(stiffness)
-    return float(np.sum(shapes.conj() * (damping @ shapes), axis=0).real.min()) / 2.0
+    squared, shapes = np.linalg.eigh((stiffness + stiffness.conj().T) / 2.0)
+    decays = np.sum(shapes.conj() * (damping @ shapes), axis=0).real
+    turning = np.abs(np.sum(shapes.conj() * (stiffness @ shapes), axis=0).imag)
+    return float((decays - turning / np.sqrt(np.abs(squared))).min()) / 2.0
 
 
 def _sprung(own: ModalModel, phase: float, springs: Array) -> tuple[ComplexArray | Array, ComplexArray | Array]:
@@ -90,8 +101,8 @@ def _sprung(own: ModalModel, phase: float, springs: Array) -> tuple[ComplexArray
     Those are rigid motions of a disk, which do not move the contacts, and those of bodies that slide.
     """
     felt = own.is_felt
-    motion, damping = _relative_motion(own, phase)[:, felt], np.diag(own.damping[felt])
-    stiffness = np.diag(own.angular_frequency[felt] ** 2) + spring_stiffness(motion, springs)
+    motion, damping = _relative_motion(own, phase)[:, felt], np.diag(own.total_damping[felt])
+    stiffness = np.diag(own.total_stiffness[felt]) + spring_stiffness(motion, springs)
     if own.floating:
         values, shapes = np.linalg.eigh(stiffness)
         held = shapes[:, values > FLOATING * values[-1]]
@@ -106,8 +117,7 @@ def _relative_motion(modal: ModalModel, phase: float) -> ComplexArray | Array:
 
 
 def _leading(poles: ComplexArray) -> complex:
-    leading = complex(poles[np.argmax(poles.real)])
-    return complex(leading.real, abs(leading.imag))
+    return complex(poles[np.argmax(poles.real)])
 
 
 MOST_HARMONICS = 25  # of a perturbation
@@ -209,7 +219,8 @@ class PointStability:
                 phase = h * receptance.phase
                 cosine = round(float(np.cos(phase)), 12)
                 if cosine not in poles:
-                    poles[cosine] = least_damped_pole(receptance.modal, phase, springs), h
+                    pole = least_damped_pole(receptance.modal, phase, springs)
+                    poles[cosine] = complex(pole.real, abs(pole.imag)), h
             self._linear[key] = max(poles.values(), key=lambda pole: pole[0].real)
         pole, h = self._linear[key]
         return np.array([pole - 1j * h * point.omega])
@@ -222,7 +233,7 @@ class PointStability:
         """
         springs = self._linear_segments(point.balance).system(state).springs
         modal, psi = point.balance.receptance.modal, point.balance.receptance.phase
-        alone = not modal.has_disk and not springs.any()
+        alone = not modal.waves_differ and not springs.any()
         if alone or modal.n_blades is None:
             return None
         key = -1, state.pressed.tobytes()

@@ -24,9 +24,9 @@ class SprungHarmonic(NamedTuple):
     adjoint: ComplexArray  # (m, 3 n_c), its adjoint
     springs: Array  # (3 n_c,), contact springs k, N/m
     force: ComplexArray  # (m,), modal force of the excitation
-    # `stiffness`, `damping`: (m,), w_m^2 and 2 zeta_m w_m
-    stiffness: Array
-    damping: Array
+    # `stiffness`, `damping`: (m,), w_m^2 and 2 zeta_m w_m, and what the flow adds
+    stiffness: ComplexArray
+    damping: ComplexArray
     harmonic: float  # h
 
 
@@ -44,10 +44,12 @@ def sprung_motion(
     inverses, rates = np.empty(modes, np.complex128), np.empty(modes, np.complex128)
     coordinates, change = np.empty(modes, np.complex128), np.empty(modes, np.complex128)
     for m in range(modes):
-        real, imaginary = structure.stiffness[m] - (h * omega) ** 2, structure.damping[m] * h * omega
-        square = real * real + imaginary * imaginary  # zero: not a number, where a complex division raises an error
-        inverses[m] = complex(real / square, -imaginary / square)
-        rates[m] = complex(-2.0 * omega * h * h, structure.damping[m] * h)
+        rotated = 1j * h * structure.damping[m]
+        value = structure.stiffness[m] - (h * omega) ** 2 + rotated * omega
+        square = value.real * value.real + value.imag * value.imag
+        # zero: not a number, where a complex division raises an error
+        inverses[m] = complex(value.real / square, -value.imag / square)
+        rates[m] = rotated - 2.0 * omega * h * h
         coordinates[m] = structure.force[m] * inverses[m]
     motion = np.dot(relative, coordinates)
     matrix, pivots = np.empty((count, count), np.complex128), np.empty(count, np.int32)

@@ -132,14 +132,15 @@ class Responses:
     output: ComplexArray  # (P, H+1), those of the output, m
     outputs: dict[str, ComplexArray]  # (P, H+1, c), those of further outputs of c components
     excitation: Array  # (P,), work of the excitation
+    flow: Array  # (P,), work of the flow
     damping: Array  # (P,), work dissipated by structural damping
     friction: Array  # (P,), work dissipated by friction
 
     @property
     def energy_error(self) -> Array:
         """Difference of work input and dissipated work, relative to the larger of the two, (P,)."""
-        scale = np.maximum(np.abs(self.excitation), np.abs(self.damping) + np.abs(self.friction))
-        return np.abs(self.excitation - self.damping - self.friction) / np.maximum(scale, 1e-300)
+        scale = np.maximum(np.abs(self.excitation) + np.abs(self.flow), np.abs(self.damping) + np.abs(self.friction))
+        return np.abs(self.excitation + self.flow - self.damping - self.friction) / np.maximum(scale, 1e-300)
 
 
 def evaluate_responses(points: Sequence[SolutionPoint], output: str, others: Sequence[str] = ()) -> Responses:
@@ -151,7 +152,12 @@ def evaluate_responses(points: Sequence[SolutionPoint], output: str, others: Seq
     coordinates = receptance.coordinates(omega, force)
     order = np.asarray(receptance.harmonics, dtype=float)
     excitation = (receptance.modal_force.conj() * coordinates).imag.sum(axis=-1)
-    damping = (receptance.waves.damping * (coordinates.real**2 + coordinates.imag**2)).sum(axis=-1)
+    squared, waves = coordinates.real**2 + coordinates.imag**2, receptance.waves
+    damping = (waves.damping * squared).sum(axis=-1)
+    flow = np.zeros(omega.size)
+    if waves.flow is not None:
+        springs, dashpots = ((part * squared).sum(axis=-1) for part in (waves.flow[0].imag, waves.flow[1].real))
+        flow = -np.pi * (springs @ order + omega * (dashpots @ order**2))
     by_node = (len(points), order.size, -1, 3)
     displacement, force = displacement.reshape(by_node), force.reshape(by_node)
     return Responses(
@@ -160,6 +166,7 @@ def evaluate_responses(points: Sequence[SolutionPoint], output: str, others: Seq
         output=receptance.output(output, coordinates),
         outputs={name: _components(receptance, coordinates, name) for name in others},
         excitation=-np.pi * (excitation @ order),
+        flow=flow,
         damping=np.pi * omega * (damping @ order**2),
         friction=friction_work(displacement, force).sum(axis=-1),
     )

@@ -242,6 +242,8 @@ class Mistuning:
 
 def check_blades(modal: RingModes, mistuning: Mistuning) -> None:
     """Check that a model knows the stiffness of blades that differ."""
+    if mistuning.frequency.any() and modal.influence:
+        raise MistuningError("frequency: blades that differ in a flow, allowed: deviations of the contacts")
     if mistuning.frequency.any() and not modal.blades_may_differ:
         raise MistuningError(
             "frequency: blades on a disk that differ, allowed: with blade_stiffness in the reduced model"

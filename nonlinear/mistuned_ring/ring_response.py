@@ -330,7 +330,7 @@ def mistuned_response(
 def _strain(tuned: Continuation, contact: ContactParameters, mistuning: Mistuning) -> Array:
     """The strains on which the deviating stiffness of blades on a disk acts, (t, n); none of clamped blades."""
     receptance = tuned.balance.receptance
-    if not receptance.modal.has_disk:
+    if not receptance.modal.waves_differ:
         return np.zeros((0, 0))
     if not mistuning.frequency.any():
         return np.zeros((0, len(receptance.modal.at(0).shapes)))
@@ -374,7 +374,7 @@ class _Ring:
     def _scaled(self, factor: float) -> RingBalance:
         options, receptance = self.tuned.options, self.tuned.balance.receptance
         mistuning = self.mistuning.scaled(factor)
-        clamped = not receptance.modal.has_disk
+        clamped = not receptance.modal.waves_differ
         structure = RingReceptance(receptance, 1.0 + mistuning.frequency) if clamped else self._sectors
         return RingBalance.of(structure, self.contact, mistuning, options)
 

@@ -136,8 +136,8 @@ class SectorRing(RingStructure):
         """D_l and its derivative in omega, (n_h, N, m)."""
         shape = (*self._phases.shape, -1)
         h = self._harmonics[:, None, None]
-        rate = 1j * h * self.waves.damping.reshape(shape)
-        value = rate * omega + (self.waves.angular_frequency.reshape(shape) ** 2 - (h * omega) ** 2)
+        rate = 1j * h * self.waves.total_damping.reshape(shape)
+        value = rate * omega + (self.waves.total_stiffness.reshape(shape) - (h * omega) ** 2)
         return np.asarray(value, complex), np.asarray(rate - 2.0 * h**2 * omega, complex)
 
     def pushed(self, force: ComplexArray) -> ComplexArray:
@@ -158,7 +158,8 @@ class SectorRing(RingStructure):
     def _output_rows(self, name: str) -> ComplexArray:
         if name not in self._outputs:
             rows = self.tuned.modal.wave_outputs(name, self._phases.ravel())
-            self._outputs[name] = np.asarray(rows, complex).reshape(*self._phases.shape, -1)
+            rows = np.broadcast_to(rows, (self._phases.size, rows.shape[-1]))  # of a blade the same in all waves
+            self._outputs[name] = rows.astype(complex).reshape(*self._phases.shape, -1)
         return self._outputs[name]
 
     @cached_property

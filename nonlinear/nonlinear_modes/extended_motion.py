@@ -88,8 +88,9 @@ class ExtendedMotion:
         """D (H+1, m) and its derivatives by omega and by zeta."""
         modes, h = self.receptance.waves, np.asarray(self.receptance.harmonics, dtype=float)[:, None]
         turned, fed = 1j * h * omega, 2.0 * (1.0 if self.every_harmonic else h == 1.0)
-        value = modes.angular_frequency**2 + turned * (modes.damping - fed * damping * omega) - (h * omega) ** 2
-        by_omega = 1j * h * (modes.damping - 2.0 * fed * damping * omega) - 2.0 * h**2 * omega
+        lost = modes.total_damping
+        value = modes.total_stiffness + turned * (lost - fed * damping * omega) - (h * omega) ** 2
+        by_omega = 1j * h * (lost - 2.0 * fed * damping * omega) - 2.0 * h**2 * omega
         by_damping = np.broadcast_to(-fed * turned * omega, value.shape)
         return value, by_omega, by_damping
 
@@ -168,7 +169,8 @@ def linear_mode(
     squared, shapes = eigh(matrix, subset_by_index=(number - 1, number - 1))
     shape = np.asarray(shapes[:, 0], dtype=complex)
     omega = float(np.sqrt(squared[0]))
-    damping = float(waves.damping[1] @ np.abs(shape) ** 2) / (2.0 * omega)
+    lost = waves.total_damping[1].real + waves.total_stiffness[1].imag / omega
+    damping = float(lost @ np.abs(shape) ** 2) / (2.0 * omega)
     return omega, damping, shape
 
 

@@ -203,7 +203,7 @@ class ClosedRefinement:
         """T(sigma) d, (S, n)."""
         modes = self.structure.modes
         s = self.contact.omega * (sigma + 1j * self.structure.pencils.harmonics)[:, None]
-        receptance = 1.0 / (s**2 + modes.damping * s + modes.angular_frequency**2)
+        receptance = 1.0 / (s**2 + modes.total_damping * s + modes.total_stiffness)
         force = self._forces(sigma, d)
         amplitude = receptance[:, :, None] * (self._adjoint @ force[:, :, None])
         return np.asarray(d - (self._relative @ amplitude)[:, :, 0])

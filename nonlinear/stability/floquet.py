@@ -122,7 +122,7 @@ class FloquetAnalysis:
         modal = self.problem.modal
         if not modal.neighbours_coupled or (k == 0 and self.problem.kappa):
             return Basis.ALL_MODES
-        if self.refinement.small and (k == 0 or (not modal.has_disk and self.few_modes.suffice(omega))):
+        if self.refinement.small and (k == 0 or (not modal.waves_differ and self.few_modes.suffice(omega))):
             return Basis.ALL_MODES
         return Basis.SHARED_MOTIONS
 
@@ -153,7 +153,7 @@ class FloquetAnalysis:
         modal = self.problem.modal
         assert modal.n_blades is not None
         if k not in self._problems:
-            if modal.has_disk and len(self._problems) >= KEPT_PROBLEMS:
+            if modal.waves_differ and len(self._problems) >= KEPT_PROBLEMS:
                 self._problems.clear()
             self._problems[k] = replace(self.problem, kappa=2.0 * np.pi * k / modal.n_blades)
         return self._problems[k]

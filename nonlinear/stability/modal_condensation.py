@@ -166,7 +166,7 @@ class ContactFreeModel:
     @cached_property
     def poles(self) -> tuple[ComplexArray, ComplexArray]:
         """Poles s and their residues, first those that rotate as h does (or decay slower): (n_h, 2, m) each."""
-        return poles_and_residues(self.modes.angular_frequency, self.modes.damping, self.harmonics)
+        return poles_and_residues(self.modes.total_stiffness, self.modes.total_damping, self.harmonics)
 
     def retained(self, omega: float) -> NDArray[np.bool_]:
         """Which poles are states, (n_h, 2, m)."""
@@ -213,11 +213,14 @@ class ContactFreeModel:
         """A, B, C of harmonic 0: displacement and velocity of each mode retained."""
         modes = np.flatnonzero(retained)
         count, motion = modes.size, (relative.real if self.real_form else relative)[:, modes]
-        state_matrix = np.zeros((2 * count, 2 * count))
+        stiffness, damping = self.modes.total_stiffness[0, modes], self.modes.total_damping[0, modes]
+        if self.real_form:
+            stiffness, damping = stiffness.real, damping.real
+        state_matrix = np.zeros((2 * count, 2 * count), dtype=stiffness.dtype)
         upper, lower = np.arange(count), np.arange(count, 2 * count)
         state_matrix[upper, lower] = 1.0
-        state_matrix[lower, upper] = -((self.modes.angular_frequency[0, modes] / omega) ** 2)
-        state_matrix[lower, lower] = -self.modes.damping[0, modes] / omega
+        state_matrix[lower, upper] = -stiffness / omega**2
+        state_matrix[lower, lower] = -damping / omega
         input_matrix = np.zeros((2 * count, motion.shape[0]), dtype=motion.dtype)
         input_matrix[count:] = motion.conj().T / omega**2
         return state_matrix, input_matrix, np.concatenate([motion, np.zeros_like(motion)], axis=1)
@@ -250,21 +253,21 @@ class ContactFreeModel:
         return HarmonicBlocks(static.real, real_form(values[first:]).reshape(count - first, 2 * size, 2 * size))
 
 
-def poles_and_residues(
-    angular_frequency: Array, damping: Array, harmonics: Array
-) -> tuple[ComplexArray, ComplexArray]:
-    """Poles s and residues of the modes in the `harmonics`: (n_h, 2, m) each, as in `ContactFreeModel`.
+def poles_and_residues(stiffness: Matrix, damping: Matrix, harmonics: Array) -> tuple[ComplexArray, ComplexArray]:
+    """Poles s and residues of 1 / (s^2 + c s + k) in the `harmonics`: (n_h, 2, m) each, as in `ContactFreeModel`.
 
-    Shapes: `angular_frequency` (m,), `damping` (m,), `harmonics` (n_h,).
+    Shapes: `stiffness` k (m,) or (n_h, m), `damping` c alike, `harmonics` (n_h,).
     """
-    half, squared = damping / 2.0, angular_frequency**2
-    under = squared - half**2
-    apart = np.where(np.abs(under) < CRITICAL * squared, CRITICAL * squared, under)
-    damped = 1j * np.sqrt(apart.astype(complex)).conj()
+    half = damping / 2.0
+    under = stiffness - half**2
+    apart = np.where(np.abs(under) < CRITICAL * np.abs(stiffness), CRITICAL * stiffness, under)
+    damped = 1j * np.sqrt(apart.astype(complex))
     poles = np.stack([-half + damped, -half - damped], axis=-2)
     residues = np.stack([0.5 / damped, -0.5 / damped], axis=-2)
-    backward = (harmonics < 0.0)[:, None, None]
-    return np.where(backward, poles.conj(), poles), np.where(backward, residues.conj(), residues)
+    sense = np.where(harmonics < 0.0, -1.0, 1.0)[:, None, None]
+    apart = poles[..., :1, :] - poles[..., 1:, :]
+    turned = np.where(apart.imag == 0.0, apart.real, sense * apart.imag) < 0.0
+    return np.where(turned, poles[..., ::-1, :], poles), np.where(turned, residues[..., ::-1, :], residues)
 
 
 def real_form(matrix: ComplexArray) -> Array:

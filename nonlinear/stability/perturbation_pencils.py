@@ -27,6 +27,7 @@ from nonlinear.stability.eigenproblem import WIDTH, Pencil
 from nonlinear.stability.hessenberg_qr import qr_eigenvalues
 from nonlinear.stability.modal_condensation import CondensedModes, HarmonicBlocks, Matrix, real_form
 from nonlinear.stability.reduced_problem import ABOVE, MARGIN, NEAREST, condensed_flexibility, near_poles
+from rom import ModalModel
 
 TERMS = 4  # of the series: 1, -s^2, -s, s^4
 NEGLIGIBLE_MEAN = 0.03  # of the mean flexibility, times the contact stiffness, where contacts are closed around it
@@ -98,11 +99,20 @@ def series(terms: Matrix, s: ComplexArray, omega: float) -> tuple[ComplexArray, 
 
 
 class WeightedModes(NamedTuple):
-    """Frequency and damping (m,) of some modes and their weighted motion (n, m), of contacts or of one face."""
+    """Some modes: natural frequency, stiffness and damping (m,) and weighted motion (n, m), of contacts or a face."""
 
     frequency: Array
-    damping: Array
+    stiffness: Matrix
+    damping: Matrix
     motion: Matrix
+
+    @classmethod
+    def of(cls, own: ModalModel, some: NDArray[np.bool_], motion: Matrix) -> "WeightedModes":
+        """Some of the modes of a wave or of a blade.
+
+        Shapes: `some` (m,), `motion` (n, m).
+        """
+        return cls(own.angular_frequency[some], own.total_stiffness[some], own.total_damping[some], motion[:, some])
 
     def in_motions(self, vectors: Array) -> "WeightedModes":
         """The same in the motions that are the columns of `vectors` (n, p)."""
@@ -110,7 +120,7 @@ class WeightedModes(NamedTuple):
 
     def term(self, number: int, other: "WeightedModes | None" = None) -> Matrix:
         """A factor of the series (`series`), (n, n); with the motion of the same modes of an `other` face, across."""
-        squared = self.frequency**2
+        squared = self.stiffness
         factor = (1.0 / squared, 1.0 / squared**2, self.damping / squared**2, 1.0 / squared**3)[number]
         return np.asarray((self.motion * factor) @ (self if other is None else other).motion.conj().T)
 

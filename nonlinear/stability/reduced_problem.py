@@ -184,7 +184,7 @@ class ReducedProblem:
     @cached_property
     def poles(self) -> tuple[ComplexArray, ComplexArray]:
         """Poles and residues, (S, 2, q)."""
-        return poles_and_residues(self.modal.angular_frequency, self.modal.damping, self.harmonics)
+        return poles_and_residues(self.modal.total_stiffness, self.modal.total_damping, self.harmonics)
 
     def condensed(self, modal: ModalModel, omega: float) -> CondensedPoles:
         """The poles of `modal` (all modes, or those that are left) at `omega`, condensed as in `HillProblem`."""
@@ -304,7 +304,7 @@ class ReducedProblems:
     def at(self, omega: float) -> ReducedProblem:
         """The reduced problem at a frequency."""
         p = self.problem
-        assert not p.modal.has_disk  # with one there are no modes that serve every wave
+        assert not p.modal.waves_differ  # with one there are no modes that serve every wave
         modal = p.modal.at(0)
         highest = (p.n_harmonics + p.retention_radius) * omega
         kept = int(np.count_nonzero(modal.angular_frequency <= highest))

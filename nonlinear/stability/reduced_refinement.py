@@ -128,7 +128,7 @@ class ReducedRefinement:
     def applies(self, omega: float) -> bool:
         """Whether the problem is so large that it pays, and the flexibility left out so small that it is exact."""
         modal = self.problem.modal
-        possible = modal.neighbours_coupled and not modal.has_disk and not self.small
+        possible = modal.neighbours_coupled and not modal.waves_differ and not self.small
         return possible and self._at(omega).omitted <= MAX_OMITTED
 
     @property

@@ -99,7 +99,7 @@ class RingStability:
         or can turn a stable motion into an unstable one. `any_growing`: the first one that grows suffices.
         """
         point = self.wave.point(*contact)
-        if self._has_disk:
+        if self._waves_differ:
             best = self._least_stable(point, self._sector_scan.eigenvalues(point), any_growing, {})
         else:
             leading = (self._leading_of(point, slices, any_growing) for slices in self._scanned(point))
@@ -128,7 +128,7 @@ class RingStability:
         values, diameters = (np.array([item[part] for item in left]) for part in (0, 1))
         for number in range(len(left)):
             rates = errors.corrected(values, diameters)
-            if self._has_disk:  # errors of neighbouring nodal diameters, with other modes, differ
+            if self._waves_differ:  # errors of neighbouring nodal diameters, with other modes, differ
                 rates = np.maximum(rates, values.real)
             likely = np.where(rates > LIKELY, 0.0, rates) if any_growing else rates
             index = int(np.argmax(likely + SAME_PAIR * (values.imag > 0.0)))
@@ -176,7 +176,7 @@ class RingStability:
         return self._approximate(self.wave.point(*contact))
 
     def _approximate(self, point: PointContact) -> list[tuple[complex, int]]:
-        if self._has_disk:
+        if self._waves_differ:
             return self._sector_scan.eigenvalues(point)
         found = (slices.eigenvalues() for slices in self._scanned(point))
         return next((values for values in found if values), [])
@@ -189,8 +189,8 @@ class RingStability:
         yield self._face_scan.scanned(point, above=FARTHEST)
 
     @property
-    def _has_disk(self) -> bool:
-        return self.wave.problem.modal.has_disk
+    def _waves_differ(self) -> bool:
+        return self.wave.problem.modal.waves_differ
 
     @cached_property
     def _scan(self) -> PatternScan:

@@ -21,7 +21,7 @@ from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactParameters
 from nonlinear.stability.closed_refinement import ClosedContact, ClosedRefinement, PerturbationStructure
 from nonlinear.stability.hill import HillProblem
-from nonlinear.stability.modal_condensation import poles_and_residues
+from nonlinear.stability.modal_condensation import Matrix, poles_and_residues
 from nonlinear.stability.perturbation_pencils import (
     TERMS,
     PerturbationPencils,
@@ -42,9 +42,9 @@ ABOVE = 10.0  # frequency of modes that fill a row, as a multiple of the highest
 class WaveFlexibility(SharedMotions):
     """Contact motion under contact forces, B_n (s^2 + s C + K)^-1 B_n^H, of the waves n = 0 .. N_b - 1."""
 
-    # `angular_frequency`, `damping`: (N_b, q), of the lowest modes of each wave
-    angular_frequency: Array
-    damping: Array
+    # `stiffness`, `damping`: (N_b, q), of the lowest modes of each wave
+    stiffness: Matrix
+    damping: Matrix
     motion: ComplexArray  # (N_b, p, q), their contact motions, in y
     # (N_b, 4, p, p), terms of the flexibility in y of the other modes of each wave, less the mean
     deviation: ComplexArray
@@ -59,23 +59,24 @@ class WaveFlexibility(SharedMotions):
         shares = np.array([1.0 if 2 * n % n_blades == 0 else 2.0 for n in range(last + 1)]) / n_blades
         mean, vectors = _shared_motions(waves, shares)
         lowest = max(wave.low.frequency.size for wave in waves)
-        frequency, damping = np.full((2, n_blades, lowest), ABOVE * highest)
+        kind = np.result_type(*(wave.low.stiffness for wave in waves))
+        stiffness = np.full((n_blades, lowest), (ABOVE * highest) ** 2, dtype=kind)
+        damping = np.full((n_blades, lowest), ABOVE * highest, dtype=kind)
         motion = np.zeros((n_blades, vectors.shape[1], lowest), dtype=complex)
         deviation = np.empty((n_blades, TERMS, vectors.shape[1], vectors.shape[1]), dtype=complex)
         common = vectors.T @ mean @ vectors
         for n, wave in enumerate(waves):
             low, count = wave.low, wave.low.frequency.size
-            for place, conjugate in {n: False, -n % n_blades: True}.items():
-                frequency[place, :count], damping[place, :count] = low.frequency, low.damping
-                own, rest = vectors.T @ low.motion, wave.high.in_motions(vectors).terms() - common
-                motion[place, :, :count] = own.conj() if conjugate and n != place else own
-                deviation[place] = rest.conj() if conjugate and n != place else rest
-        return cls(*unweighted(mean, vectors, weight), frequency, damping, motion, deviation)
+            own = low.stiffness, low.damping, vectors.T @ low.motion, wave.high.in_motions(vectors).terms() - common
+            for place in {n, -n % n_blades}:
+                parts = own if place == n else tuple(part.conj() for part in own)
+                stiffness[place, :count], damping[place, :count], motion[place, :, :count], deviation[place] = parts
+        return cls(*unweighted(mean, vectors, weight), stiffness, damping, motion, deviation)
 
     @cached_property
     def poles(self) -> tuple[ComplexArray, ComplexArray]:
-        """Poles and residues of the lowest modes in harmonics h >= 0, (N_b, 2, q); the conjugates in others."""
-        return poles_and_residues(self.angular_frequency, self.damping, np.ones(len(self.damping)))
+        """Poles and residues of the lowest modes of each wave, (N_b, 2, q)."""
+        return poles_and_residues(self.stiffness, self.damping, np.ones(len(self.damping)))
 
     @cached_property
     def stiffening(self) -> Array:
@@ -83,9 +84,10 @@ class WaveFlexibility(SharedMotions):
         return np.asarray(np.sum(np.abs(self.motion) ** 2, axis=1))
 
     @cached_property
-    def stiffened(self) -> Array:
-        """The highest that contact springs can raise the natural frequencies to, (N_b, q) rad/s."""
-        return np.asarray(np.sqrt(self.angular_frequency**2 + self.stiffening))
+    def rise(self) -> Array:
+        """How far contact springs raise the natural frequencies at most, (N_b, q) rad/s."""
+        squared = np.abs(self.stiffness)
+        return np.asarray(np.sqrt(squared + self.stiffening) - np.sqrt(squared))
 
     def pencils(self, phases: Array, harmonics: Array) -> PerturbationPencils:
         """The eigenvalue problems of several perturbations, each of a nodal diameter.
@@ -94,15 +96,13 @@ class WaveFlexibility(SharedMotions):
         """
         n_blades = len(self.damping)
         number = np.rint(phases * n_blades / (2.0 * np.pi)).astype(np.int64) % n_blades
-        backward = (harmonics < 0.0)[:, None, None]
         poles, residues = (part[number] for part in self.poles)
-        rise = self.stiffened - self.angular_frequency
         return PerturbationPencils(
             harmonics,
-            np.where(backward, poles.conj(), poles),
-            np.where(backward, residues.conj(), residues),
+            poles,
+            residues,
             self.motion[number],
-            rise[number][:, :, None],
+            self.rise[number][:, :, None],
             self.stiffening[number][:, :, None],
             self.deviation[number],
         )
@@ -119,10 +119,7 @@ class _Wave(NamedTuple):
         motion = weight[:, None] * relative_contact_motion(own.right, own.left, phase)
         frequency = own.angular_frequency
         low = (frequency > 0.0) & (frequency <= highest)  # rigid motions of a disk do not move the contacts
-        parts = (
-            WeightedModes(frequency[some], own.damping[some], motion[:, some]) for some in (low, frequency > highest)
-        )
-        return cls(*parts)
+        return cls(*(WeightedModes.of(own, some, motion) for some in (low, frequency > highest)))
 
 
 def _shared_motions(waves: list[_Wave], shares: Array) -> tuple[Array, Array]:
@@ -168,8 +165,7 @@ class FaceFlexibility(SharedMotions):
         low = frequency <= highest
         faces = [weight[:, None] * face for face in (modal.right, modal.left)]
         (low_r, high_r), (low_l, high_l) = (
-            [WeightedModes(frequency[some], modal.damping[some], face[:, some]) for some in (low, ~low)]
-            for face in faces
+            [WeightedModes.of(modal, some, face) for some in (low, ~low)] for face in faces
         )
         static = np.concatenate([low_r.motion, low_l.motion], axis=1) / np.tile(low_r.frequency, 2)
         across = high_r.term(0, high_l)
@@ -201,7 +197,7 @@ class FaceFlexibility(SharedMotions):
         shape = *phases.shape, 1, 1
         poles, residues = (
             np.broadcast_to(part, (len(phases), *part.shape))
-            for part in poles_and_residues(self.angular_frequency, self.damping, harmonics)
+            for part in poles_and_residues(self.angular_frequency**2, self.damping, harmonics)
         )
         across = self.across
         return PerturbationPencils(
@@ -245,7 +241,7 @@ class RingStructure:
             modal, frequency = self.problem.modal, RATIO**number
             self._motions[number] = (
                 WaveFlexibility.of(modal, self.contact, frequency)
-                if modal.has_disk
+                if modal.waves_differ
                 else FaceFlexibility.of(modal.at(0), self.contact, frequency)
             )
         return self._motions[number]

@@ -118,7 +118,7 @@ def monodromy_rate(ring: Ring, omega: float, displacement: Array, nodal_diameter
 
     Shapes: `displacement` (2H+1, n_c, 3).
     """
-    if ring.blades(nodal_diameter) > MOST_BLADES or ring.modal.has_disk or ring.blades_apart is not None:
+    if ring.blades(nodal_diameter) > MOST_BLADES or ring.modal.waves_differ or ring.blades_apart is not None:
         return float("nan")
     integrator = RingIntegrator.of(ring, omega, nodal_diameter=nodal_diameter, finer=FINER)
     found = PeriodMap(integrator, integrator.on_wave(with_more_harmonics(ring, omega, displacement)))

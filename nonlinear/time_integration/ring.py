@@ -134,7 +134,7 @@ class Ring:
     def sampled_phases(self) -> Array:
         """Phases 0, about pi / 2 and pi from one blade to the next that the ring can have, (3,), rad."""
         quarters = 2.0 * math.pi * np.array([0.0, 0.25, 0.5])
-        if not self.modal.has_disk:
+        if not self.modal.waves_differ:
             return quarters
         pitch = self.shift(1)
         return pitch * np.rint(quarters / pitch)

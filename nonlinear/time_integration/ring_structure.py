@@ -392,4 +392,4 @@ Kernel = BladeKernel | SectorKernel
 
 def ring_structure(modes: RetainedModes, n_blades: int) -> RingStructure:
     """The structure of q blades."""
-    return (JoinedSectors if modes.ring.modal.has_disk else ClampedBlades)(modes, n_blades)
+    return (JoinedSectors if modes.ring.modal.waves_differ else ClampedBlades)(modes, n_blades)

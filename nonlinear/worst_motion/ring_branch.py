@@ -114,7 +114,7 @@ def ring_branch(integration: RingIntegration, frequency_hz: float, motion: RingM
     Not with a disk, mistuned blades, or contact against ground. Of the motion its final state counts.
     """
     ring, omega = integration.ring, 2.0 * np.pi * frequency_hz
-    if ring.blades_apart is not None or ring.modal.has_disk or ring.modal.at(0).left is None:
+    if ring.blades_apart is not None or ring.modal.waves_differ or ring.modal.at(0).left is None:
         return None
     displacement, heights, moved = _in_time(integration, omega, motion)
     if moved > STEADY:

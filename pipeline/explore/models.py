@@ -22,7 +22,7 @@ from pipeline.stages.cache_keys import ModelKeys, model_keys
 from pipeline.stages.model.model_chain import WITH_BASIS, BuiltModel
 from pipeline.stages.model.model_files import REDUCED_MODEL
 from pipeline.stages.request import Request
-from pipeline.stages.scene_to_solver import contact_on_model, damped_modes, section_excitation, touching
+from pipeline.stages.scene_to_solver import contact_on_model, scene_modes, section_excitation, touching
 from pipeline.stages.stage import Stage
 from pipeline.store.content_store import Store
 from pipeline.store.output_folder import STORE
@@ -141,7 +141,7 @@ class LiveModels:
             case += (contact.normal_stiffness.tobytes(), contact.tangential_stiffness.tobytes())
 
         def find() -> Limit | None:
-            modal = damped_modes(loaded.model, response, scene.load)
+            modal = scene_modes(scene, loaded.model)
             problem = modal, contact, replace(section_excitation(wave), force=1.0)
             return limit_of(kind, loaded.model, problem, response.frequency, counts=COARSE)
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from pipeline.render.operating_shapes import OperatingShape, shape_at
 from pipeline.report.viewer import Surface, outer_surface
-from pipeline.stages.scene_to_solver import damped_modes, excitation, nonlinear_problem
+from pipeline.stages.scene_to_solver import excitation, nonlinear_problem, scene_modes
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
@@ -101,7 +101,7 @@ def shape_of(scene: Scene, on_mesh: tuple[ReducedModel, SectorMesh], curve: Resp
     """The motion of the blade's surface at a point of a curve."""
     model, sector = on_mesh
     surface = outer_surface(sector)
-    wave = damped_modes(model, scene.response, scene.load), excitation(scene)
+    wave = scene_modes(scene, model), excitation(scene)
     place = float(curve.frequency_hz[index]), float(curve.amplitude_m[index])
     whole = shape_at(model, wave, place, curve.contact_force[index], len(sector.points))
     own = OperatingShape(*place, whole.phase, whole.harmonics[:, surface.vertices])

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.figures.data import Array, PlottedCurve
-from pipeline.stages.scene_to_solver import damped_modes, section_excitation
+from pipeline.stages.scene_to_solver import scene_modes, section_excitation
 
 if TYPE_CHECKING:
     from nonlinear import ContactParameters, Excitation
@@ -92,7 +92,7 @@ def _case(curve: PlottedCurve, kind: str) -> object:
 def _limit(kind: str, model: ReducedModel, curves: Sequence[PlottedCurve], at: list[int]) -> Limit | None:
     """The limit of some curves; no free one of a blade that contacts alone hold."""
     curve = curves[at[0]]
-    modal = damped_modes(model, curve.scene.response, curve.scene.load)
+    modal = scene_modes(curve.scene, model)
     problem = modal, curve.contact_parameters, section_excitation(curve.scene.excitation)
     return limit_of(kind, model, problem, curve.scene.response.frequency, tuple(at))
 

@@ -17,10 +17,10 @@ from pipeline.render import ring
 from pipeline.render.drawing_process import OperatingJob, drawing_main
 from pipeline.render.ring import ENLARGED, Window, aim, save_png, wheel
 from pipeline.scene.labels import prefixed
-from pipeline.scene.schema import Excitation, Load, Response
-from pipeline.stages.curve.curve_file import section_from_attributes
+from pipeline.scene.schema import Excitation
+from pipeline.stages.curve.curve_file import modes_of_curve, section_from_attributes
 from pipeline.stages.model.model_files import is_joined
-from pipeline.stages.scene_to_solver import damped_modes, section_excitation
+from pipeline.stages.scene_to_solver import section_excitation
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
@@ -63,16 +63,14 @@ def operating_shape(curve: Path, rom: Path, n_vertices: int) -> OperatingShape |
     from rom import read_reduced_model
 
     with h5py.File(curve, "r") as file:
-        response = section_from_attributes(Response, file.attrs)
-        load = section_from_attributes(Load, file.attrs)
-        excitation = section_from_attributes(Excitation, file.attrs)
+        excitation, attributes = section_from_attributes(Excitation, file.attrs), dict(file.attrs)
         peak = int(file.attrs["peak_index"])
         if peak < 0:
             return None
         force = file["contact_force"][peak]
         point = float(file["frequency_hz"][peak]), float(file["amplitude_m"][peak])
     model = read_reduced_model(rom)
-    wave = damped_modes(model, response, load), section_excitation(excitation)
+    wave = modes_of_curve(model, attributes), section_excitation(excitation)
     return shape_at(model, wave, point, force, n_vertices)
 
 

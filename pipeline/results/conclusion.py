@@ -138,7 +138,6 @@ def _subject(file: SceneFile, n_blades: int | None, loads: bool) -> dict[str, An
         "title": scene.title or scene.name,
         "frequency_hz": list(scene.response.frequency),
         "static_loads": loads,
-        **({"flow": True} if scene.aero is not None else {}),
         **found,
     }
 
@@ -484,8 +483,6 @@ def open_lines(
 def _not_included(summary: Mapping[str, Any]) -> Iterator[str]:
     if "mistuning" not in summary.get("studies", {}):
         yield "mistuning"
-    if (summary.get("subject") or {}).get("flow"):
-        yield "the flow of [aero] (shroud modes)"
     models = summary.get("models", ())
     if any(model.get("mesh") is not None for model in models):
         yield "mesh error (shroud verify)"

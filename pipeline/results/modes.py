@@ -161,12 +161,12 @@ def _static_case(store: Store, model: BuiltModel, member: Member) -> StaticCase:
 
 def _write_static(path: Path, rom: Path, scene: Scene) -> None:
     from nonlinear import static_contact
-    from pipeline.stages.scene_to_solver import contact_on_model, damped_modes, solver_options
+    from pipeline.stages.scene_to_solver import contact_on_model, scene_modes, solver_options
     from rom import one_blas_thread, read_reduced_model
 
     model = read_reduced_model(rom, with_basis=False)
     with one_blas_thread():
-        modal = damped_modes(model, scene.response, scene.load)
+        modal = scene_modes(scene, model)
         values = plain(static_contact(modal, contact_on_model(scene, model), solver_options(scene)))
     del values["opened"]
     path.write_text(json.dumps(values), encoding="utf-8")

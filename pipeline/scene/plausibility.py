@@ -199,8 +199,6 @@ def plausibility_warnings(file: SceneFile) -> list[str]:
             remarks.setdefault(RANGE, f"{file.path}: {member.key_in_file(RANGE)}: {low}")
         if (many := many_nodes_warning(member)) is not None:
             remarks.setdefault(many[0], f"{file.path}: {many[1]}")
-        if member.scene.aero is not None:
-            remarks.setdefault("aero", f"{file.path}: aero: acts in shroud modes; the response leaves the flow out")
     return [*found.values(), *remarks.values()]
 
 

@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal, get_args
 
 from pydantic import Field, PrivateAttr, field_validator
 
-from pipeline.scene.aero_section import Aero
+from pipeline.scene.aero_section import Aero, AeroFamily
 from pipeline.scene.contact_section import Contact, Interface
 from pipeline.scene.dotted_keys import CONTACT, INTERFACE, interface_of
 from pipeline.scene.fields import (
@@ -462,6 +462,14 @@ class Scene(Section):
     def contents(self) -> Mapping[str, str]:
         """Hashes of the input files when the scene was read; without those that could not be read."""
         return self._contents
+
+    def aero_families(self) -> list[AeroFamily]:
+        """The mode families that the flow acts on, with the lists of their files."""
+        return [] if self.aero is None else [each.read(self.contents) for each in self.aero.family]
+
+    def aero_inputs(self) -> list[dict[str, Any]]:
+        """What the flow is, whether it is given as lists or in files."""
+        return [each.model_dump(exclude={"file"}, exclude_none=True) for each in self.aero_families()]
 
     def with_contents(self, contents: Mapping[str, str]) -> Scene:
         """The scene with hashes of its input files."""

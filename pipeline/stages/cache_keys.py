@@ -212,6 +212,8 @@ def _curve_inputs(scene: Scene) -> dict[str, Any]:
         values["harmonics"] = [item.model_dump() for item in scene.excitation.harmonic]
     if scene.output:
         values["outputs"] = [output.name for output in scene.output]
+    if scene.aero is not None:
+        values["aero"] = scene.aero_inputs()
     if scene.punch_key:
         values["material"] = scene.material.model_dump() if scene.material else None
     return values

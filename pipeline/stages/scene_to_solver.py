@@ -19,9 +19,10 @@ if TYPE_CHECKING:
 
     from geometry import SectorMesh
     from nonlinear import ContactParameters, Excitation, SolverOptions
+    from pipeline.scene.aero_section import AeroFamily
     from pipeline.scene.schema import Contact, Load, Response, Scene
     from pipeline.scene.schema import Excitation as ExcitationSection
-    from rom import ContactNodes, LinearOperation, ReducedModel, RingModes
+    from rom import ContactNodes, InfluenceCoefficients, LinearOperation, ReducedModel, RingModes
 
 
 PLATFORM = "platform"  # pair of faces under which a damper lies
@@ -195,17 +196,42 @@ def nonlinear_problem(
     scene: Scene, model: ReducedModel
 ) -> tuple[RingModes, ContactParameters, Excitation, SolverOptions]:
     """What `forced_response` solves for a scene on a reduced model."""
-    modal = damped_modes(model, scene.response, scene.load)
+    modal = scene_modes(scene, model)
     return modal, contact_on_model(scene, model), excitation(scene), solver_options(scene)
 
 
-def damped_modes(model: ReducedModel, response: Response, load: Load) -> RingModes:
-    """The modal model of a reduced model with the damping and the speed of a scene."""
+def scene_modes(scene: Scene, model: ReducedModel) -> RingModes:
+    """The modal model of a reduced model with the damping, the speed and the flow of a scene."""
+    return damped_modes(model, scene.response, scene.load, scene.aero_families())
+
+
+def damped_modes(
+    model: ReducedModel, response: Response, load: Load, families: Sequence[AeroFamily] = ()
+) -> RingModes:
+    """The modal model of a reduced model with damping, speed and flow; `families` hold their coefficients."""
     from rom import modal_model
 
     return modal_model(
-        model, damping_ratio=response.damping_ratio, rayleigh=response.rayleigh, speed_rpm=load.speed_rpm
+        model,
+        damping_ratio=response.damping_ratio,
+        rayleigh=response.rayleigh,
+        speed_rpm=load.speed_rpm,
+        influence=[_influence(each, model.n_blades or 1) for each in families],
     )
+
+
+def _influence(family: AeroFamily, n_blades: int) -> InfluenceCoefficients:
+    """The coefficients of a mode family on a ring."""
+    import numpy as np
+
+    from rom import InfluenceCoefficients
+
+    values = np.array(family.real) + 1j * np.array(family.imaginary)
+    if family.offset is not None:
+        return InfluenceCoefficients(family.mode, np.array(family.offset), values)
+    of_wave = np.zeros(n_blades, dtype=complex)
+    of_wave[np.array(family.nodal_diameter) % n_blades] = values
+    return InfluenceCoefficients.of_waves(family.mode, of_wave)
 
 
 def linear_operation(scene: Scene, sector: SectorMesh) -> LinearOperation:

@@ -21,13 +21,13 @@ from numpy.typing import NDArray
 
 from pipeline.scene.contact_section import mean_of
 from pipeline.scene.material_section import Fatigue, Stress
-from pipeline.scene.schema import Excitation, Load, Response
-from pipeline.stages.curve.curve_file import BRANCHES, contacts_of_curve, section_from_attributes
+from pipeline.scene.schema import Excitation, Response
+from pipeline.stages.curve.curve_file import BRANCHES, contacts_of_curve, modes_of_curve, section_from_attributes
 from pipeline.stages.model.build_reduced_model import at_speed, boundary_choice
 from pipeline.stages.model.model_files import is_joined
 from pipeline.stages.model.scene_loads import temperature_rise
 from pipeline.stages.model.scene_materials import scene_materials
-from pipeline.stages.scene_to_solver import InterfaceContact, damped_modes, section_excitation, touching_sector
+from pipeline.stages.scene_to_solver import InterfaceContact, section_excitation, touching_sector
 
 if TYPE_CHECKING:
     import h5py
@@ -160,8 +160,7 @@ def make_operating_stress(
 
     with h5py.File(curve, "r") as file:
         response = section_from_attributes(Response, file.attrs)
-        load = section_from_attributes(Load, file.attrs)
-        excitation = section_from_attributes(Excitation, file.attrs)
+        excitation, attributes = section_from_attributes(Excitation, file.attrs), dict(file.attrs)
         contacts = contacts_of_curve(file)
         point = operating_point(file)
     if point is None:
@@ -170,7 +169,7 @@ def make_operating_stress(
     sector, materials = touching_sector(scene, load_sector(sector_file)), scene_materials(scene, sector_file)
     full = at_speed(load_full_model(full_file), sector, scene, materials)
     model = read_reduced_model(rom)
-    modal = damped_modes(model, response, load)
+    modal = modes_of_curve(model, attributes)
     wave = section_excitation(excitation)
     omega, phase = 2.0 * math.pi * point.frequency_hz, modal.phase(excitation.engine_order)
     stress = operating_stress(

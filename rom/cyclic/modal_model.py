@@ -8,14 +8,34 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rom.cyclic.cyclic_symmetry import inter_blade_phase, relative_contact_motion
+from rom.cyclic.influence_coefficients import InfluenceCoefficients, flow_in_wave
 from rom.cyclic.reduced_model import Array, ComplexArray
 from rom.errors import ReducedModelError
 
 SOFT = 1e-3  # natural frequency of softly held bodies over the first one: its square is the error
 
 
+class ModalCoefficients:
+    """Stiffness and damping of modes with what the flow adds in a wave, complex then."""
+
+    angular_frequency: Array
+    damping: Array
+    flow: ComplexArray | None
+
+    @property
+    def total_stiffness(self) -> NDArray[Any]:
+        """Squares of the natural frequencies and what the flow adds, (rad/s)^2."""
+        squared = self.angular_frequency**2
+        return squared if self.flow is None else squared + self.flow[0]
+
+    @property
+    def total_damping(self) -> NDArray[Any]:
+        """Damping coefficients and what the flow adds, 1/s."""
+        return self.damping if self.flow is None else self.damping + self.flow[1]
+
+
 @dataclass(frozen=True)
-class WaveModes:
+class WaveModes(ModalCoefficients):
     """Natural frequencies, damping and relative contact motion of m modes in each of J waves.
 
     Attributes
@@ -26,6 +46,8 @@ class WaveModes:
         Modal damping coefficients 2 zeta_m w_m, 1/s.
     relative : (J, 3 n_c, m) complex array
         Relative contact motion of the modes, right - exp(i phase) left.
+    flow : (2, J, m) complex array or None
+        What the flow adds to the squares of the natural frequencies and to the damping coefficients.
 
     Examples
     --------
@@ -40,6 +62,7 @@ class WaveModes:
     angular_frequency: Array
     damping: Array
     relative: ComplexArray
+    flow: ComplexArray | None = None
 
 
 @dataclass(frozen=True)
@@ -82,7 +105,7 @@ class ModalDamping:
 
 
 @dataclass(frozen=True)
-class ModalModel:
+class ModalModel(ModalCoefficients):
     """All modes of a reduced system, mass-normalised, and its vectors in modal coordinates.
 
     Those of a blade alone are real. Those of a sector with a disk belong to one wave (`SectorModes.at`) and are
@@ -114,6 +137,10 @@ class ModalModel:
         Modal forces of 1 N of excitation in harmonics 2 and more that have a force of their own.
     floating : int
         Number of the first modes that are rigid motions of bodies that contacts alone hold: w = 0.
+    influence : tuple of InfluenceCoefficients
+        Those of the mode families that the flow around the blades acts on.
+    flow : (2, m) complex array or None
+        What the flow adds in this wave to w_m^2 and to the damping coefficients; None of all waves together.
 
     Examples
     --------
@@ -140,6 +167,8 @@ class ModalModel:
     n_blades: int | None
     harmonic_forces: Mapping[int, NDArray[Any]] = field(default_factory=dict)
     floating: int = 0
+    influence: tuple[InfluenceCoefficients, ...] = ()
+    flow: ComplexArray | None = None
 
     @property
     def n_contacts(self) -> int:
@@ -167,39 +196,41 @@ class ModalModel:
         return tuple(self.outputs)
 
     @property
-    def has_disk(self) -> bool:
-        """Whether sectors are joined at a disk, with other modes in each wave."""
-        return False
+    def waves_differ(self) -> bool:
+        """Whether each wave has modes of its own: with a disk that joins sectors, and in a flow."""
+        return bool(self.influence)
 
     @property
     def blades_may_differ(self) -> bool:
         """Whether mistuning of the blades can be described: with a disk only where their own stiffness is known."""
-        return True
+        return not self.influence
 
     @property
     def neighbours_coupled(self) -> bool:
-        """Whether neighbouring blades move each other: through their contacts, unless these are against ground."""
-        return self.left is not None
+        """Whether neighbouring blades move each other: through contacts that are not against ground, or the flow."""
+        return self.left is not None or bool(self.influence)
 
     def at(self, nodal_diameter: int) -> "ModalModel":
-        """The modes in a wave of a number of nodal diameters: for a blade alone the same in all.
+        """The modes in a wave of a number of nodal diameters: for a blade alone the same in all but for the flow.
 
         Parameters
         ----------
         nodal_diameter : int
             n, of any sign.
         """
-        return self
+        return self if not self.influence else self.at_phase(self.phase(nodal_diameter))
 
     def at_phase(self, phase: float) -> "ModalModel":
-        """The modes in a wave of an inter-blade phase angle: for a blade alone the same in all.
+        """The modes in a wave of an inter-blade phase angle: for a blade alone the same in all but for the flow.
 
         Parameters
         ----------
         phase : float
             Phase from one blade to the next, rad.
         """
-        return self
+        if not self.influence:
+            return self
+        return replace(self, flow=flow_in_wave(self.influence, self.angular_frequency, phase))
 
     @property
     def softly_held(self) -> "ModalModel":
@@ -233,7 +264,10 @@ class ModalModel:
         relative = relative_contact_motion(self.right, self.left, phases)
         shape = len(phases), self.angular_frequency.size
         frequency, damping = (np.broadcast_to(row, shape) for row in (self.angular_frequency, self.damping))
-        return WaveModes(frequency, damping, relative)
+        flow = None
+        if self.influence:
+            flow = np.stack([flow_in_wave(self.influence, self.angular_frequency, p) for p in phases], axis=1)
+        return WaveModes(frequency, damping, relative, flow)
 
     def wave_outputs(self, name: str, phases: Array) -> NDArray[Any]:
         """An output of the modes in several waves: (m,), the same in all.

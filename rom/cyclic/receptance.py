@@ -73,18 +73,20 @@ class ReceptanceSeries:
 
     relative: ComplexArray  # (3 n_c, k), relative motions of the modes that are summed one by one
     adjoint: ComplexArray  # (k, 3 n_c), their conjugate transpose
-    # `frequency`, `damping`: (k,), their natural frequencies, rad/s, and damping coefficients, 1/s
-    frequency: Array
-    damping: Array
+    # `stiffness`, `damping`: (k,), their coefficients of 1 and of i x, (rad/s)^2 and 1/s
+    stiffness: NDArray[Any]
+    damping: NDArray[Any]
     terms: ComplexArray  # (TERMS, 3 n_c, 3 n_c), S_0, S_1,
 
     @classmethod
-    def of(cls, relative: ComplexArray, frequency: Array, damping: Array, limit: float) -> ReceptanceSeries:
+    def of(
+        cls, relative: ComplexArray, stiffness: NDArray[Any], damping: NDArray[Any], limit: float
+    ) -> ReceptanceSeries:
         """Choose the modes and sum up the others.
 
-        Shapes: `relative` (3 n_c, m), `frequency` (m,), `damping` (m,).
+        Shapes: `relative` (3 n_c, m), `stiffness` (m,), `damping` (m,).
         """
-        square = np.maximum(frequency**2, np.finfo(float).tiny)
+        square = np.where(np.abs(stiffness) > np.finfo(float).tiny, stiffness, np.finfo(float).tiny)
         coefficients = np.zeros((TERMS, square.size), complex)
         coefficients[0] = 1.0 / square
         coefficients[1] = -1j * damping / square**2
@@ -93,22 +95,22 @@ class ReceptanceSeries:
         size = (relative.real**2 + relative.imag**2).sum(axis=0)
         exact = 1.0 / (square + 1j * damping * limit - limit**2)
         left_out = np.abs(exact - coefficients.T @ limit ** np.arange(TERMS)) * size
-        left_out[frequency < 2.0 * limit] = np.inf
+        left_out[np.abs(square) < (2.0 * limit) ** 2] = np.inf
         order = np.argsort(left_out, kind="stable")
-        small = np.cumsum(left_out[order]) <= NEGLIGIBLE * float((size / square).max())
+        small = np.cumsum(left_out[order]) <= NEGLIGIBLE * float((size / np.abs(square)).max())
         summed, single = np.sort(order[small]), np.sort(order[~small])
-        largest = float((size / square).max())
+        largest = float((size / np.abs(square)).max())
         terms = np.empty((TERMS, relative.shape[0], relative.shape[0]), complex)
         for k in range(TERMS):
             matters = np.abs(coefficients[k, summed]) * size[summed] * limit**k > 1e-3 * NEGLIGIBLE * largest
             others = relative[:, summed[matters]]
             terms[k] = (others * coefficients[k, summed[matters]]) @ others.conj().T
         kept = np.ascontiguousarray(relative[:, single])
-        return cls(kept, np.ascontiguousarray(kept.conj().T), frequency[single], damping[single], terms)
+        return cls(kept, np.ascontiguousarray(kept.conj().T), stiffness[single], damping[single], terms)
 
     def matrix(self, x: float) -> ComplexArray:
         """G at x = h w, rad/s: (3 n_c, 3 n_c), m/N."""
-        value = self.frequency**2 + 1j * self.damping * x - x**2
+        value = self.stiffness + 1j * self.damping * x - x**2
         size = self.terms.shape[1]
         powers = (x ** np.arange(TERMS)).astype(complex)
         result: ComplexArray = (powers @ self.terms.reshape(TERMS, size * size)).reshape(size, size)
@@ -153,7 +155,7 @@ class RelativeReceptance:
     force f^(h) on the right nodes acts on the blade as B_h^H f^(h) (Gulisano et al. 2011, eqs. 17 and 18). The
     receptance of the reduced system is the modal sum
     r^(h) = sum_m phi_m phi_m^H / (w_m^2 + i c_m h w - (h w)^2) with c_m = 2 zeta_m w_m. With a disk each harmonic has
-    the modes of its own wave, that of the phase h psi.
+    the modes of its own wave, that of the phase h psi; a flow adds to w_m^2 and c_m there.
 
     Attributes
     ----------
@@ -284,7 +286,7 @@ class RelativeReceptance:
     def _rates(self) -> tuple[ComplexArray, Array]:
         """The coefficients of w and of -w^2 in the denominators, (n_h, m) and (n_h, 1)."""
         h = np.asarray(self.harmonics, dtype=float)[:, None]
-        return 1j * h * self.waves.damping, h**2
+        return 1j * h * self.waves.total_damping, h**2
 
     def denominators(self, omega: float) -> tuple[ComplexArray, ComplexArray]:
         """Denominators of the modal sum, w_m^2 + i c_m h w - (h w)^2.
@@ -302,7 +304,7 @@ class RelativeReceptance:
         found = self._last.get(omega)
         if found is None:  # the last frequency is asked for many times
             damping, squares = self._rates
-            value = damping * omega + (self.waves.angular_frequency**2 - squares * omega**2)
+            value = damping * omega + (self.waves.total_stiffness - squares * omega**2)
             found = value, damping - 2.0 * omega * squares
             self._last.clear()
             self._last[omega] = found
@@ -343,7 +345,7 @@ class RelativeReceptance:
                 continue
             if (octave, h) not in self._series:
                 self._series[octave, h] = ReceptanceSeries.of(
-                    self.relative[row], waves.angular_frequency[row], waves.damping[row], h * 2.0**octave
+                    self.relative[row], waves.total_stiffness[row], waves.total_damping[row], h * 2.0**octave
                 )
             found[row] = self._series[octave, h].matrix(h * omega)
         return found
@@ -353,7 +355,7 @@ class RelativeReceptance:
         """Receptance of harmonic 0, (3 n_c, 3 n_c), m/N: the same at every frequency."""
         row = self.harmonics.index(0)
         relative = self.relative[row].real
-        return (relative / self.waves.angular_frequency[row] ** 2) @ relative.T
+        return (relative / self.waves.total_stiffness[row].real) @ relative.T
 
     def interface_modes(self, omega: float) -> tuple[ComplexArray, Array]:
         """Interface modes of each harmonic for a band of frequencies that holds `omega`.
@@ -444,7 +446,7 @@ class RelativeReceptance:
     @cached_property
     def _static_motion(self) -> Array:
         """Relative displacement of harmonic 0 without contact forces, (3 n_c,), m."""
-        return self.relative[0].real @ (self.modal_force[0].real / self.waves.angular_frequency[0] ** 2)
+        return self.relative[0].real @ (self.modal_force[0].real / self.waves.total_stiffness[0].real)
 
     def modal_response(self, omega: float, contact_force: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
         """Modal coordinates under the external and the contact forces.
@@ -497,7 +499,7 @@ class RelativeReceptance:
         """
         damping, squares = self._rates
         omega = omegas[:, None, None]
-        value = damping * omega + (self.waves.angular_frequency**2 - squares * omega**2)
+        value = damping * omega + (self.waves.total_stiffness - squares * omega**2)
         by_harmonic = self.adjoint @ contact_force.transpose(1, 2, 0)
         return (self.modal_force + by_harmonic.transpose(2, 0, 1)) / value
 

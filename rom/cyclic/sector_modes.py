@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rom.cyclic.cyclic_symmetry import in_wave, inter_blade_phase, relative_contact_motion, sparse_wave
+from rom.cyclic.influence_coefficients import InfluenceCoefficients, flow_in_wave
 from rom.cyclic.modal_model import ModalDamping, ModalModel, WaveModes
 from rom.cyclic.reduced_model import Array, ComplexArray, ReducedModel
 from rom.errors import ReducedModelError
@@ -126,6 +127,8 @@ class SectorModes:
         Static force, N.
     are_softly_held : bool
         Whether bodies that contacts alone hold are on soft springs, see `ModalModel.softly_held`.
+    influence : tuple of InfluenceCoefficients
+        Those of the mode families that the flow around the blades acts on.
 
     Raises
     ------
@@ -152,6 +155,7 @@ class SectorModes:
     modal_damping: ModalDamping
     static: Array
     are_softly_held: bool = False
+    influence: tuple[InfluenceCoefficients, ...] = ()
     _known: dict[int, ModalModel] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -198,14 +202,14 @@ class SectorModes:
         return tuple(self.model.outputs)
 
     @property
-    def has_disk(self) -> bool:
-        """Whether sectors are joined at a disk, with other modes in each wave."""
+    def waves_differ(self) -> bool:
+        """Whether each wave has modes of its own: sectors are joined at a disk."""
         return True
 
     @property
     def blades_may_differ(self) -> bool:
         """Whether mistuning of the blades can be described: with a disk only where their own stiffness is known."""
-        return self.model.blade_stiffness is not None
+        return self.model.blade_stiffness is not None and not self.influence
 
     @property
     def neighbours_coupled(self) -> bool:
@@ -290,6 +294,7 @@ class SectorModes:
         damped = max(float(each.damping[-1]) for each in found)
         frequency, damping = np.full((len(found), size), still), np.full((len(found), size), damped)
         relative = np.zeros((len(found), 3 * self.n_contacts, size), dtype=complex)
+        flow = np.zeros((2, len(found), size), dtype=complex) if self.influence else None
         for row, (each, phase, moves) in enumerate(
             zip(found, phases, np.broadcast_to(rigid, len(found)), strict=True)
         ):
@@ -297,7 +302,9 @@ class SectorModes:
             frequency[row, :count] = np.where(each.is_felt | bool(moves), own, still)
             damping[row, :count] = each.damping
             relative[row, :, :count] = relative_contact_motion(each.right, each.left, phase)
-        return WaveModes(frequency, damping, relative)
+            if flow is not None and each.flow is not None:
+                flow[:, row, :count] = each.flow
+        return WaveModes(frequency, damping, relative, flow)
 
     def wave_outputs(self, name: str, phases: Array) -> ComplexArray:
         """An output of the modes in several waves, (J, m); 0 in those that fill a row up.
@@ -334,6 +341,8 @@ class SectorModes:
         assert wave is not None
         real = 2 * n % self.n_blades == 0
         found = projected_modes(self.model, self.modal_damping, self.static, wave.real if real else wave, phase)
+        if self.influence:
+            found = replace(found, flow=flow_in_wave(self.influence, found.angular_frequency, phase))
         return found.softly_held if self.are_softly_held else found
 
     def _conjugate(self, modes: ModalModel) -> ModalModel:
@@ -349,6 +358,7 @@ class SectorModes:
             static_force=adjoint @ self.static,
             outputs={name: row.conj() for name, row in modes.outputs.items()},
             harmonic_forces={h: adjoint @ vector for h, vector in model.force_harmonics.items()},
+            flow=None if modes.flow is None else modes.flow.conj(),
         )
 
 
@@ -361,6 +371,7 @@ def modal_model(
     damping_ratio: ArrayLike | None = None,
     rayleigh: tuple[float, float] | None = None,
     speed_rpm: float | None = None,
+    influence: Sequence[InfluenceCoefficients] = (),
 ) -> RingModes:
     """Solve K phi = w^2 M phi of the reduced system for all its modes.
 
@@ -377,6 +388,8 @@ def modal_model(
     speed_rpm : float, optional
         Rotational speed of the centrifugal force, rev/min. By default the speed that the model was stiffened for,
         0 where the model does not say.
+    influence : sequence of InfluenceCoefficients
+        Those of the mode families that the flow around the blades acts on.
 
     Returns
     -------
@@ -400,8 +413,11 @@ def modal_model(
     """
     damping, static = ModalDamping(damping_ratio, rayleigh), _static_force(model, speed_rpm)
     if model.has_disk:
-        return SectorModes(model, damping, static)
-    return projected_modes(model, damping, static)
+        return SectorModes(model, damping, static, influence=tuple(influence))
+    found = projected_modes(model, damping, static)
+    if influence:
+        flow_in_wave(influence, found.angular_frequency, 0.0)  # the families exist
+    return replace(found, influence=tuple(influence))
 
 
 def _static_force(model: ReducedModel, speed_rpm: float | None) -> Array:

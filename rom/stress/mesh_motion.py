@@ -147,6 +147,12 @@ class SolvedPoint:
         return tuple(range(len(self.contact_force)))
 
 
+def _resistance(modes: ModalModel, omega: float) -> NDArray[Any]:
+    """Force of damping and flow on a unit motion of each mode, (m,), (rad/s)^2."""
+    damped = 1j * omega * modes.total_damping
+    return damped if modes.flow is None else damped + modes.flow[0]
+
+
 class MeshMotion:
     """Displacements of all nodes of a full model at points solved on its reduced model."""
 
@@ -232,10 +238,10 @@ class MeshMotion:
         """Displacement (H+1, N) with the static correction, m; harmonic 0 is that of the full model."""
         coordinates, reduced, found = self._coordinates(point), self.expanded(point), self.forces(point)
         for row, h in enumerate(point.harmonics):
-            if h:
-                modes = self.modal.at_phase(h * point.phase)
-                damping = self._expand(modes, modes.damping * coordinates[row, : modes.damping.size])
-                inertia = (h * point.omega) ** 2 * reduced[row] - 1j * h * point.omega * damping
+            modes = self.modal.at_phase(h * point.phase)
+            if h or modes.flow is not None:
+                resisted = _resistance(modes, h * point.omega) * coordinates[row, : modes.damping.size]
+                inertia = (h * point.omega) ** 2 * reduced[row] - self._expand(modes, resisted)
                 found[row] += self.full.mass @ inertia
             if self.springs is not None:  # the motion of the contacts is that of the reduced model
                 found[row] += self.springs @ reduced[row]
@@ -282,8 +288,9 @@ class MeshMotion:
     def _dynamic(self, modes: ModalModel, displacement: Complex, omega: float) -> Complex:
         """(K - w^2 M + i w C) u."""
         inertia = self.full.mass @ displacement
-        damped = self.full.mass @ self._expand(modes, modes.damping * self._pushed(modes, inertia))
-        return np.asarray(self.full.stiffness @ displacement - omega**2 * inertia + 1j * omega * damped)
+        resisted = _resistance(modes, omega) * self._pushed(modes, inertia)
+        damped = self.full.mass @ self._expand(modes, resisted)
+        return np.asarray(self.full.stiffness @ displacement - omega**2 * inertia + damped)
 
     def _expand(self, modes: ModalModel, coordinates: NDArray[Any]) -> NDArray[Any]:
         """Displacement (N,) of modal coordinates (m,)."""

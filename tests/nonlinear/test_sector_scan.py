@@ -92,7 +92,7 @@ def test_the_shared_motions_have_the_flexibility_of_every_wave():
         own = modal.at(n)
         motion = relative_contact_motion(own.right, own.left, 2.0 * np.pi * n / 24)
         exact = motion / (s**2 + own.damping * s + own.angular_frequency**2) @ motion.conj().T
-        low = 1.0 / (s**2 + waves.damping[n] * s + waves.angular_frequency[n] ** 2)
+        low = 1.0 / (s**2 + waves.damping[n] * s + waves.stiffness[n])
         shared = (waves.motion[n] * low) @ waves.motion[n].conj().T + series(waves.deviation[n], s, 1.0)[0]
         found = means + waves.shared @ shared @ waves.shared.T
         assert np.abs(weights * (found - exact)).max() < 2.0 * NEGLIGIBLE_DEVIATION

@@ -16,10 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.codec import restored
+from pipeline.scene.aero_section import AeroFamily
 from pipeline.scene.contact_section import OF_INTERFACE, Contact
 from pipeline.scene.dotted_keys import CONTACT, INTERFACE
 from pipeline.scene.loads_section import ExcitationHarmonic
-from pipeline.scene.schema import MAIN_INTERFACE
+from pipeline.scene.schema import MAIN_INTERFACE, Load, Response
 from pipeline.stages.curve.curve_summary import (
     RESIDUAL_BOUNDS,
     CurveSummary,
@@ -28,7 +29,7 @@ from pipeline.stages.curve.curve_summary import (
     shared_fields,
     summary_attributes,
 )
-from pipeline.stages.scene_to_solver import InterfaceContact
+from pipeline.stages.scene_to_solver import InterfaceContact, damped_modes
 from pipeline.store.fingerprints import content_fingerprint
 
 if TYPE_CHECKING:
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
     from nonlinear import ResidualBounds, ResponseCurve
     from pipeline.scene.fields import Section
     from pipeline.scene.schema import Scene
+    from rom import ReducedModel, RingModes
 
 
 Array = NDArray[Any]
@@ -61,6 +63,7 @@ COLUMNS = (
 )
 INTERFACES = "interfaces"  # attribute: name and number of nodes of each contact interface, where there are several
 HARMONICS = "excitation.harmonic"  # attribute: the harmonics of the excitation as JSON
+FLOW = "aero.family"  # attribute: the mode families of the flow as JSON
 OUTPUT, AMPLITUDE = "output_", "amplitude_"  # datasets of a further output, and its name
 RESIDUAL = "residual"  # group of the bounds over residual tractions
 BRANCHES = "branch"  # group of the detached branches of a curve: branch/1, branch/2, ...
@@ -94,6 +97,8 @@ def used_parameters(
     values["excitation.force"] = scene.excitation.force
     if scene.excitation.harmonic:
         values[HARMONICS] = json.dumps([item.model_dump() for item in scene.excitation.harmonic])
+    if scene.aero is not None:
+        values[FLOW] = json.dumps(scene.aero_inputs())
     values["load.speed_rpm"] = scene.load.speed_rpm
     return {key: value for key, value in parameters.items() if key not in values} | values
 
@@ -107,6 +112,13 @@ def section_from_attributes(kind: type[S], attributes: Mapping[str, Any]) -> S:
         given = json.loads(attributes[HARMONICS])
         plain |= {"harmonic": tuple(ExcitationHarmonic(**item) for item in given)} if prefix == "excitation." else {}
     return kind.model_construct(**plain)
+
+
+def modes_of_curve(model: ReducedModel, attributes: Mapping[str, Any]) -> RingModes:
+    """The modal model with the damping, the speed and the flow that a curve was solved with."""
+    families = [AeroFamily(**each) for each in json.loads(attributes.get(FLOW, "[]"))]
+    response, load = section_from_attributes(Response, attributes), section_from_attributes(Load, attributes)
+    return damped_modes(model, response, load, families)
 
 
 def contacts_of_curve(group: h5py.Group) -> tuple[InterfaceContact, ...]:

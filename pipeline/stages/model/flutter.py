@@ -11,14 +11,13 @@ from typing import TYPE_CHECKING
 from pipeline.codec import plain, restored
 from pipeline.stages.cache_keys import stiffness_inputs
 from pipeline.stages.code_fingerprint import code_fingerprint
-from pipeline.stages.scene_to_solver import contact_on_model, damped_modes, springs_by_state
+from pipeline.stages.scene_to_solver import contact_on_model, scene_modes, springs_by_state
 from pipeline.store.fingerprints import fingerprint
 
 if TYPE_CHECKING:
     from pipeline.scene.schema import Scene
     from pipeline.stages.model.model_chain import BuiltModel
     from pipeline.store.content_store import Store
-    from rom import InfluenceCoefficients
 
 KIND, FILE = "flutter", "flutter.json"
 MODES = 6  # lowest ones of each wave
@@ -57,10 +56,9 @@ def stored_flutter(store: Store, model: BuiltModel, scene: Scene) -> LinearFlutt
     if scene.aero is None:
         return None
     given = {"damping_ratio": scene.response.damping_ratio, "rayleigh": scene.response.rayleigh}
-    own = {"aero": scene.aero.model_dump(), "damping": given, "load": scene.load.model_dump()}
+    own = {"aero": scene.aero_inputs(), "damping": given, "load": scene.load.model_dump()}
     material = scene.material.model_dump() if scene.material else None
-    files = [scene.contents.get(each.file or "") for each in scene.aero.family]
-    parts = {"reduce": model.key, **stiffness_inputs(scene), "material": material, "files": files, **own}
+    parts = {"reduce": model.key, **stiffness_inputs(scene), "material": material, **own}
     key = fingerprint({**parts, "code": code_fingerprint(__name__)})
 
     def write(folder: Path) -> None:
@@ -83,30 +81,11 @@ def linear_flutter(rom: Path, scene: Scene) -> LinearFlutter | None:
     model = read_reduced_model(rom, with_basis=False)
     blades, count = model.n_blades or 1, min(MODES, model.size)
     diameters = range(-((blades - 1) // 2), blades // 2 + 1)
-    flow, states = influence_coefficients(scene, blades), []
+    states = []
     with one_blas_thread():
-        modal = damped_modes(model, scene.response, scene.load)
+        modal = scene_modes(scene, model)
         for name, springs in springs_by_state(contact_on_model(scene, model)).items():
-            values = np.array([aeroelastic_modes(model, modal, n, flow, count=count, **springs) for n in diameters])
+            values = np.array([aeroelastic_modes(model, modal, n, count=count, **springs) for n in diameters])
             hertz, ratio = values.imag.T / (2.0 * np.pi), (-values.real / np.abs(values)).T
             states.append(FlutterWaves(name, *(tuple(map(tuple, each.tolist())) for each in (hertz, ratio))))
-    return LinearFlutter(tuple(each.mode for each in flow), tuple(diameters), tuple(states))
-
-
-def influence_coefficients(scene: Scene, n_blades: int) -> list[InfluenceCoefficients]:
-    """The coefficients of the mode families of a scene on a ring."""
-    import numpy as np
-
-    from rom import InfluenceCoefficients
-
-    found = []
-    for family in scene.aero.family if scene.aero is not None else ():
-        each = family.read(scene.contents)
-        values = np.array(each.real) + 1j * np.array(each.imaginary)
-        if each.offset is not None:
-            found.append(InfluenceCoefficients(each.mode, np.array(each.offset), values))
-        else:
-            of_wave = np.zeros(n_blades, dtype=complex)
-            of_wave[np.array(each.nodal_diameter) % n_blades] = values
-            found.append(InfluenceCoefficients.of_waves(each.mode, of_wave))
-    return found
+    return LinearFlutter(tuple(each.mode for each in modal.influence), tuple(diameters), tuple(states))
