@@ -44,7 +44,7 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 QUIET_BROWSER = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run")
 STYLE, LINE = "pipeline/figures/style.py", "pipeline/figures/curve_line.py"
 CURVES = (STYLE, LINE, "pipeline/figures/data.py", "pipeline/figures/response.py")
-DUMMY, DISK = "scenes/dummy.toml", "scenes/disk.toml"
+DUMMY, DISK, WEAR = "scenes/dummy.toml", "scenes/disk.toml", "scenes/wear.toml"
 UNCERTAIN, FLOW = "docs/uncertainty.toml", "docs/flutter.toml"  # sections of the default blade
 
 
@@ -112,6 +112,7 @@ def pictures() -> dict[str, Picture]:
         ),
         Picture("bladed_disk", ("docs/bladed_disk.md#disk_effect", STYLE), _disk_effect),
         Picture("mistuning", (DUMMY, STYLE, "pipeline/studies/mistuning/figure.py"), _mistuning),
+        Picture("wear", (WEAR, STYLE, "pipeline/studies/wear/figure.py", "nonlinear/wear"), _wear),
         Picture("mistuned_disk", (DISK, STYLE, "pipeline/studies/mistuning/figure.py"), _mistuned_disk),
         Picture("report", (DUMMY, STYLE, "pipeline/report/templates", "pipeline/report/error_budget.py"), _report),
         *(
@@ -206,6 +207,12 @@ def _of_straight_shrouds(figure: str) -> Maker:
         return True
 
     return make
+
+
+def _wear(path: Path) -> bool:
+    _shroud("run", WEAR, "--out", OUT / "wear", "--until", "figures", "--quiet")
+    shutil.copyfile(OUT / "wear" / "figures" / "wear.png", path)
+    return True
 
 
 def _mistuning(path: Path) -> bool:

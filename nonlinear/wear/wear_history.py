@@ -21,7 +21,8 @@ P. Bogacki, L. F. Shampine, "A 3(2) pair of Runge-Kutta formulas", Applied Mathe
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -38,11 +39,12 @@ LOST = 1e-3  # mean normal load over the cycle, relative to the largest before a
 SMALLEST_STEP = 1e-9  # of the life, below which a motion counts as lost
 JUMP = 1e-6  # of the life, beyond the end of a motion, where the response is traced again
 SAME = 0.01  # relative difference of amplitudes up to which a traced motion is the lost one
-STEPS = 40  # of a life, at least
+STEPS, CHECKS = 40, 10  # of a life, at least
 LOCATED = 1e-6  # relative error of the time of an event
 IDLE = 1e-9  # power of friction, relative to its largest, that is none
-MOST_TRACES = 20  # of a life: responses traced again where a motion was lost
-Kind = Literal["limit", "lowest amplitude", "node separates", "jump", "stick", "separation", "lost"]
+MOST_JUMPS = 20  # of a life
+HIGHER = 1.03  # ratio of another peak to the followed one above which it is followed instead
+Kind = Literal["limit", "lowest amplitude", "node separates", "jump", "higher peak", "stick", "separation", "lost"]
 
 
 @dataclass(frozen=True)
@@ -53,9 +55,9 @@ class WearEvent:
     ----------
     kind : str
         "limit": a limit is reached. "lowest amplitude": the highest motion passes a minimum. "node separates": a node
-        loses contact for good. "jump": a motion ended, the response was traced again. "stick": no node slips any
-        more, wear ends. "separation": no node is in contact any more. "lost": the motion could not be found again,
-        and the history ends.
+        loses contact in the whole cycle. "jump": a motion ended, the response was traced again. "higher peak": a peak
+        was higher than the followed one and is followed from there on. "stick": no node slips any more, wear ends.
+        "separation": no node is in contact any more. "lost": the motion was not found again, the history ends.
     time_s, cycles : float
         When, s and cycles.
     said : str
@@ -179,7 +181,9 @@ class _Life:
     states: list[_State] = field(default_factory=list)
     events: list[tuple[float, float, Kind, str]] = field(default_factory=list)
     error: Array = field(default_factory=lambda: np.zeros(0))
-    jump: tuple[float, float] = (-np.inf, 0.0)  # place of the last trace, and how far beyond the state before it
+    jump: tuple[float, float] = (-np.inf, 0.0)  # place of the last jump, and how far beyond the state before it
+    jumps: int = 0
+    checked: int = 0  # the last state at which no peak was higher than the followed ones
 
     def start(self) -> _State:
         """The state before any wear."""
@@ -209,6 +213,17 @@ class _Life:
         total = float(cycles.sum())
         return np.append(per_second, total) if not self.over_cycles else np.append(per_second, 1.0) / total
 
+    def higher(self, state: _State) -> tuple[WornMotion, ...] | None:
+        """The motions with peaks that are higher than the followed ones; None where none is."""
+        found = list(state.motions)
+        for d, follower in enumerate(self.followers):
+            if follower.at.frequency_hz is None and self.shares[d] > 0.0:
+                with suppress(MotionLostError):
+                    other = follower.traced(self.depth_per_joule * state.work)
+                    if other.amplitude > HIGHER * found[d].amplitude:
+                        found[d] = other
+        return None if all(a is b for a, b in zip(found, state.motions, strict=True)) else tuple(found)
+
     def power(self, motions: Sequence[WornMotion]) -> float:
         """Mean power of friction, W."""
         pairs = zip(self.shares, motions, strict=True)
@@ -235,7 +250,7 @@ class _Life:
                 self.events.append((first.place, first.other, kind, f"{said}, from the start"))
 
         if "amplitude" in limits:
-            watch("limit", "amplitude", lambda at: max(m.amplitude for m in at.motions) >= limits["amplitude"])
+            watch("limit", "amplitude", lambda at: _highest(at.motions).amplitude >= limits["amplitude"])
         if "depth" in limits:
             watch("limit", "depth", lambda at: float((self.depth_per_joule * at.work).max()) >= limits["depth"])
         for node in range(self.depth.size):
@@ -267,6 +282,7 @@ def wear_history(
     limits: Mapping[str, float] | None = None,
     tolerance: float = 1e-3,
     steps: int = STEPS,
+    checks: int = CHECKS,
     progress: Callable[[float, float], None] | None = None,
 ) -> WearHistory:
     """Wear of the contact faces over a life.
@@ -288,6 +304,8 @@ def wear_history(
         normal vibration of the contact before any wear.
     steps : int
         Least number of steps.
+    checks : int
+        Number of times at which the response is traced to see whether a peak is higher than the followed one.
     progress : callable, optional
         Called with the share of the life and the highest amplitude (m) after each step.
 
@@ -314,17 +332,15 @@ def wear_history(
     True
     """
     life = _life(points, coefficient, area, (seconds, cycles), dict(limits or {}), tolerance)
-    span = float(seconds if seconds is not None else cycles or 0.0)
-    first = life.start()
+    span, first = float(seconds or cycles or 0.0), life.start()
     conditions = life.conditions(first)
-    error = tolerance * _scale(life, first)
-    while True:
+    lengths = tolerance * _scale(life, first), span / max(steps, 1), span / checks if checks > 0 else np.inf
+    on = True
+    while on:
         try:
-            _integrate(life, span, error, span / max(steps, 1), conditions, progress)
-            break
+            on = _integrate(life, span, lengths, conditions, progress)
         except MotionLostError as lost:
-            if not _traced_again(life, span, str(lost)):
-                break
+            on = _traced_again(life, span, str(lost))
     return _history(life, span)
 
 
@@ -375,21 +391,25 @@ def _scale(life: _Life, first: _State) -> float:
 def _integrate(
     life: _Life,
     span: float,
-    error: float,
-    longest: float,
-    conditions: list[Condition],
+    lengths: tuple[float, float, float],
+    conditions: Sequence[Condition],
     progress: Callable[[float, float], None] | None,
-) -> None:
-    """Steps from the last state to the end of the life; `conditions` keeps what is still to be watched for."""
+) -> bool:
+    """Steps from the last state to the end of the life; True where another peak is to be followed before.
+
+    `lengths`: error of the interference in a step, m; longest step; distance of two checks.
+    """
     from scipy.integrate import RK23
 
-    last = life.states[-1]
-    begun = len(life.states)
+    error, longest, apart = lengths
+    last, begun = life.states[-1], len(life.states)
+    told = {event[2:] for event in life.events}
+    conditions = [each for each in conditions if each[:2] not in told]
     with np.errstate(divide="ignore"):
         allowed = np.where(life.depth_per_joule > 0.0, error / life.depth_per_joule, np.finfo(float).max)
-    state = np.append(last.work, last.other)
     scales = {"rtol": 1e-12, "atol": np.append(allowed, np.inf)}
     first = min(longest, span - last.place)
+    state = np.append(last.work, last.other)
     solver = RK23(life.rate, last.place, state, span, max_step=longest, first_step=first, **scales)
     while solver.status == "running":
         before = life.states[-1]
@@ -403,8 +423,34 @@ def _integrate(
         life.states.append(after)
         if len(life.states) - begun >= 2:
             _lowest(life, life.states[-3:])
+        if after.place - life.states[life.checked].place >= apart and _overtaken(life):
+            return True
         if progress is not None:
-            progress(solver.t / span, max(motion.amplitude for motion in after.motions))
+            progress(solver.t / span, _highest(after.motions).amplitude)
+    return False
+
+
+def _overtaken(life: _Life) -> bool:
+    """Whether another peak has become higher: the states end where that began, with the higher peak."""
+    low, high = life.checked, len(life.states) - 1
+    found = life.higher(life.states[high])
+    if found is None:
+        life.checked = high
+        return False
+    while high - low > 1:
+        middle = (low + high) // 2
+        earlier = life.higher(life.states[middle])
+        low, high, found = (middle, high, found) if earlier is None else (low, middle, earlier)
+    at = life.states[high]
+    life.states[high + 1 :] = [replace(at, motions=found)]
+    life.events = [event for event in life.events if event[0] <= at.place]
+    life.events.append((at.place, at.other, "higher peak", f"at {_highest(found).frequency_hz:.5g} Hz"))
+    life.motions, life.depth, life.checked = found, life.depth_per_joule * at.work, high + 1
+    return True
+
+
+def _highest(motions: Sequence[WornMotion]) -> WornMotion:
+    return max(motions, key=lambda motion: motion.amplitude)
 
 
 def _step(life: _Life, solver: RK23, span: float) -> None:
@@ -451,7 +497,7 @@ def _locate(
 def _lowest(life: _Life, states: Sequence[_State]) -> None:
     """Note a minimum of the highest amplitude among three states: that of the parabola through them."""
     place = np.array([each.place for each in states])
-    value = np.array([max(motion.amplitude for motion in each.motions) for each in states])
+    value = np.array([_highest(each.motions).amplitude for each in states])
     if not (value[0] > value[1] < value[2] and place[0] < place[1] < place[2]):
         return
     low = float(-0.5 * np.polyfit(place - place[1], value, 2)[1] / np.polyfit(place - place[1], value, 2)[0])
@@ -466,11 +512,11 @@ def _traced_again(life: _Life, span: float, reason: str) -> bool:
     The state goes beyond the fold at which a motion ends: ten times farther where the last trace was of no avail.
     """
     last = life.states[-1]
-    traces = sum(each.traces for each in life.followers)
+    life.jumps += 1
     near = last.place - life.jump[0] < 10.0 * life.jump[1]
     beyond = 10.0 * life.jump[1] if near else JUMP * span
     state = np.append(last.work, last.other)
-    if traces < MOST_TRACES and last.place + beyond < span:
+    if life.jumps <= MOST_JUMPS and last.place + beyond < span:
         life.motions, life.depth = last.motions, life.depth_per_joule * last.work
         state = state + beyond * life.rate(last.place, state)
         depth = life.depth_per_joule * state[:-1]

@@ -2,13 +2,13 @@
 
 A peak is carried to another interference in the plane normal to the response curve and made stationary there again;
 a motion at a given frequency is corrected at that frequency. Where a motion cannot be followed (a fold), the response
-is traced again.
+is traced again, but without time integration.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
 
@@ -142,7 +142,8 @@ class MotionFollower:
         """The motion of a response traced anew at a worn depth (n_c,), m: the worst one, else the highest peak."""
         problem = self.worn(depth)
         if curve is None:
-            curve, self.traces = forced_response(*problem), self.traces + 1
+            quick = replace(problem.options, search="off", truncation=False, residual_tractions="projected")
+            curve, self.traces = forced_response(*problem._replace(options=quick)), self.traces + 1
         continuation = Continuation(build_harmonic_balance(*problem), problem.options, contact=problem.contact)
         if self.at.frequency_hz is None:
             found, said = list(_peaks(continuation, curve)), "peak inside the frequency range"

@@ -52,6 +52,7 @@ from pipeline.studies.map.section import Map
 from pipeline.studies.mistuning.section import Mistuning
 from pipeline.studies.optimum.section import Optimum
 from pipeline.studies.uncertainty.section import Uncertainty
+from pipeline.studies.wear.section import Wear
 
 
 class Disk(Section):
@@ -442,6 +443,7 @@ class Scene(Section):
     backbone: Backbone | None = _key("", "a table", None)
     uncertainty: Uncertainty | None = _key("", "a table", None)
     mistuning: Mistuning | None = _key("", "a table", None)
+    wear: Wear | None = _key("", "a table", None)
     render: Render | None = _key("", "a table", None)
     figures: Figures = _key("", "a table", Figures())
 

@@ -62,6 +62,8 @@ UNITS = {
     "uncertainty.limit": "m",
     "mistuning.interference_deviation": "m",
     "mistuning.frequency_range": "Hz",
+    "wear.amplitude_limit": "m",
+    "wear.depth_limit": "m",
 }
 # SI unit -> units that a user may write beside a number, in terms of it
 _SCALES = {

@@ -21,6 +21,7 @@ from pipeline.scene.model_section import ModelSets
 from pipeline.scene.schema import SECTIONS, Material, Scene
 from pipeline.scene.units import number_in_text
 from pipeline.studies.uncertainty.section import UncertainParameter
+from pipeline.studies.wear.section import DutyPoint
 
 # symbols and other words of the field -> dotted key; compared without case, "_" and "-"
 MEANINGS = {
@@ -104,6 +105,7 @@ TABLES: dict[str, type[BaseModel]] = {  # lists of tables
     **LOAD_TABLES,
     "uncertainty.parameter": UncertainParameter,
     "aero.family": AeroFamily,
+    "wear.duty": DutyPoint,
 }
 NAMED: dict[str, type[BaseModel]] = {"materials": Material, "interface": Interface}  # tables of tables by name
 NAMED_IN: dict[str, type[BaseModel]] = {"mesh.interface": MeshInterface}  # the same in sections

@@ -60,6 +60,7 @@ WHOLE: dict[str, dict[str, Any]] = {  # sections that the small scene lacks
     "optimum": {"over": {"contact.interference": [-1e-5, 1e-5]}},
     "map": {"over": {"contact.interference": [-1e-5, 1e-5], "contact.friction": [0.2, 0.4]}, "values": 3},
     "mistuning": {"frequency": [0.01] * 72, "frequency_range": [200.0, 300.0]},
+    "wear": {"coefficient": 1e-14, "hours": 1000.0, "duty": [{"share": 1.0, "force": 0.1}]},
     "uncertainty": {"parameter": [{"key": "contact.friction", "distribution": "normal", "deviation": 0.05}]},
 }
 TEXTS = ("stiffness", "mass", "nodes", "dofs", "stiffness_name", "mass_name", "centrifugal", "transformation")

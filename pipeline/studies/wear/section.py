@@ -1,0 +1,78 @@
+"""Section [wear] of a scene: wear coefficients, duty and life."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from pipeline.scene.fields import POSITIVE, Number, Positive, Section, StudyKeys, Whole, key
+
+MOST_COEFFICIENT = 1e-10  # m^3/J: a thousand times what is usual, a tenth of 1 mm^3/J
+UNIT = "m^3/J (usual: 1e-15 to 1e-13; 1 mm^3/J is 1e-9 m^3/J)"
+Coefficient = Annotated[Number, Field(ge=0.0, le=MOST_COEFFICIENT)]
+LIFE = "a number above 0, {below} (give this or %s)"
+
+
+class DutyPoint(Section):
+    """[[wear.duty]]: an operating point; what it does not give is as in the scene."""
+
+    share: Annotated[Number, Field(ge=0.0, le=1e15)] = key(
+        "share of the time, relative to the sum of all shares", "a number, {bounds}"
+    )
+    engine_order: Annotated[Whole, Field(ge=0, le=100000)] | None = key(
+        "engine order", "a whole number, {bounds}", None
+    )
+    force: Positive | None = key("amplitude of the excitation, N", POSITIVE, None)
+    speed_rpm: Annotated[Number, Field(ge=0.0, le=1e6)] | None = key(
+        "speed of rotation, rev/min", "a number, {bounds}", None
+    )
+    frequency: Positive | None = key("excitation frequency, Hz; none: that of the followed peak", POSITIVE, None)
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """Keys of the scene that it changes, with their values."""
+        given = {
+            "excitation.engine_order": self.engine_order,
+            "excitation.force": self.force,
+            "load.speed_rpm": self.speed_rpm,
+        }
+        return {name: value for name, value in given.items() if value is not None}
+
+
+class Wear(StudyKeys):
+    """[wear]: how the contact faces wear over a life. Not computed without this section."""
+
+    coefficient: Coefficient | dict[str, Coefficient] = key(
+        "wear coefficient: volume worn off both faces together per friction work, m^3/J; a table has one for each "
+        "interface that wears",
+        f"a number, {{bounds}} {UNIT}, or a table of such numbers by interface",
+    )
+    hours: Positive | None = key("the life, h", LIFE % "cycles", None)
+    cycles: Positive | None = key("the life, cycles over all operating points", LIFE % "hours", None)
+    duty: tuple[DutyPoint, ...] = key(
+        "operating points with their shares of the time; none: that of the scene, at its peak",
+        "tables [[wear.duty]] with shares whose sum is above 0",
+        (),
+    )
+    amplitude_limit: Positive | None = key("amplitude whose time is told, m", POSITIVE, None)
+    depth_limit: Positive | None = key("worn depth of both faces together whose time is told, m", POSITIVE, None)
+    margin_limit: Positive | None = key("least fatigue margin whose time is told, with [fatigue]", POSITIVE, None)
+    responses: Annotated[Whole, Field(ge=2, le=100)] = key(
+        "times, beginning and end among them, at which the response is solved for with its worst motion",
+        "a whole number, {bounds}",
+        5,
+    )
+    tolerance: Annotated[Number, Field(ge=1e-6, le=0.1)] = key(
+        "largest error of the interference in a step, relative to it or to the normal vibration of the contact",
+        "a number, {bounds}",
+        1e-3,
+    )
+    area: Positive | None = key(
+        "area of a whole contact face, m^2, where the reduced model does not say it", POSITIVE, None
+    )
+
+    @property
+    def points(self) -> tuple[DutyPoint, ...]:
+        """The operating points of the duty."""
+        return self.duty or (DutyPoint(share=1.0),)

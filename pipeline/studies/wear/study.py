@@ -1,0 +1,353 @@
+"""The study `wear`: motions of the duty followed while the faces wear, whole responses at a few times."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pipeline.errors import StageError
+from pipeline.process.progress import seconds_since
+from pipeline.results.worst import NOTICEABLE, motion_said, with_unit
+from pipeline.scene.dotted_keys import CONTACT, INTERFACE
+from pipeline.scene.labels import value_label
+from pipeline.stages.code_fingerprint import code_fingerprint
+from pipeline.stages.curve.curve_file import read_curve
+from pipeline.stages.curve.respond import CurveResult
+from pipeline.stages.scene_to_solver import nonlinear_problem
+from pipeline.studies.study import StudyContext, StudyError
+from pipeline.studies.wear.checks import PLACE
+from pipeline.studies.wear.result import LifeEvent, Numbers, PointHistory, WearResult, WornResponse
+
+if TYPE_CHECKING:
+    from nonlinear import OperatingPoint, WearHistory
+    from pipeline.scene.reading import Member
+    from pipeline.studies.wear.section import DutyPoint, Wear
+    from rom import ReducedModel
+
+HOUR = 3600.0
+STRESS_CODE = "pipeline.stress.operating_stress"
+SHALLOW = 0.1  # worn depth over the size of the face above which the law of small wear is doubtful
+AT = "worn"  # the parameter by which worn scenes differ: a word, so that no branch is carried from one to another
+EVENTS = {
+    "limit": "limit reached",
+    "lowest amplitude": "lowest amplitude",
+    "node separates": "a node loses contact",
+    "jump": "jump",
+    "higher peak": "a higher peak is followed",
+    "stick": "no node slips any more, wear ends",
+    "separation": "no node is in contact any more",
+    "lost": "the motion is lost",
+}
+
+
+class WearStudy:
+    """Wear of the contact faces over a life, as `Study`."""
+
+    name = "wear"
+    result = WearResult
+
+    def key(self, context: StudyContext) -> Mapping[str, Any]:
+        """The limits of the fatigue, of which a margin is made."""
+        fatigue = context.scene.fatigue
+        return {} if fatigue is None else {"fatigue": fatigue.model_dump(), "stress": code_fingerprint(STRESS_CODE)}
+
+    def compute(self, context: StudyContext) -> WearResult:
+        """The life, then whole responses at a few times of it."""
+        section = context.scene.wear
+        assert section is not None  # the study is asked for
+        return _Computation(context, section).result()
+
+    def lines(self, result: WearResult) -> Sequence[str]:
+        """The result in a line, events, and what qualifies it."""
+        said = [result.message, *told(result), *result.remarks]
+        return [f"wear: {line}" for line in said]
+
+
+@dataclass
+class _Computation:
+    """One computation of the study."""
+
+    context: StudyContext
+    section: Wear
+    model: ReducedModel = field(init=False)
+
+    def result(self) -> WearResult:
+        """Everything, from the curves of the duty on."""
+        from nonlinear import MotionLostError, wear_history
+        from rom import one_blas_thread
+
+        start = time.perf_counter()
+        points, section = self._points(), self.section
+        limits = {"amplitude": section.amplitude_limit, "depth": section.depth_limit}
+        life = {"cycles": section.cycles} if section.hours is None else {"seconds": section.hours * HOUR}
+        try:
+            with one_blas_thread():
+                history = wear_history(
+                    points,
+                    self._by_node(),
+                    self._areas(),
+                    limits={name: value for name, value in limits.items() if value is not None},
+                    tolerance=section.tolerance,
+                    progress=self._progress(),
+                    **life,
+                )
+        except MotionLostError as error:
+            raise StudyError(str(error)) from None
+        responses = self._responses(history)
+        found = self._found(history, responses)
+        found = replace(found, margin_hours=_margin_hours(responses, section.margin_limit))
+        return replace(found, message=headline(found), remarks=tuple(_remarks(found)), seconds=seconds_since(start))
+
+    def _progress(self) -> Callable[[float, float], None]:
+        """Says the share of the life that is done, every tenth."""
+        told = 0.0
+
+        def progress(share: float, amplitude: float) -> None:
+            nonlocal told
+            if share >= told + 0.1:
+                told = share
+                self.context.progress(f"wear, {100.0 * share:.0f} % of the life: {with_unit(amplitude)}")
+
+        return progress
+
+    def _points(self) -> list[OperatingPoint]:
+        """The operating points of the duty with their responses before any wear."""
+        from nonlinear import OperatingPoint
+        from rom import read_reduced_model
+
+        members = [self._member(point, {}, _label(point) or "at the peak") for point in self.section.points]
+        found = []
+        for member, curve, point in zip(members, self.context.curves(members), self.section.points, strict=True):
+            if curve.file is None or curve.rom is None:
+                raise StudyError(curve.reason)
+            self.model = read_reduced_model(curve.rom, with_basis=False)
+            problem = nonlinear_problem(member.scene, self.model)
+            given = {"share": point.share, "frequency_hz": point.frequency, "curve": read_curve(curve.file)}
+            found.append(OperatingPoint(problem, **given))  # type: ignore[arg-type]
+        return found
+
+    def _member(self, point: DutyPoint, values: Mapping[str, Any], name: str) -> Member:
+        """The scene at an operating point with other values of some keys."""
+        return replace(self.context.member({**point.values, **values}, PLACE), parameters={AT: name})
+
+    def _names(self) -> list[str]:
+        """Interface of each contact node."""
+        return [name for name, count in self.model.interfaces.items() for _ in range(count)]
+
+    def _by_node(self) -> Numbers:
+        """Wear coefficient of each node, m^3/J."""
+        given = self.section.coefficient
+        if not isinstance(given, dict):
+            return np.full(self.model.n_contacts, given)
+        if unknown := set(given) - set(self.model.interfaces):
+            names = ", ".join(self.model.interfaces)
+            raise StudyError(f"wear.coefficient: no interface {min(unknown)}, allowed: {names}")
+        return np.array([given.get(name, 0.0) for name in self._names()])
+
+    def _areas(self) -> Numbers:
+        """Area of each node, m^2."""
+        if self.model.contact_area is not None:
+            return self.model.contact_area
+        if self.section.area is None:
+            raise StudyError("the reduced model has no areas of its contact nodes, allowed: wear.area")
+        return np.array([self.section.area / self.model.interfaces[name] for name in self._names()])
+
+    def _responses(self, history: WearHistory) -> tuple[WornResponse, ...]:
+        """Whole responses at the beginning, at events, at the end, and between these."""
+        at_peak = [point for point in self.section.points if point.share > 0.0 and point.frequency is None]
+        pairs = [(place, point) for place in _times(history, self.section.responses) for point in at_peak]
+        members = [
+            self._member(
+                point,
+                self._worn(history.interference_m[place]),
+                f"after {history.time_s[place] / HOUR:.5g} h{_label(point) and ', '}{_label(point)}",
+            )
+            for place, point in pairs
+        ]
+        if not members:
+            return ()
+        self.context.progress(f"wear: {len(members)} responses with their worst motion")
+        curves = self.context.curves(members)
+        by_time: dict[int, list[CurveResult]] = {}
+        for (place, _), curve in zip(pairs, curves, strict=True):
+            by_time.setdefault(place, []).append(curve)
+        return tuple(self._worst(history, place, found) for place, found in by_time.items())
+
+    def _worn(self, interference: Numbers) -> dict[str, list[float]]:
+        """Keys of the scene with the interference left."""
+        if len(self.model.interfaces) == 1 and not self.context.scene.interface:
+            return {f"{CONTACT}.interference": interference.tolist()}
+        found, first = {}, 0
+        for name, count in self.model.interfaces.items():
+            found[f"{INTERFACE}.{name}.interference"] = interference[first : first + count].tolist()
+            first += count
+        return found
+
+    def _worst(self, history: WearHistory, place: int, curves: Sequence[CurveResult]) -> WornResponse:
+        """The worst motion of the responses at a time."""
+        hours, followed = float(history.time_s[place] / HOUR), float(history.highest_m[place])
+        known = [(curve.facts.worst_amplitude_m, curve) for curve in curves if curve.facts is not None]
+        known = [each for each in known if math.isfinite(each[0])]
+        reasons = [curve.facts.worst_unresolved if curve.facts else curve.reason for curve in curves]
+        remark = next((reason for reason in reasons if reason), "")
+        if not known:
+            return WornResponse(hours, math.nan, math.nan, "", followed, math.nan, remark or "no peak in the range")
+        height, worst = max(known, key=lambda each: each[0])
+        assert worst.facts is not None
+        margins = [margin for curve in curves if (margin := self._margin(curve)) is not None]
+        return WornResponse(
+            hours,
+            float(height),
+            worst.facts.worst_frequency_hz,
+            worst.facts.worst_motion,
+            followed,
+            min(margins, default=math.nan),
+            remark,
+        )
+
+    def _margin(self, curve: CurveResult) -> float | None:
+        """The least fatigue margin at the worst motion of a curve; None where it is not known."""
+        scene, stress = self.context.scene, self.context.stress
+        facts = curve.facts
+        if scene.fatigue is None or stress is None or facts is None or not math.isfinite(facts.worst_amplitude_m):
+            return None
+        try:
+            found = stress(replace(self.context.run, log=self.context.log), curve, scene.fatigue)
+        except (ArithmeticError, ValueError, StageError):
+            return None
+        margin = found["least_margin"]
+        return None if margin is None else margin / max(facts.worst_amplitude_m / found["amplitude_m"], 1.0)
+
+    def _found(self, history: WearHistory, responses: tuple[WornResponse, ...]) -> WearResult:
+        """The result without its words."""
+        coefficient, names, shares = self._by_node(), self._names(), [point.share for point in self.section.points]
+        frame = () if self.model.contact_frame is None else tuple(self.model.contact_frame.reshape(-1, 9))
+        points = tuple(
+            PointHistory(
+                label=_label(point) or "at the peak",
+                share=point.share / sum(shares),
+                values=point.values,
+                amplitude_m=history.amplitude_m[:, d],
+                frequency_hz=history.frequency_hz[:, d],
+                load_n=history.load_n[:, d],
+                sticking=history.sticking[:, d],
+                slipping=history.slipping[:, d],
+                separating=history.separating[:, d],
+            )
+            for d, point in enumerate(self.section.points)
+        )
+        return WearResult(
+            coefficient=dict(zip(names, coefficient.tolist(), strict=True)),
+            hours=history.time_s / HOUR,
+            cycles=history.cycles,
+            points=points,
+            highest_m=history.highest_m,
+            power_w=history.power_w,
+            volume_m3=history.volume_m3.sum(axis=1),
+            depth_m=tuple(history.depth_m.T),
+            interference_m=tuple(history.interference_m.T),
+            interface=tuple(names),
+            area_m2=self._areas(),
+            position_m=tuple(self.model.contact_position),
+            frame=frame,
+            events=tuple(LifeEvent(e.kind, e.time_s / HOUR, float(e.cycles), e.said) for e in history.events),
+            responses=responses,
+            margin_hours=None,
+            tolerance=self.section.tolerance,
+            error_m=history.error_m,
+            evaluations=history.evaluations,
+            traces=history.traces,
+            complete=history.complete,
+            seconds=0.0,
+        )
+
+
+def _label(point: DutyPoint) -> str:
+    """An operating point by what it gives; empty where that is nothing."""
+    given = [value_label(key, value) for key, value in point.values.items()]
+    return ", ".join([*given, *([] if point.frequency is None else [f"{point.frequency:g} Hz"])])
+
+
+def _times(history: WearHistory, count: int) -> list[int]:
+    """Places of so many times: both ends, the lowest amplitude, the first limit, and evenly between."""
+    last = len(history.time_s) - 1
+    chosen = [0, last, int(history.highest_m.argmin()), int(history.highest_m.argmax())]
+    for event in history.events:
+        if event.kind == "limit":
+            chosen.append(int(np.searchsorted(history.time_s, event.time_s).clip(0, last)))
+            break
+    found = list(dict.fromkeys(chosen))[:count]
+    while len(found) < min(count, last + 1):  # the middle of the widest gap
+        ordered = sorted(found)
+        gap = max(range(len(ordered) - 1), key=lambda k: history.time_s[ordered[k + 1]] - history.time_s[ordered[k]])
+        middle = 0.5 * (history.time_s[ordered[gap]] + history.time_s[ordered[gap + 1]])
+        place = int(np.abs(history.time_s - middle).argmin())
+        if place in found:
+            break
+        found.append(place)
+    return sorted(found)
+
+
+def _margin_hours(responses: Sequence[WornResponse], limit: float | None) -> float | None:
+    """When the least margin falls to the limit, linear between the responses; None where it does not."""
+    known = [(each.hours, each.margin) for each in responses if math.isfinite(each.margin)]
+    if limit is None or not known:
+        return None
+    if known[0][1] <= limit:
+        return known[0][0]
+    for (start, above), (end, below) in pairwise(known):
+        if above > limit >= below:
+            return start + (above - limit) / (above - below) * (end - start)
+    return None
+
+
+def headline(found: WearResult) -> str:
+    """The life in a line."""
+    height, lowest = found.highest_m, int(found.highest_m.argmin())
+    said = f"{with_unit(float(height[0]))} at first, {with_unit(float(height[-1]))} after {found.hours[-1]:.5g} h"
+    if 0 < lowest < len(height) - 1:
+        said += f", lowest {with_unit(float(height[lowest]))} after {found.hours[lowest]:.4g} h"
+    deepest = max(float(each[-1]) for each in found.depth_m)
+    return f"{said}; worn {with_unit(deepest)} at most, {found.volume_m3[-1] * 1e9:.4g} mm³"
+
+
+def told(found: WearResult) -> Iterator[str]:
+    """The events in words; nodes that lose contact are counted together."""
+    nodes = [event.hours for event in found.events if event.kind == "node separates"]
+    if nodes:
+        last = "" if len(nodes) == 1 else f" to {nodes[-1]:.4g} h"
+        yield f"{len(nodes)} of {len(found.area_m2)} nodes lose contact, after {nodes[0]:.4g}{last or ' h'}"
+    minima = [event for event in found.events if event.kind == "lowest amplitude"]
+    lowest = min(minima, key=lambda each: np.interp(each.hours, found.hours, found.highest_m), default=None)
+    for event in found.events:
+        if event.kind not in ("node separates", "lowest amplitude") or event is lowest:
+            height = with_unit(float(np.interp(event.hours, found.hours, found.highest_m)))
+            said = height if event is lowest else event.said
+            yield f"{EVENTS[event.kind]}{f': {said}' if said else ''}, after {event.hours:.4g} h"
+    if found.margin_hours is not None:
+        yield f"limit reached: margin, after {found.margin_hours:.4g} h, between whole responses"
+
+
+def _remarks(found: WearResult) -> Iterator[str]:
+    """What qualifies the result."""
+    if not found.complete:
+        yield f"it ends after {found.hours[-1]:.4g} h, before the end of the life"
+    above = [each for each in found.responses if each.worst_m > NOTICEABLE * each.followed_m]
+    if above:
+        worst = max(above, key=lambda each: each.worst_m / each.followed_m)
+        said = motion_said(worst.worst_m, worst.worst_hz)
+        yield (
+            f"after {worst.hours:.4g} h the worst motion is {said}, the followed one {with_unit(worst.followed_m)}: "
+            "the faces wear by the followed motion"
+        )
+    size = math.sqrt(float(found.area_m2.sum()))
+    deepest = max(float(each[-1]) for each in found.depth_m)
+    if deepest > SHALLOW * size:
+        yield f"worn {with_unit(deepest)} deep on a face of {with_unit(size)}: more than small wear; check the unit"
+    yield f"error of the interference: {with_unit(found.error_m)}, the sum over all steps"

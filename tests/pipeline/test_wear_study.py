@@ -1,0 +1,148 @@
+"""The study `wear` in a run: its numbers, files, figure, report, restart, and what is refused."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from pipeline_support import overlapping_texts, shroud, small_scene, to_toml, write_scene
+
+from pipeline import run_scene
+from pipeline.codec import restored
+from pipeline.results.results import Results
+from pipeline.studies.wear.figure import wear_figure
+from pipeline.studies.wear.report import wear_section
+from pipeline.studies.wear.result import WearResult
+from rom import ReducedModel, write_reduced_model
+
+pytestmark = pytest.mark.xdist_group("wear")  # one worker: what the module makes is made once
+
+COEFFICIENT, AREA = 1e-11, 2e-10
+
+
+def rubbing_scene(interference: float | list[float] = 3.0, **section: Any) -> dict[str, Any]:
+    """A mass on a spring with a slider, all ones, under the load of its interference."""
+    return {
+        "name": "rubbing",
+        "contact": {
+            "normal_stiffness": 1.0,
+            "tangential_stiffness": 1.0,
+            "friction": 1.0,
+            "interference": interference,
+        },
+        "excitation": {"engine_order": 0, "force": 1.0},
+        "response": {
+            "frequency": [0.1, 0.25],
+            "damping_ratio": 1e-9,
+            "harmonics": 1,
+            "stability": "folds",
+            "truncation": False,
+            "detached": False,
+        },
+        "wear": {"coefficient": COEFFICIENT, "cycles": 3.2, "area": AREA, "responses": 3} | section,
+    }
+
+
+def rubbing_model(path: Path) -> Path:
+    """A mass on a spring as a reduced model, with a contact against the ground."""
+    one, place = np.ones(1), np.zeros((1, 3))
+    write_reduced_model(path, ReducedModel(np.eye(1), np.eye(1), np.eye(3, 1), place, one, {"tip": one}))
+    return path
+
+
+def read_result(out: Path) -> WearResult:
+    """The result in an output folder."""
+    values = json.loads((out / "wear.json").read_text())
+    del values["study"], values["curve_key"]
+    found: WearResult = restored(WearResult, values)
+    return found
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Results]:
+    """A run in which the optimum is passed and limits are reached."""
+    folder = tmp_path_factory.mktemp("wear")
+    scene = rubbing_scene(amplitude_limit=3.3, depth_limit=1.0)
+    return folder, run_scene(scene, folder / "out", rom=rubbing_model(folder / "model.h5"))
+
+
+def clock(load: float) -> float:
+    """Cycles until the load has worn from 3 to a value: ln L + pi / (4 L) falls by pi alpha / A a cycle."""
+    return float(np.log(3.0 / load) + np.pi / 4.0 * (1.0 / 3.0 - 1.0 / load)) / (np.pi * COEFFICIENT / AREA)
+
+
+def test_life_in_closed_form(done: tuple[Path, Results]) -> None:
+    """The peak of a slider under a load that wears off, with its optimum and the time of a limit."""
+    result = read_result(done[0] / "out")
+    left = result.interference_m[0]
+    assert done[1].complete
+    assert result.complete
+    np.testing.assert_allclose(result.cycles, [clock(load) for load in left], atol=5e-3)
+    np.testing.assert_allclose(result.highest_m, left**2 / (left - np.pi / 4.0), rtol=1e-6)
+    np.testing.assert_allclose(result.depth_m[0] * AREA, result.volume_m3, rtol=1e-12)
+    times = {(event.kind, event.said): event.cycles for event in result.events}
+    assert times["limit", "depth"] == pytest.approx(clock(2.0), rel=1e-3)
+    assert times["limit", "amplitude, from the start"] == 0.0
+    heights = np.array([(each.worst_m, each.followed_m) for each in result.responses])
+    np.testing.assert_allclose(heights[:, 0], heights[:, 1], rtol=1e-5)
+
+
+def test_restart_goes_on_where_the_life_was(done: tuple[Path, Results], tmp_path: Path) -> None:
+    wear = done[1].studies["wear"]
+    half = 0.5 * wear["hours"][-1]
+    scene = rubbing_scene(
+        [float(np.interp(half, wear["hours"], node)) for node in wear["interference_m"]], hours=half
+    )
+    del scene["wear"]["cycles"]
+    run_scene(scene, tmp_path / "out", rom=done[0] / "model.h5")
+    again = read_result(tmp_path / "out")
+    assert again.interference_m[0][-1] == pytest.approx(wear["interference_m"][0][-1], rel=2e-3)
+
+
+def test_files_figure_and_page(done: tuple[Path, Results]) -> None:
+    folder, results = done
+    found = read_result(folder / "out")
+    np.testing.assert_array_equal(found.highest_m, results.studies["wear"]["highest_m"])
+    assert not overlapping_texts(wear_figure(found, "Rubbing"))
+    assert (folder / "out" / "figures" / "wear.csv").is_file()
+    section = wear_section(found)
+    assert len(section.rows) == len(found.responses) == 3
+    assert any("depth" in line for line in section.conclusion)
+    assert "model 1e-11 m³/J" in section.conclusion[-1] or "1e-11 m³/J" in section.conclusion[-1]
+
+
+@pytest.mark.parametrize(
+    ("section", "said"),
+    [
+        ({"coefficient": 1e-4, "hours": 1.0}, "wear.coefficient: 0.0001, allowed: a number, 0 to 1e-10 m^3/J (usual"),
+        ({"coefficient": 1e-14}, "wear.hours: missing, allowed: hours or cycles, one of the two"),
+        ({"coefficient": 1e-14, "hours": 1.0, "cycles": 1e9}, "wear.hours: 1 beside cycles, allowed: hours or"),
+        (
+            {"coefficient": 1e-14, "hours": 1.0, "duty": [{"share": 0.0}]},
+            "wear.duty: shares [0.0], allowed: tables [[wear.duty]] with shares whose sum is above 0",
+        ),
+        ({"coefficient": {"root": 1e-14}, "hours": 1.0}, "wear.coefficient.root: no such interface, allowed: shroud"),
+        ({"coefficient": 1e-14, "hours": 1.0, "depth_limit": 1.0}, "wear.depth_limit: 1, allowed: 0.012 m at most"),
+        ({"coefficient": 1e-14, "hours": 1.0, "margin_limit": 1.0}, "wear.margin_limit: 1, allowed: a scene with"),
+        (
+            {"coefficient": 1e-14, "hours": 1.0, "duty": [{"share": 1.0, "frequency": 5.0}]},
+            "wear.duty[0].frequency: 5, allowed: ",
+        ),
+    ],
+)
+def test_what_does_not_fit_is_refused(tmp_path: Path, section: dict[str, Any], said: str) -> None:
+    status, _, error = shroud("validate", write_scene(tmp_path / "scene.toml", small_scene() | {"wear": section}))
+    assert status == 2
+    assert said in error
+    assert error.count("\n") == 1
+
+
+def test_without_areas_there_is_no_depth(tmp_path: Path) -> None:
+    scene = rubbing_scene()
+    del scene["wear"]["area"]
+    (tmp_path / "scene.toml").write_text(to_toml(scene))
+    rom = rubbing_model(tmp_path / "model.h5")
+    status, _, error = shroud("respond", tmp_path / "scene.toml", "--rom", rom, "--out", tmp_path / "out")
+    assert status == 1
+    assert "wear: the reduced model has no areas of its contact nodes, allowed: wear.area" in error
