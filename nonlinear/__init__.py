@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from nonlinear.mistuned_ring.mistuning import Mistuning, MistuningError, whitehead_bound
     from nonlinear.mistuned_ring.ring_response import MistunedResponse, RingPeak, mistuned_response
     from nonlinear.mode_agreement import PeakAgreement, PeakMotion, compare_with_peaks, peak_motions
+    from nonlinear.nonlinear_modes.limit_cycles import LimitCycle, SelfExcitation, self_excitation
     from nonlinear.nonlinear_modes.mode_curve import harmonic_shares
     from nonlinear.nonlinear_modes.nonlinear_mode import ModeDamping, ModeResonance, NonlinearMode, nonlinear_mode
     from nonlinear.options import (
@@ -120,6 +121,7 @@ __all__ = [
     "FoundSolution",
     "HarmonicBalance",
     "JointOptimum",
+    "LimitCycle",
     "LinearPeak",
     "LinearRing",
     "LinearSectors",
@@ -154,6 +156,7 @@ __all__ = [
     "RingPeak",
     "RingRecord",
     "RingState",
+    "SelfExcitation",
     "SolutionSearch",
     "SolvedResponse",
     "SolverOptions",
@@ -190,6 +193,7 @@ __all__ = [
     "performance_curve",
     "punch_stiffness",
     "response_stages",
+    "self_excitation",
     "solved_response",
     "static_contact",
     "wear_history",
@@ -221,6 +225,9 @@ _PLACES = {
     "ExcitationHarmonic": "nonlinear.options",
     "HarmonicBalance": "nonlinear.harmonic_balance.residual",
     "LinearisedResidual": "nonlinear.harmonic_balance.residual",
+    "LimitCycle": "nonlinear.nonlinear_modes.limit_cycles",
+    "SelfExcitation": "nonlinear.nonlinear_modes.limit_cycles",
+    "self_excitation": "nonlinear.nonlinear_modes.limit_cycles",
     "ModeDamping": "nonlinear.nonlinear_modes.nonlinear_mode",
     "ModeResonance": "nonlinear.nonlinear_modes.nonlinear_mode",
     "NonlinearMode": "nonlinear.nonlinear_modes.nonlinear_mode",

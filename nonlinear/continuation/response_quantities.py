@@ -152,12 +152,7 @@ def evaluate_responses(points: Sequence[SolutionPoint], output: str, others: Seq
     coordinates = receptance.coordinates(omega, force)
     order = np.asarray(receptance.harmonics, dtype=float)
     excitation = (receptance.modal_force.conj() * coordinates).imag.sum(axis=-1)
-    squared, waves = coordinates.real**2 + coordinates.imag**2, receptance.waves
-    damping = (waves.damping * squared).sum(axis=-1)
-    flow = np.zeros(omega.size)
-    if waves.flow is not None:
-        springs, dashpots = ((part * squared).sum(axis=-1) for part in (waves.flow[0].imag, waves.flow[1].real))
-        flow = -np.pi * (springs @ order + omega * (dashpots @ order**2))
+    flow, damping = receptance.waves.works(coordinates, order, omega)
     by_node = (len(points), order.size, -1, 3)
     displacement, force = displacement.reshape(by_node), force.reshape(by_node)
     return Responses(
@@ -167,7 +162,7 @@ def evaluate_responses(points: Sequence[SolutionPoint], output: str, others: Seq
         outputs={name: _components(receptance, coordinates, name) for name in others},
         excitation=-np.pi * (excitation @ order),
         flow=flow,
-        damping=np.pi * omega * (damping @ order**2),
+        damping=damping,
         friction=friction_work(displacement, force).sum(axis=-1),
     )
 

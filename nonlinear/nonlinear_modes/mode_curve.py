@@ -60,8 +60,16 @@ class ModeContinuation:
 
     def solve_at_level(self, guess: MotionState) -> MotionPoint | None:
         """The motion of the amplitude of `guess`; None where Newton's method does not converge."""
+        return self._solve_at(guess, -1)
+
+    def solve_at_damping(self, guess: MotionState) -> MotionPoint | None:
+        """The motion of the damping ratio of `guess`; None where Newton's method does not converge."""
+        return self._solve_at(guess, -2)
+
+    def _solve_at(self, guess: MotionState, unknown: int) -> MotionPoint | None:
+        """The motion with one of the unknowns of `guess`."""
         along = np.zeros(guess.displacement.size + EXTRA)
-        along[-1] = 1.0
+        along[unknown] = 1.0
         return self._correct(guess.packed(), along)
 
     def points(self, start: MotionPoint) -> Iterator[MotionPoint]:

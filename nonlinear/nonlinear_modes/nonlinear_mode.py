@@ -19,6 +19,7 @@ from nonlinear.contact.element_choice import contact_element
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK, Array, ContactParameters
 from nonlinear.continuation.response_quantities import largest_amplitude
+from nonlinear.continuation.step_control import IterationControl
 from nonlinear.harmonic_balance.initial_solution import on_support, static_displacement
 from nonlinear.nonlinear_modes.extended_motion import (
     ExtendedMotion,
@@ -27,7 +28,7 @@ from nonlinear.nonlinear_modes.extended_motion import (
     first_state,
     linear_mode,
 )
-from nonlinear.nonlinear_modes.mode_curve import ModeContinuation, ModePath, MotionPoint, follow_mode
+from nonlinear.nonlinear_modes.mode_curve import STEPS, ModeContinuation, ModePath, MotionPoint, follow_mode
 from nonlinear.options import OptionsError, SolverOptions
 from rom import RelativeReceptance, RingModes, one_blas_thread
 
@@ -48,6 +49,7 @@ class FirstMotion:
     number: int  # number of the mode, from 1
     amplitude: float  # amplitude of the output, m
     every_harmonic: bool = False  # whether damping is compensated in all harmonics, and not in harmonic 1 alone
+    steps: IterationControl = STEPS  # arc lengths of the continuation
 
     def find(self) -> tuple[MotionPoint, ModeContinuation]:
         """The motion, and the continuation that goes on from it."""
@@ -68,14 +70,22 @@ class FirstMotion:
         Empty where the start is not linear. The last is that of the first slip, lift-off or touch, or of the largest
         amplitude of the output, m.
         """
-        holds = self._pressed()
-        shape = linear_mode(self.receptance, self.contact, holds, self.number)[2]
+        shape = self.at_rest()[2]
         limit = self._linear_limit(shape)
         if not self.amplitude < limit * self._output(shape):
             return ()
         highest = np.log(min(limit * BEFORE_LIMIT, LARGER * largest / max(self._output(shape), 1e-300)))
         count = int(np.ceil((highest - start.level) / LINEAR_STEP))
         return tuple(float(level) for level in np.linspace(start.level, highest, count + 1)[1:])
+
+    def at_rest(self) -> tuple[float, float, ComplexArray]:
+        """Frequency, rad/s, damping ratio and shape of the linear mode of small motions about the equilibrium."""
+        return linear_mode(self.receptance, self.contact, self._pressed(), self.number)
+
+    def linear_limit(self) -> float:
+        """Amplitude of the output, m, at which the linear mode first slips, lifts off or touches; inf: nowhere."""
+        shape = self.at_rest()[2]
+        return self._linear_limit(shape) * self._output(shape)
 
     def _from_springs(self, springs: list[Array], harmonics: int) -> tuple[MotionPoint, ModeContinuation] | None:
         """From linear modes with some springs (n_c,) after others."""
@@ -127,13 +137,12 @@ class FirstMotion:
         receptance = replace(self.receptance, harmonics=tuple(range(harmonics + 1)))
         element = contact_element(contact, harmonics, self.options)
         motion = ExtendedMotion(receptance, element, carrier, self.every_harmonic)
-        return ModeContinuation(motion, (2 * harmonics + 1, *self.static.shape))
+        return ModeContinuation(motion, (2 * harmonics + 1, *self.static.shape), self.steps)
 
     def _springs(self) -> Iterator[Array]:
         """Shares (n_c,) of the springs that hold in the linear modes to start from."""
         pressed = self._pressed()
-        shape = linear_mode(self.receptance, self.contact, pressed, self.number)[2]
-        if self.amplitude < self._linear_limit(shape) * self._output(shape):
+        if self.amplitude < self.linear_limit():
             yield pressed
             return
         yield from (share * (pressed if pressed.any() else np.ones_like(pressed)) for share in SHARES)
@@ -393,28 +402,41 @@ def nonlinear_mode(
     """
     if damping not in get_args(ModeDamping):
         raise OptionsError(f"damping: {damping!r}, allowed: {' or '.join(map(repr, get_args(ModeDamping)))}")
-    _check(modal.at(nodal_diameter).angular_frequency.size, amplitudes_m, options, number)
-    harmonics = tuple(range(options.fixed_harmonics + 1))
-    receptance = RelativeReceptance(modal, modal.phase(nodal_diameter), harmonics, 0.0)
-    receptance = on_support(receptance, contact, options)
-    static = static_displacement(receptance, contact, options)
-    every_harmonic = damping == "all_harmonics"
-    first = FirstMotion(receptance, contact, static, options, number, amplitudes_m[0], every_harmonic)
+    _check(amplitudes_m)
+    first = first_motion(modal, contact, nodal_diameter, options, number)
+    first = replace(first, amplitude=amplitudes_m[0], every_harmonic=damping == "all_harmonics")
+    return followed_mode(first, amplitudes_m[1])
+
+
+def followed_mode(first: FirstMotion, largest: float) -> NonlinearMode:
+    """The mode from its first motion to the largest amplitude of the output, m."""
+    receptance, options = first.receptance, first.options
     start, continuation = first.find()
-    levels = first.linear_levels(start.state, amplitudes_m[1])
+    levels = first.linear_levels(start.state, largest)
     size = partial(vibration, receptance=receptance, output=options.output)
-    path = follow_mode(continuation, start, size, amplitudes_m[1], levels)
+    path = follow_mode(continuation, start, size, largest, levels)
     return _assembled(path, continuation, options.output)
 
 
-def _check(modes: int, amplitudes_m: tuple[float, float], options: SolverOptions, number: int) -> None:
-    """Refuse what has no nonlinear mode."""
+def first_motion(
+    modal: RingModes, contact: ContactParameters, nodal_diameter: int, options: SolverOptions, number: int
+) -> FirstMotion:
+    """The search for the first motion of a mode about its equilibrium; the amplitude is not chosen yet."""
     if options.method != "coupled":
         raise OptionsError(f'method: {options.method!r}, allowed for a nonlinear mode: "coupled"')
-    if not 0.0 < amplitudes_m[0] < amplitudes_m[1] < float("inf"):
-        raise OptionsError(f"amplitudes: {list(amplitudes_m)}, allowed: 0 < smallest < largest (m)")
+    modes = modal.at(nodal_diameter).angular_frequency.size
     if not 1 <= number <= modes:
         raise OptionsError(f"number: {number}, allowed: 1 to {modes}, the modes of the model")
+    harmonics = tuple(range(options.fixed_harmonics + 1))
+    receptance = RelativeReceptance(modal, modal.phase(nodal_diameter), harmonics, 0.0)
+    receptance = on_support(receptance, contact, options)
+    return FirstMotion(receptance, contact, static_displacement(receptance, contact, options), options, number, 0.0)
+
+
+def _check(amplitudes_m: tuple[float, float]) -> None:
+    """Refuse amplitudes that do not ascend."""
+    if not 0.0 < amplitudes_m[0] < amplitudes_m[1] < float("inf"):
+        raise OptionsError(f"amplitudes: {list(amplitudes_m)}, allowed: 0 < smallest < largest (m)")
 
 
 def vibration(point: MotionPoint, receptance: RelativeReceptance, output: str) -> float:

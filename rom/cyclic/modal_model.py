@@ -64,6 +64,30 @@ class WaveModes(ModalCoefficients):
     relative: ComplexArray
     flow: ComplexArray | None = None
 
+    def works(self, coordinates: ComplexArray, harmonics: Array, omega: ArrayLike) -> tuple[Array, Array]:
+        """Work of the flow and work that damping dissipates per cycle, J.
+
+        Parameters
+        ----------
+        coordinates : (..., J, m) complex array
+            Modal coordinates in the harmonic of each wave.
+        harmonics : (J,) array
+            The harmonics h.
+        omega : float or (...) array
+            Excitation frequency, rad/s.
+
+        Returns
+        -------
+        flow, damping : (...) array
+            pi sum_h h abs(q)^2 times -(Im k + h w Re c) of the flow, h w c_m of the damping.
+        """
+        squared = coordinates.real**2 + coordinates.imag**2
+        damping = np.pi * omega * ((self.damping * squared).sum(axis=-1) @ harmonics**2)
+        if self.flow is None:
+            return np.zeros_like(damping), damping
+        springs, dashpots = ((part * squared).sum(axis=-1) for part in (self.flow[0].imag, self.flow[1].real))
+        return -np.pi * (springs @ harmonics + omega * (dashpots @ harmonics**2)), damping
+
 
 @dataclass(frozen=True)
 class ModalDamping:

@@ -1,0 +1,298 @@
+"""Limit cycles of a self-excited wave: where the contacts dissipate in a cycle what the flow feeds into it.
+
+A nonlinear mode has a damping ratio for every amplitude, that of the flow counted. Below 0 the wave grows, above 0 it
+decays: a zero is a limit cycle of the ring without excitation, which attracts neighbouring amplitudes where the
+damping rises with the amplitude, and parts those that decay to a smaller motion from those that grow where it falls.
+Each cycle is solved for with the damping ratio 0 and the amplitude unknown.
+
+References
+----------
+E. P. Petrov, Analysis of flutter-induced limit cycle oscillations in gas-turbine structures with friction, gap, and
+other nonlinear contact interfaces, Journal of Turbomachinery 134, 061018, 2012.
+M. Krack, L. Panning-von Scheidt, J. Wallaschek, On the interaction of multiple traveling wave modes in the flutter
+vibrations of friction-damped tuned bladed disks, Journal of Engineering for Gas Turbines and Power 139, 042501, 2017.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+
+import numpy as np
+
+from nonlinear.contact.fourier import ComplexArray, to_complex
+from nonlinear.contact.parameters import Array, ContactParameters
+from nonlinear.continuation.response_quantities import friction_work, largest_amplitude
+from nonlinear.nonlinear_modes.extended_motion import MotionState
+from nonlinear.nonlinear_modes.mode_curve import STEPS, ModeContinuation, MotionPoint
+from nonlinear.nonlinear_modes.nonlinear_mode import (
+    FirstMotion,
+    ModeMotions,
+    NonlinearMode,
+    first_motion,
+    followed_mode,
+    vibration_of,
+)
+from nonlinear.options import SolverOptions
+from nonlinear.stability.floquet import FloquetAnalysis
+from nonlinear.stability.ring_stability import LinearisedContact, RingStability, largest_nodal_diameter
+from rom import RelativeReceptance, RingModes, one_blas_thread
+
+ANY = 1e-9  # m, an amplitude of motions that are linear at any, or at none
+BELOW, REACH = 0.5, 3000.0  # smallest and largest amplitude over that of the first slip, lift-off or touch
+LONG_STEPS = replace(STEPS, largest=0.5)  # along the mode: each cycle is solved for
+SAME = 1e-3  # change of ln a from a located cycle to the exact one
+OWN_PHASE = 1e-4  # exponent of a shift of the cycle in time, which is 0, in units of omega
+
+
+@dataclass(frozen=True)
+class LimitCycle:
+    """A periodic travelling wave without excitation.
+
+    Attributes
+    ----------
+    frequency_hz : float
+        Frequency, Hz.
+    amplitude_m : float
+        Largest displacement of the output over a period, static part included, m.
+    vibration_m : float
+        The same without the static part, m.
+    attracting : bool
+        Whether waves of this nodal diameter with another amplitude come to it; else it is a threshold between those
+        that decay and those that grow.
+    growth_rate : float
+        Largest real part of the Floquet exponents of perturbations of the other nodal diameters, and of the same one
+        but for its amplitude and phase, 1/s; NaN where there are none.
+    growth_nodal_diameter : int
+        Nodal diameter of that perturbation relative to the wave, 0 to N_b / 2; -1 where there is none.
+    flow_j, damping_j, friction_j : float
+        Work of the flow, and dissipated by the structure and by friction, J per cycle and blade.
+    coordinates : (H+1, m) complex array
+        Modal coordinates of the m modes of the structure.
+
+    Examples
+    --------
+    >>> from nonlinear import LimitCycle
+    >>> cycle = LimitCycle(400.0, 2e-4, 1.9e-4, True, -0.3, 5, 1e-3, 2e-4, 8e-4, np.zeros((2, 1), complex))
+    >>> cycle.persists
+    True
+    """
+
+    frequency_hz: float
+    amplitude_m: float
+    vibration_m: float
+    attracting: bool
+    growth_rate: float
+    growth_nodal_diameter: int
+    flow_j: float
+    damping_j: float
+    friction_j: float
+    coordinates: ComplexArray = field(repr=False, compare=False)
+
+    @property
+    def persists(self) -> bool:
+        """Whether the ring stays on it: it attracts amplitudes, and no other perturbation grows."""
+        return self.attracting and not self.growth_rate > 0.0
+
+
+@dataclass(frozen=True)
+class SelfExcitation:
+    """What a wave does without excitation.
+
+    Attributes
+    ----------
+    nodal_diameter : int
+        n of any sign; above 0 a backward wave.
+    frequency_hz, damping_ratio : float
+        Those of small motions about the static equilibrium, Hz; below 0 they grow.
+    linear_limit_m : float
+        Amplitude of the output's vibration up to which motions are linear, m: there a node first slips, lifts off or
+        touches; inf where none does.
+    mode : NonlinearMode or None
+        The mode from half that amplitude on; None where motions of any amplitude are linear.
+    cycles : tuple of LimitCycle
+        Limit cycles, the smallest first.
+
+    Examples
+    --------
+    >>> from nonlinear import SelfExcitation
+    >>> SelfExcitation(3, 400.0, -0.002, np.inf, None, ()).outcome
+    'grows for ever'
+    """
+
+    nodal_diameter: int
+    frequency_hz: float
+    damping_ratio: float
+    linear_limit_m: float
+    mode: NonlinearMode | None
+    cycles: tuple[LimitCycle, ...]
+
+    @property
+    def held(self) -> LimitCycle | None:
+        """The cycle that growing small motions come to; None where they decay, or grow without limit."""
+        if self.damping_ratio >= 0.0 or not self.cycles or not self.cycles[0].attracting:
+            return None
+        return self.cycles[0]
+
+    @property
+    def threshold(self) -> LimitCycle | None:
+        """The largest cycle, where it repels: motions beyond it grow for ever; None where there is no such limit."""
+        return self.cycles[-1] if self.cycles and not self.cycles[-1].attracting else None
+
+    @property
+    def outcome(self) -> str:
+        """What a small disturbance leads to, and a large one."""
+        if self.damping_ratio < 0.0 and self.held is None:
+            return "grows for ever"
+        small = "decays" if self.damping_ratio >= 0.0 else "is held"
+        return small if self.threshold is None else f"{small}, grows for ever beyond a threshold"
+
+
+@one_blas_thread()
+def self_excitation(
+    modal: RingModes,
+    contact: ContactParameters,
+    nodal_diameter: int,
+    options: SolverOptions,
+    *,
+    number: int = 1,
+    reach: float = REACH,
+) -> SelfExcitation:
+    """The limit cycles of a wave in a flow that feeds it, and what happens below, between and above them.
+
+    Parameters
+    ----------
+    modal : rom.ModalModel or rom.SectorModes
+        Modes of the blade with free contacts, with damping and influence coefficients (`rom.modal_model`).
+    contact : ContactParameters
+        Parameters of the contact nodes.
+    nodal_diameter : int
+        n of any sign; above 0 a backward wave, as that of an engine order.
+    options : SolverOptions
+        Harmonics (a number), contact integration, the output, and whether stability in the ring is looked at.
+    number : int
+        Number of the mode, from 1, in the order of frequency at small amplitudes.
+    reach : float
+        Largest amplitude, as a multiple of the one at which motions cease to be linear.
+
+    Returns
+    -------
+    SelfExcitation
+        Its cycles with their stability.
+
+    Raises
+    ------
+    ArithmeticError
+        No static equilibrium, or no motion of the smallest amplitude was found.
+    OptionsError
+        The number of harmonics is "auto", the method is "static-first", or the structure has no mode of this number.
+
+    Examples
+    --------
+    m = k = kt = 1 and mu N = 1, with a flow that takes a damping of 0.1 away: one cycle is held, a larger one parts.
+
+    >>> from nonlinear import ContactParameters, SolverOptions, self_excitation
+    >>> from rom import InfluenceCoefficients, ReducedModel, modal_model
+    >>> along, one = np.array([[1.0], [0.0], [0.0]]), np.ones(1)
+    >>> blade = ReducedModel(np.eye(1), np.eye(1), along, np.zeros((1, 3)), one, {"tip": one}, n_blades=4)
+    >>> flow = InfluenceCoefficients(1, np.array([0]), np.array([0.1j]))
+    >>> modal = modal_model(blade, damping_ratio=0.0, influence=[flow])
+    >>> slider = ContactParameters.shared(
+    ...     1, normal_stiffness=0.0, tangential_stiffness=1.0, friction=1.0, preload=1.0
+    ... )
+    >>> found = self_excitation(modal, slider, 1, SolverOptions((0.1, 1.0), harmonics=1))
+    >>> [round(cycle.vibration_m, 4) for cycle in found.cycles], found.outcome
+    ([1.1423, 11.3702], 'is held, grows for ever beyond a threshold')
+    """
+    first = first_motion(modal, contact, nodal_diameter, options, number)
+    limit = first.linear_limit()
+    first = replace(first, amplitude=BELOW * limit if 0.0 < limit < np.inf else ANY, steps=LONG_STEPS)
+    if limit == np.inf:
+        state = first.find()[0].state
+        return SelfExcitation(nodal_diameter, state.omega / (2.0 * np.pi), state.damping, limit, None, ())
+    mode = followed_mode(first, reach * first.amplitude / BELOW)
+    frequency, damping = float(mode.frequency_hz[0]), float(mode.damping_ratio[0])
+    stability = _CycleStability(first, options.stability == "ring")
+    cycles = tuple(stability.cycle(point, mode.motions) for point in _zeros(mode))
+    return SelfExcitation(nodal_diameter, frequency, damping, limit, mode, cycles)
+
+
+def _zeros(mode: NonlinearMode) -> Iterator[MotionPoint]:
+    """The motions with no damping, in the order of the curve."""
+    continuation = mode.motions.continuation
+    for number in range(int(mode.piece[-1]) + 1):
+        states = [state for state, piece in zip(mode.motions.states, mode.piece, strict=True) if piece == number]
+        for before, after in pairwise(_with_extremes(states, continuation)):
+            if (before.damping < 0.0) == (after.damping < 0.0):
+                continue
+            found = continuation.between(before, after, lambda point: point.state.damping)
+            if found is not None:
+                exact = continuation.solve_at_damping(replace(found.state, damping=0.0))
+                same = exact is not None and abs(exact.state.level - found.state.level) < SAME
+                yield exact if exact is not None and same else found
+
+
+def _with_extremes(states: list[MotionState], continuation: ModeContinuation) -> list[MotionState]:
+    """The states with those between them where the damping, of one sign at three of them, comes nearest to zero."""
+    found = states[:1]
+    for before, at, after in zip(states, states[1:], states[2:], strict=False):
+        found.append(at)
+        near = abs(at.damping) < min(abs(before.damping), abs(after.damping))
+        if near and min(before.damping * at.damping, at.damping * after.damping) > 0.0:
+            extreme = continuation.between(
+                before, after, lambda point: continuation.rate(point, lambda state, _: state.damping)
+            )
+            if extreme is not None and extreme.state.damping * at.damping < 0.0:
+                found[-1] = extreme.state
+    return found + states[1:][-1:]
+
+
+@dataclass(frozen=True)
+class _CycleStability:
+    """Stability of the cycles of one wave; `first` has the structure and the contact."""
+
+    first: FirstMotion
+    in_ring: bool
+
+    def cycle(self, point: MotionPoint, motions: ModeMotions) -> LimitCycle:
+        """A cycle of its motion."""
+        receptance, state = self.first.receptance, point.state
+        # of the state itself: the linearised equations are those before the last step
+        linearised = motions.continuation.motion.evaluate(state)
+        rate, diameter = (
+            self._growth(receptance, state, linearised.contact.jacobian) if self.in_ring else (np.nan, -1)
+        )
+        coordinates = linearised.coordinates
+        rising = motions.continuation.rate(point, lambda at, _: at.damping) > 0.0
+        order = np.asarray(receptance.harmonics, dtype=float)
+        flow, damping = receptance.waves.works(coordinates, order, state.omega)
+        nodes = (len(coordinates), -1, 3)
+        force, motion = (
+            to_complex(part.reshape(len(part), -1)).reshape(nodes)
+            for part in (linearised.contact.force, state.displacement)
+        )
+        return LimitCycle(
+            frequency_hz=state.omega / (2.0 * np.pi),
+            amplitude_m=float(largest_amplitude(receptance.output(motions.output, coordinates)).value),
+            vibration_m=vibration_of(coordinates, receptance, motions.output),
+            attracting=rising,
+            growth_rate=rate,
+            growth_nodal_diameter=diameter,
+            flow_j=float(flow),
+            damping_j=float(damping),
+            friction_j=float(friction_work(motion[None], force[None]).sum()),
+            coordinates=coordinates,
+        )
+
+    def _growth(self, receptance: RelativeReceptance, state: MotionState, jacobian: Array) -> tuple[float, int]:
+        """Leading exponent of perturbations but for those of the own amplitude and phase, and its nodal diameter."""
+        contact = LinearisedContact(state.displacement, jacobian, state.omega)
+        analysis, modal = FloquetAnalysis.of(receptance, self.first.contact), receptance.modal
+        own = analysis.exponents(*contact)
+        own = own[np.abs(own.imag) > OWN_PHASE * state.omega]
+        found = [(float(own.real.max()), 0)] if own.size else []
+        if largest_nodal_diameter(modal) > 0 and modal.n_blades is not None:
+            other = RingStability(analysis, modal.n_blades).leading(contact)
+            found += [] if other is None else [(other.exponent.real, other.nodal_diameter)]
+        return max(found, default=(np.nan, -1))
