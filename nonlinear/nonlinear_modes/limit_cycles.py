@@ -21,8 +21,9 @@ from itertools import pairwise
 
 import numpy as np
 
+from nonlinear.contact.element_choice import contact_element
 from nonlinear.contact.fourier import ComplexArray, to_complex
-from nonlinear.contact.parameters import Array, ContactParameters
+from nonlinear.contact.parameters import ContactParameters
 from nonlinear.continuation.response_quantities import friction_work, largest_amplitude
 from nonlinear.nonlinear_modes.extended_motion import MotionState
 from nonlinear.nonlinear_modes.mode_curve import STEPS, ModeContinuation, MotionPoint
@@ -37,12 +38,13 @@ from nonlinear.nonlinear_modes.nonlinear_mode import (
 from nonlinear.options import SolverOptions
 from nonlinear.stability.floquet import FloquetAnalysis
 from nonlinear.stability.ring_stability import LinearisedContact, RingStability, largest_nodal_diameter
-from rom import RelativeReceptance, RingModes, one_blas_thread
+from rom import RingModes, one_blas_thread
 
 ANY = 1e-9  # m, an amplitude of motions that are linear at any, or at none
 BELOW, REACH = 0.5, 3000.0  # smallest and largest amplitude over that of the first slip, lift-off or touch
-LONG_STEPS = replace(STEPS, largest=0.5)  # along the mode: each cycle is solved for
+LONG_STEPS = replace(STEPS, largest=0.25)  # along the mode: each cycle is solved for
 SAME = 1e-3  # change of ln a from a located cycle to the exact one
+PERTURBED = 3  # least number of harmonics of perturbations, whose frequencies are those of other waves
 OWN_PHASE = 1e-4  # exponent of a shift of the cycle in time, which is 0, in units of omega
 
 
@@ -260,9 +262,7 @@ class _CycleStability:
         receptance, state = self.first.receptance, point.state
         # of the state itself: the linearised equations are those before the last step
         linearised = motions.continuation.motion.evaluate(state)
-        rate, diameter = (
-            self._growth(receptance, state, linearised.contact.jacobian) if self.in_ring else (np.nan, -1)
-        )
+        rate, diameter = self._growth(state) if self.in_ring else (np.nan, -1)
         coordinates = linearised.coordinates
         rising = motions.continuation.rate(point, lambda at, _: at.damping) > 0.0
         order = np.asarray(receptance.harmonics, dtype=float)
@@ -285,10 +285,17 @@ class _CycleStability:
             coordinates=coordinates,
         )
 
-    def _growth(self, receptance: RelativeReceptance, state: MotionState, jacobian: Array) -> tuple[float, int]:
+    def _growth(self, state: MotionState) -> tuple[float, int]:
         """Leading exponent of perturbations but for those of the own amplitude and phase, and its nodal diameter."""
-        contact = LinearisedContact(state.displacement, jacobian, state.omega)
-        analysis, modal = FloquetAnalysis.of(receptance, self.first.contact), receptance.modal
+        first, (rows, nodes, _) = self.first, state.displacement.shape
+        harmonics = max((rows - 1) // 2, PERTURBED)
+        displacement = np.zeros((2 * harmonics + 1, nodes, 3))
+        displacement[:rows] = state.displacement
+        element = contact_element(first.contact, harmonics, first.options)
+        jacobian = element.evaluate(displacement).jacobian
+        contact = LinearisedContact(displacement, jacobian, state.omega)
+        receptance = replace(first.receptance, harmonics=tuple(range(harmonics + 1)))
+        analysis, modal = FloquetAnalysis.of(receptance, first.contact), receptance.modal
         own = analysis.exponents(*contact)
         own = own[np.abs(own.imag) > OWN_PHASE * state.omega]
         found = [(float(own.real.max()), 0)] if own.size else []

@@ -269,6 +269,12 @@ class NonlinearMode:
     message: str
     motions: ModeMotions = field(repr=False, compare=False)
 
+    @property
+    def vibration_m(self) -> Array:
+        """Largest displacement of the output over a period without its mean, (P,), m."""
+        receptance, output = self.motions.receptance, self.motions.output
+        return np.array([vibration_of(motion, receptance, output) for motion in self.coordinates])
+
     def resonances(self, force: float) -> tuple[ModeResonance, ...]:
         """Resonances under an excitation of some amplitude, the largest motion first.
 

@@ -71,8 +71,18 @@ class Aero(Section):
     family: Annotated[tuple[AeroFamily, ...], Field(min_length=1)] = key(
         "mode families that the flow acts on", "tables [[aero.family]] with different modes"
     )
+    scale: Number = key("factor on all coefficients", "a number, {bounds}", 1.0, ge=0.0, le=1000.0)
 
     def placed(self, folder: Path) -> Aero:
         """The section with the full paths of its files, which are relative to the folder of the scene."""
         found: Aero = placed(self, ("family",), folder)
+        return found
+
+    def scaled(self, contents: Contents | None = None) -> list[AeroFamily]:
+        """The families with the lists of their files, all coefficients times the factor. InputError."""
+        found = []
+        for each in self.family:
+            family = each.read(contents)
+            lists = {name: tuple(self.scale * value for value in getattr(family, name)) for name in COLUMNS[2:]}
+            found.append(family.model_copy(update=lists))
         return found

@@ -48,6 +48,7 @@ from pipeline.scene.material_section import Fatigue, Material, NamedMaterial, St
 from pipeline.scene.mesh_section import MAIN_INTERFACE, Mesh
 from pipeline.scene.model_section import Model
 from pipeline.studies.backbone.section import Backbone
+from pipeline.studies.flutter.section import Flutter
 from pipeline.studies.map.section import Map
 from pipeline.studies.mistuning.section import Mistuning
 from pipeline.studies.optimum.section import Optimum
@@ -441,6 +442,7 @@ class Scene(Section):
     optimum: Optimum | None = _key("", "a table", None)
     map: Map | None = _key("", "a table", None)
     backbone: Backbone | None = _key("", "a table", None)
+    flutter: Flutter | None = _key("", "a table", None)
     uncertainty: Uncertainty | None = _key("", "a table", None)
     mistuning: Mistuning | None = _key("", "a table", None)
     wear: Wear | None = _key("", "a table", None)
@@ -466,8 +468,8 @@ class Scene(Section):
         return self._contents
 
     def aero_families(self) -> list[AeroFamily]:
-        """The mode families that the flow acts on, with the lists of their files."""
-        return [] if self.aero is None else [each.read(self.contents) for each in self.aero.family]
+        """The mode families that the flow acts on, with their coefficients, those of files among them."""
+        return [] if self.aero is None else self.aero.scaled(self.contents)
 
     def aero_inputs(self) -> list[dict[str, Any]]:
         """What the flow is, whether it is given as lists or in files."""

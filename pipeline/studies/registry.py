@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 
     from pipeline.studies.study import Study
 
-FIGURES = {"map": "response_map"}  # names of figures that are not those of their studies: figures/map is of a sweep
+# names of figures that are not those of their studies: figures/map is of a sweep, figures/flutter of linear waves
+FIGURES = {"flutter": "limit_cycles", "map": "response_map"}
 
 
 @dataclass(frozen=True)

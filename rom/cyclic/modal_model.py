@@ -64,7 +64,7 @@ class WaveModes(ModalCoefficients):
     relative: ComplexArray
     flow: ComplexArray | None = None
 
-    def works(self, coordinates: ComplexArray, harmonics: Array, omega: ArrayLike) -> tuple[Array, Array]:
+    def works(self, coordinates: ComplexArray, harmonics: Array, omega: float | Array) -> tuple[Array, Array]:
         """Work of the flow and work that damping dissipates per cycle, J.
 
         Parameters

@@ -1,0 +1,1 @@
+"""The study `flutter`: limit cycles of the waves that the flow feeds."""

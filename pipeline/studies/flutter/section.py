@@ -1,0 +1,43 @@
+"""Section [flutter] of a scene: limit cycles of the waves that the flow feeds."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from pipeline.scene.fields import Number, StudyKeys, Whole, key
+from pipeline.studies.backbone.section import Curves
+
+DIAMETERS = "a list of 1 to 1000 different whole numbers, -100000 to 100000"
+Diameters = Annotated[
+    tuple[Annotated[Whole, Field(ge=-100000, le=100000)], ...], Field(min_length=1, max_length=1000)
+]
+
+
+class Flutter(StudyKeys):
+    """[flutter]: motions of the ring without excitation, in the flow of [aero]. Not computed without this section."""
+
+    mode: Whole = key(
+        "number of the mode, 1 is the lowest at small amplitudes", "a whole number, {bounds}", 1, ge=1, le=1000
+    )
+    nodal_diameters: Diameters | None = key(
+        "nodal diameters of waves, above 0 backward; none: those that flutter with free, sliding or stuck contacts",
+        DIAMETERS,
+        None,
+    )
+    harmonics: Whole | None = key(
+        "number of harmonics; none: that of the curve", "a whole number, {bounds}", None, ge=1, le=25
+    )
+    reach: Number = key(
+        "largest amplitude, over that at which a contact node first slips, lifts off or touches",
+        "a number, {bounds}",
+        3000.0,
+        ge=2.0,
+        le=1e6,
+    )
+    curves: Literal["all"] | Curves = key(
+        '"all", or the numbers of curves from 0',
+        '"all" or a list of 1 to 100 numbers of curves, the first is 0',
+        "all",
+    )

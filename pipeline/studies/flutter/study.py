@@ -1,0 +1,181 @@
+"""The study `flutter`: limit cycles of the waves that the flow feeds, curve by curve of a scene."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pipeline.results.worst import with_unit
+from pipeline.scene.labels import member_label
+from pipeline.stages.curve.curve_file import read_curve
+from pipeline.stages.model.flutter import linear_flutter
+from pipeline.stages.scene_to_solver import nonlinear_problem
+from pipeline.studies.flutter.result import CurveFlutter, CycleFacts, FlutterResult, WaveCycles
+from pipeline.studies.flutter.section import Flutter
+from pipeline.studies.study import StudyError
+
+if TYPE_CHECKING:
+    from nonlinear import ContactParameters, SelfExcitation, SolverOptions
+    from pipeline.stages.curve.respond import CurveResult
+    from pipeline.studies.study import StudyContext
+    from rom import RingModes
+
+
+class FlutterStudy:
+    """Limit cycles of the waves of a scene, as `Study`."""
+
+    name = "flutter"
+    result = FlutterResult
+
+    def key(self, context: StudyContext) -> Mapping[str, Any]:
+        """The curves that it is about: each file is named after all that the curve depends on."""
+        return {"curves": [[number, file.parent.name] for number, _, file, _ in _curves(context)]}
+
+    def compute(self, context: StudyContext) -> FlutterResult:
+        """The waves of one curve after another."""
+        section, found = context.scene.flutter, []
+        assert section is not None  # the study is asked for
+        for number, result, file, rom in _curves(context):
+            found.append(_flutter(number, result, read_curve(file).harmonics, rom, section, context))
+            context.progress(f"flutter, {found[-1].label}: {said_of_waves(found[-1])}, {found[-1].seconds:.2f} s")
+        if not found:
+            raise StudyError("there is no curve whose waves could be looked at")
+        return FlutterResult(section.mode, tuple(found))
+
+    def lines(self, result: FlutterResult) -> Sequence[str]:
+        """What becomes of the waves."""
+        return [f"flutter, {curve.label}: {said_of_waves(curve)}" for curve in result.curves]
+
+
+def _curves(context: StudyContext) -> Iterator[tuple[int, CurveResult, Path, Path]]:
+    """Number, result, file and model file of the curves asked for."""
+    section = context.scene.flutter
+    assert section is not None
+    for number, curve in enumerate(context.outcome.curves):
+        if curve.file and curve.rom and curve.facts and (section.curves == "all" or number in section.curves):
+            yield number, curve, curve.file, curve.rom
+
+
+def _flutter(
+    number: int, result: CurveResult, harmonics: int, rom: Path, section: Flutter, context: StudyContext
+) -> CurveFlutter:
+    """The waves of one curve."""
+    from rom import one_blas_thread, read_reduced_model
+
+    start, scene, model = time.perf_counter(), result.member.scene, read_reduced_model(rom, with_basis=False)
+    with one_blas_thread():
+        modal, contact, _, options = nonlinear_problem(scene, model)
+        own = replace(options, harmonics=section.harmonics or harmonics)
+        waves = []
+        for n in section.nodal_diameters or _fluttering(rom, result, section.mode):
+            context.run.reporter.interrupts.check()
+            waves.append(_wave(modal, contact, n, own, section))
+    return CurveFlutter(
+        curve=number,
+        label=member_label(result.member),
+        parameters=dict(result.member.parameters),
+        n_blades=modal.n_blades or 1,
+        harmonics=own.fixed_harmonics,
+        waves=tuple(sorted(waves, key=lambda wave: wave.nodal_diameter)),
+        seconds=time.perf_counter() - start,
+    )
+
+
+def _fluttering(rom: Path, result: CurveResult, mode: int) -> list[int]:
+    """Nodal diameters of the waves that flutter with free, sliding or stuck contacts."""
+    found = linear_flutter(rom, result.member.scene)
+    assert found is not None  # there is a flow
+    rows = [state.damping_ratio[mode - 1] for state in found.states if mode <= len(state.damping_ratio)]
+    return [n for place, n in enumerate(found.nodal_diameter) if any(row[place] < 0.0 for row in rows)]
+
+
+def _wave(
+    modal: RingModes, contact: ContactParameters, n: int, options: SolverOptions, section: Flutter
+) -> WaveCycles:
+    """One wave; where it has no result its message says why."""
+    from nonlinear import OptionsError, self_excitation
+
+    none = np.empty(0)
+    try:
+        found = self_excitation(modal, contact, n, options, number=section.mode, reach=section.reach)
+    except (ArithmeticError, OptionsError) as error:
+        nan = math.nan
+        return WaveCycles(n, nan, nan, _free_damping(modal, n, section.mode), nan, none, none, (), "", str(error))
+    mode = found.mode
+    return WaveCycles(
+        nodal_diameter=n,
+        frequency_hz=found.frequency_hz,
+        damping_ratio=found.damping_ratio,
+        free_damping_ratio=_free_damping(modal, n, section.mode),
+        linear_limit_m=found.linear_limit_m,
+        vibration_m=none if mode is None else mode.vibration_m,
+        mode_damping_ratio=none if mode is None else mode.damping_ratio,
+        cycles=_facts(found),
+        outcome=found.outcome,
+        message="" if mode is None or mode.complete else mode.message,
+    )
+
+
+def _facts(found: SelfExcitation) -> tuple[CycleFacts, ...]:
+    """The cycles of a wave as records."""
+    names = [name for name in CycleFacts.__annotations__ if name != "persists"]
+    return tuple(
+        CycleFacts(persists=cycle.persists, **{name: getattr(cycle, name) for name in names})
+        for cycle in found.cycles
+    )
+
+
+def _free_damping(modal: RingModes, n: int, mode: int) -> float:
+    """Damping ratio of a mode with free contacts; NaN without such a mode."""
+    own = modal.at(n)
+    if mode > own.angular_frequency.size:
+        return math.nan
+    stiffness, damping = complex(own.total_stiffness[mode - 1]), complex(own.total_damping[mode - 1])
+    half = damping / 2.0
+    pole = max(-half + np.sqrt(half**2 - stiffness), -half - np.sqrt(half**2 - stiffness), key=lambda s: s.imag)
+    return float(-pole.real / abs(pole))
+
+
+def said_of_waves(curve: CurveFlutter) -> str:
+    """How many waves grow, where they are held, which cycles persist, and from where motions grow for ever."""
+    failed = [wave for wave in curve.waves if wave.message and not wave.vibration_m.size]
+    known = [wave for wave in curve.waves if wave not in failed]
+    growing = [wave for wave in known if wave.damping_ratio < 0.0]
+    held = [(wave, wave.held) for wave in growing if wave.held is not None]
+    if not known:
+        return "no wave flutters" if not failed else f"{len(failed)} waves without a result: {failed[0].message}"
+    parts = [f"{len(growing)} of {curve.n_blades} waves grow from rest" if growing else "no wave grows from rest"]
+    if held:
+        sizes = [cycle.vibration_m for _, cycle in held if cycle is not None]
+        lasting = [wave.nodal_diameter for wave, cycle in held if cycle is not None and cycle.persists]
+        sized = with_unit(min(sizes)) + (f" to {with_unit(max(sizes))}" if len(sizes) > 1 else "")
+        parts.append(f"{len(held)} are held by friction at {sized}")
+        parts.append(
+            f"lasting in the ring: nodal diameter {_ranges(lasting)}" if lasting else "none lasts in the ring"
+        )
+    if lost := [wave for wave in growing if wave.held is None]:
+        parts.append(f"{len(lost)} grow for ever, nodal diameter {_ranges([w.nodal_diameter for w in lost])}")
+    limits = [(wave.threshold.vibration_m, wave.nodal_diameter) for wave in known if wave.threshold is not None]
+    if limits:
+        least, n = min(limits)
+        parts.append(f"beyond {with_unit(least)} (nodal diameter {n}) motions grow for ever")
+    if failed:
+        parts.append(f"{len(failed)} waves without a result: {failed[0].message}")
+    return "; ".join(parts)
+
+
+def _ranges(numbers: Sequence[int]) -> str:
+    """Whole numbers as ranges: 3, 5 to 8."""
+    found: list[list[int]] = []
+    for number in sorted(numbers):
+        if found and number == found[-1][-1] + 1:
+            found[-1].append(number)
+        else:
+            found.append([number])
+    return ", ".join(str(each[0]) if len(each) == 1 else f"{each[0]} to {each[-1]}" for each in found)
