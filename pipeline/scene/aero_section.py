@@ -15,8 +15,12 @@ from pipeline.scene.loads_section import TABLE, File, csv_columns, placed
 Coefficient = Annotated[Number, Field(ge=-1.0, le=1.0)]
 MOST = 10000  # places
 Places = Annotated[tuple[Annotated[Whole, Field(ge=-MOST, le=MOST)], ...], Field(min_length=1, max_length=MOST)]
-COLUMNS = ("offset", "nodal_diameter", "real", "imaginary")
+COLUMNS = ("offset", "nodal_diameter", "speed_rpm", "frequency", "real", "imaginary")
+VALUES_OF = ("real", "imaginary")
+AXES = ("speed_rpm", "frequency")  # of a table
 VALUES = "a list of numbers, -1 to 1, one for each offset or nodal diameter"
+ROWS = "a list of numbers, 0 to 1e6, one for each offset or nodal diameter"
+Numbers = Annotated[tuple[Annotated[Number, Field(ge=0.0, le=1e6)], ...], Field(min_length=1, max_length=MOST)]
 
 
 class AeroFamily(Section):
@@ -41,8 +45,15 @@ class AeroFamily(Section):
         VALUES,
         (),
     )
+    speed_rpm: Numbers | None = key(
+        "speeds of the coefficients, rev/min; linear between them at load.speed_rpm", ROWS, None
+    )
+    frequency: Numbers | None = key(
+        "frequencies of the coefficients, Hz; linear between them at the frequency of the family", ROWS, None
+    )
     file: File | None = key(
-        "in place of the lists: columns offset or nodal_diameter, real, imaginary; relative to the scene file",
+        "in place of the lists: columns offset or nodal_diameter, real, imaginary, of a table speed_rpm, frequency;"
+        " relative to the scene file",
         TABLE,
         None,
     )
@@ -53,16 +64,38 @@ class AeroFamily(Section):
             return self
         columns = csv_columns(self.file, COLUMNS, contents)
         places = [name for name in COLUMNS[:2] if name in columns]
-        if len(places) != 1 or not all(name in columns for name in COLUMNS[2:]):
+        if len(places) != 1 or not all(name in columns for name in VALUES_OF):
             allowed = "columns offset or nodal_diameter, real and imaginary"
             raise InputError(f"{self.file}: columns {', '.join(columns)}, allowed: {allowed}")
         if any(value % 1.0 or abs(value) > MOST for value in columns[places[0]]):
             raise InputError(f"{self.file}: {places[0]} that is no whole number, allowed: -{MOST} to {MOST}")
-        if any(abs(value) > 1.0 for name in COLUMNS[2:] for value in columns[name]):
+        if any(abs(value) > 1.0 for name in VALUES_OF for value in columns[name]):
             raise InputError(f"{self.file}: a coefficient beyond -1 to 1, allowed: parts of the squared frequency")
-        lists = {name: tuple(columns[name].tolist()) for name in COLUMNS[2:]}
+        if any(not 0.0 <= value <= 1e6 for name in AXES for value in columns.get(name, ())):
+            raise InputError(f"{self.file}: speed_rpm or frequency beyond 0 to 1e6, allowed: rev/min and Hz")
+        lists = {name: tuple(columns[name].tolist()) for name in (*AXES, *VALUES_OF) if name in columns}
         lists[places[0]] = tuple(int(value) for value in columns[places[0]])
         return self.model_copy(update=lists)
+
+    @property
+    def places(self) -> tuple[int, ...]:
+        """Offsets, or nodal diameters."""
+        return self.offset or self.nodal_diameter or ()
+
+    def axes(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Speeds and frequencies of the table, ascending; () of what it does not depend on."""
+        speeds, frequencies = (tuple(sorted(set(getattr(self, name) or ()))) for name in AXES)
+        return speeds, frequencies
+
+    def rows(self) -> dict[tuple[float, float], dict[int, complex]]:
+        """The coefficients by place, for each speed and frequency, 0 for what they do not depend on."""
+        count, found = len(self.places), dict[tuple[float, float], dict[int, complex]]()
+        axes = (getattr(self, name) or (0.0,) * count for name in AXES)
+        for place, speed, frequency, real, imaginary in zip(
+            self.places, *axes, self.real, self.imaginary, strict=True
+        ):
+            found.setdefault((speed, frequency), {})[place] = complex(real, imaginary)
+        return found
 
 
 class Aero(Section):
@@ -83,6 +116,6 @@ class Aero(Section):
         found = []
         for each in self.family:
             family = each.read(contents)
-            lists = {name: tuple(self.scale * value for value in getattr(family, name)) for name in COLUMNS[2:]}
+            lists = {name: tuple(self.scale * value for value in getattr(family, name)) for name in VALUES_OF}
             found.append(family.model_copy(update=lists))
         return found

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from nonlinear import least_samples
 from pipeline.errors import InputError, input_error, shown, shown_key
-from pipeline.scene.aero_section import Aero
+from pipeline.scene.aero_section import Aero, AeroFamily
 from pipeline.scene.contact_section import PER_NODE, FaceField, Interface
 from pipeline.scene.dotted_keys import CONTACT, INTERFACE, interface_of, of_contact
 from pipeline.scene.geometry_parameters import disk_parameters, geometry_parameters, wing_parameters
@@ -369,17 +369,32 @@ def _unfit_aero(path: Path, aero: Aero, scene: Scene) -> Unfit:
             yield input_error(path, f"{place}.nodal_diameter", found, "offset or nodal_diameter, one of the two")
             continue
         name = "nodal_diameter" if family.offset is None else "offset"
-        different = len({n % blades for n in places})
-        if different < len(places):
-            yield input_error(path, f"{place}.{name}", shown(list(places)), f"each of {blades} places once")
-        elif family.offset is None and different < blades:
-            last = blades // 2
-            allowed = f"each wave of {blades} blades once, {last - blades + 1} to {last} or 0 to {blades - 1}"
-            yield input_error(path, f"{place}.{name}", f"a list of {len(places)}", allowed)
-        for part, values in (("real", family.real), ("imaginary", family.imaginary)):
-            if len(values) != len(places):
-                allowed = f"a list of {len(places)} numbers, one for each {name}"
-                yield input_error(path, f"{place}.{part}", f"a list of {len(values)}", allowed)
+        lists = {part: getattr(family, part) for part in ("real", "imaginary", "speed_rpm", "frequency")}
+        wrong = {part: values for part, values in lists.items() if values is not None and len(values) != len(places)}
+        for part, values in wrong.items():
+            allowed = f"a list of {len(places)} numbers, one for each {name}"
+            yield input_error(path, f"{place}.{part}", f"a list of {len(values)}", allowed)
+        if not wrong:
+            yield from _unfit_table(path, place, family, scene, blades)
+
+
+def _unfit_table(path: Path, place: str, family: AeroFamily, scene: Scene, blades: int) -> Unfit:
+    """Places of a mode family that are missing or twice at a speed and frequency, and a speed beyond the table."""
+    name = "nodal_diameter" if family.offset is None else "offset"
+    (speeds, frequencies), rows = family.axes(), family.rows()
+    every, points = {n % blades for n in family.places}, max(len(speeds), 1) * max(len(frequencies), 1)
+    at_each = "" if points == 1 else ", at each speed and frequency"
+    if len(every) * points != len(family.places) or any({n % blades for n in row} != every for row in rows.values()):
+        said = shown(list(family.places)) if points == 1 else f"a table of {len(family.places)} rows"
+        yield input_error(path, f"{place}.{name}", said, f"each of {blades} places once{at_each}")
+    elif family.offset is None and len(every) < blades:
+        last = blades // 2
+        allowed = f"each wave of {blades} blades once, {last - blades + 1} to {last} or 0 to {blades - 1}{at_each}"
+        yield input_error(path, f"{place}.{name}", f"a list of {len(every)}", allowed)
+    speed = scene.load.speed_rpm
+    if speeds and not speeds[0] <= speed <= speeds[-1]:
+        allowed = f"speeds on both sides of load.speed_rpm = {speed:g}"
+        yield input_error(path, f"{place}.speed_rpm", f"{speeds[0]:g} to {speeds[-1]:g}", allowed)
 
 
 def _unfit_files(path: Path, scene: Scene) -> Unfit:

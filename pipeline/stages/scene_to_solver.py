@@ -216,22 +216,34 @@ def damped_modes(
         damping_ratio=response.damping_ratio,
         rayleigh=response.rayleigh,
         speed_rpm=load.speed_rpm,
-        influence=[_influence(each, model.n_blades or 1) for each in families],
+        influence=[influence_of(each, model.n_blades or 1, load.speed_rpm) for each in families],
     )
 
 
-def _influence(family: AeroFamily, n_blades: int) -> InfluenceCoefficients:
-    """The coefficients of a mode family on a ring."""
+def influence_of(family: AeroFamily, n_blades: int, speed_rpm: float) -> InfluenceCoefficients:
+    """The coefficients of a mode family on a ring at a speed, linear between those of its table."""
     import numpy as np
 
     from rom import InfluenceCoefficients
 
-    values = np.array(family.real) + 1j * np.array(family.imaginary)
+    (speeds, frequencies), rows = family.axes(), family.rows()
+    places = sorted({n % n_blades for n in family.places}) if family.offset is None else sorted(set(family.places))
+    by_place = {
+        key: {n if family.offset else n % n_blades: value for n, value in row.items()} for key, row in rows.items()
+    }
+    values = np.array(
+        [[[by_place[s, f][n] for n in places] for f in frequencies or (0.0,)] for s in speeds or (0.0,)]
+    )
+    below = min(max(int(np.searchsorted(speeds, speed_rpm)) - 1, 0), max(len(speeds) - 2, 0))
+    table = values[below]
+    if len(speeds) > 1:
+        share = (speed_rpm - speeds[below]) / (speeds[below + 1] - speeds[below])
+        table = table + share * (values[below + 1] - table)
+    at = 2.0 * np.pi * np.array(frequencies) if frequencies else None
+    table = table if frequencies else table[0]
     if family.offset is not None:
-        return InfluenceCoefficients(family.mode, np.array(family.offset), values)
-    of_wave = np.zeros(n_blades, dtype=complex)
-    of_wave[np.array(family.nodal_diameter) % n_blades] = values
-    return InfluenceCoefficients.of_waves(family.mode, of_wave)
+        return InfluenceCoefficients(family.mode, np.array(places), table, at)
+    return InfluenceCoefficients.of_waves(family.mode, table, at)
 
 
 def linear_operation(scene: Scene, sector: SectorMesh) -> LinearOperation:

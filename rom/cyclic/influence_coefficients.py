@@ -39,8 +39,10 @@ class InfluenceCoefficients:
         Number of the mode with free contacts in its wave, from 1.
     offset : (k,) int array
         Places from the blade that feels the force to the one that moves, in +y.
-    coefficient : (k,) complex array
+    coefficient : (k,) or (F, k) complex array
         Modal force over modal displacement and w_m^2; a positive imaginary part at offset 0 feeds the vibration.
+    frequency : (F,) array or None
+        Frequencies of the rows, rad/s, ascending; those of the family lie between them. None: one row for all.
 
     Examples
     --------
@@ -55,17 +57,20 @@ class InfluenceCoefficients:
     mode: int
     offset: NDArray[np.int64]
     coefficient: ComplexArray
+    frequency: Array | None = None
 
     @classmethod
-    def of_waves(cls, mode: int, values: ArrayLike) -> InfluenceCoefficients:
+    def of_waves(cls, mode: int, values: ArrayLike, frequency: Array | None = None) -> InfluenceCoefficients:
         """The coefficients of a ring whose value C(psi) is known for each wave.
 
         Parameters
         ----------
         mode : int
             Number of the mode, from 1.
-        values : (N_b,) complex array
+        values : (N_b,) or (F, N_b) complex array
             C of the waves of 0, 1, ... N_b - 1 nodal diameters; the wave N_b - n is that of -n.
+        frequency : (F,) array, optional
+            Frequencies of the rows, rad/s.
 
         Returns
         -------
@@ -80,11 +85,36 @@ class InfluenceCoefficients:
         (-0-0.02j)
         """
         given = np.asarray(values, dtype=complex)
-        offset = np.arange(given.size)
-        return cls(mode, offset, np.fft.fft(given) / given.size)
+        count = given.shape[-1]
+        return cls(mode, np.arange(count), np.fft.fft(given) / count, frequency)
+
+    def at(self, frequency: float) -> ComplexArray:
+        """The coefficients (k,) at a frequency, linear between those of the table.
+
+        Parameters
+        ----------
+        frequency : float
+            Frequency of the family, rad/s.
+
+        Raises
+        ------
+        ReducedModelError
+            The frequency is not one of the table.
+        """
+        if self.frequency is None:
+            return self.coefficient
+        low, high = float(self.frequency[0]), float(self.frequency[-1])
+        if not low <= frequency <= high:
+            in_hz = [value / (2.0 * np.pi) for value in (frequency, low, high)]
+            allowed = f"{in_hz[1]:g} to {in_hz[2]:g} Hz, the frequencies of the table"
+            raise ReducedModelError(
+                f"influence coefficients of mode {self.mode} at {in_hz[0]:g} Hz, allowed: {allowed}"
+            )
+        rows = self.coefficient.T
+        return np.array([np.interp(frequency, self.frequency, row) for row in rows], dtype=complex)
 
     def in_wave(self, phase: ArrayLike) -> ComplexArray:
-        """C in waves.
+        """C in waves, of coefficients that are not a table over the frequency.
 
         Parameters
         ----------
@@ -113,8 +143,8 @@ class InfluenceCoefficients:
         stiffness, damping : complex
             (rad/s)^2 and 1/s: modal force = -stiffness q - damping dq/dt.
         """
-        turned = self._turned(phase)
-        stiffness, damping = turned @ self.coefficient.real, turned @ self.coefficient.imag
+        turned, coefficient = self._turned(phase), self.at(frequency)
+        stiffness, damping = turned @ coefficient.real, turned @ coefficient.imag
         return complex(-(frequency**2) * stiffness), complex(-frequency * damping)
 
     def _turned(self, phase: ArrayLike) -> ComplexArray:

@@ -416,7 +416,9 @@ def modal_model(
         return SectorModes(model, damping, static, influence=tuple(influence))
     found = projected_modes(model, damping, static)
     if influence:
-        flow_in_wave(influence, found.angular_frequency, 0.0)  # the families exist
+        flow_in_wave(
+            influence, found.angular_frequency, 0.0
+        )  # the families exist, and tables reach their frequencies
     return replace(found, influence=tuple(influence))
 
 

@@ -9,6 +9,8 @@ import pytest
 from pipeline_support import shroud, small_scene, write_scene
 
 from pipeline.scene.reading import read_scene
+from pipeline.stages.scene_to_solver import influence_of
+from rom import ReducedModelError
 
 N = 12
 FAMILY: dict[str, Any] = {"mode": 1, "offset": [-1, 0, 1], "real": [-0.01, 0.0, 0.01], "imaginary": [0.0, -0.01, 0.0]}
@@ -83,7 +85,63 @@ def test_coefficients_from_a_file(tmp_path: Path) -> None:
         ("offset,real\n0,1\n", "columns offset, real, allowed: columns offset or nodal_diameter, real and imaginary"),
         ("offset,real,imaginary\n0.5,0,0\n", "offset that is no whole number, allowed: "),
         ("offset,real,imaginary\n0,40,0\n", "a coefficient beyond -1 to 1, allowed: "),
-        ("place,real\n0,0\n", 'column "place", allowed: offset, nodal_diameter, real, imaginary'),
+        (
+            "place,real\n0,0\n",
+            'column "place", allowed: offset, nodal_diameter, speed_rpm, frequency, real, imaginary',
+        ),
     ):
         (tmp_path / "flow.csv").write_text(content)
         assert said in shroud("validate", tmp_path / "s.toml")[2]
+
+
+def table(**changes: Any) -> dict[str, Any]:
+    """Coefficients at two speeds and two frequencies that depend linearly on both."""
+    rows = [(place, speed, hertz) for speed in (0.0, 1000.0) for hertz in (100.0, 2000.0) for place in (-1, 0, 1)]
+    real = [1e-3 * place * (1.0 + speed / 1000.0 + hertz / 1000.0) for place, speed, hertz in rows]
+    names = dict(zip(("offset", "speed_rpm", "frequency"), map(list, zip(*rows, strict=True)), strict=True))
+    return {"mode": 1, **names, "real": real, "imaginary": [-1e-2] * len(rows), **changes}
+
+
+def test_a_table_is_linear_between_its_speeds_and_frequencies(tmp_path: Path) -> None:
+    tables = scene() | {"aero": {"family": [table()]}}
+    tables["load"] = {"speed_rpm": 250.0}
+    family = read_scene(write_scene(tmp_path / "s.toml", tables)).first.aero_families()[0]
+    flow = influence_of(family, N, 250.0)
+    for hertz in (100.0, 333.0, 2000.0):
+        expected = 1e-3 * np.array([-1.0, 0.0, 1.0]) * (1.25 + hertz / 1000.0) - 1e-2j
+        assert flow.at(2.0 * np.pi * hertz) == pytest.approx(expected, rel=1e-12)
+    with pytest.raises(ReducedModelError, match=r"mode 1 at 99 Hz, allowed: 100 to 2000 Hz"):
+        flow.at(2.0 * np.pi * 99.0)
+
+
+@pytest.mark.parametrize(
+    ("family", "said"),
+    [
+        (
+            table(offset=[-1, 0, 0] * 4),
+            "aero.family[0].offset: a table of 12 rows, allowed: each of 12 places once, at",
+        ),
+        (
+            table(speed_rpm=[500.0] * 6 + [1000.0] * 6),
+            "speed_rpm: 500 to 1000, allowed: speeds on both sides of load",
+        ),
+        (
+            table(frequency=[100.0]),
+            "aero.family[0].frequency: a list of 1, allowed: a list of 12 numbers, one for each",
+        ),
+    ],
+)
+def test_a_table_that_does_not_fit_is_said_in_a_line(tmp_path: Path, family: dict[str, Any], said: str) -> None:
+    path = write_scene(tmp_path / "s.toml", scene() | {"aero": {"family": [family]}})
+    status, _, error = shroud("validate", path)
+    assert status == 2
+    assert said in error
+
+
+def test_a_frequency_beyond_the_table_is_said_in_a_line(tmp_path: Path) -> None:
+    family = table(frequency=[2000.0 if hertz > 500.0 else 1000.0 for hertz in table()["frequency"]])
+    path = write_scene(tmp_path / "s.toml", scene() | {"aero": {"family": [family]}})
+    status, _, error = shroud("modes", path, "--out", tmp_path / "out")
+    assert status in (1, 2)
+    assert "influence coefficients of mode 1 at" in error
+    assert "Traceback" not in error
