@@ -45,6 +45,7 @@ BELOW, REACH = 0.5, 3000.0  # smallest and largest amplitude over that of the fi
 LONG_STEPS = replace(STEPS, largest=0.25)  # along the mode: each cycle is solved for
 SAME = 1e-3  # change of ln a from a located cycle to the exact one
 PERTURBED = 3  # least number of harmonics of perturbations, whose frequencies are those of other waves
+NEUTRAL = 1e-8  # growth that is none, in units of omega
 OWN_PHASE = 1e-4  # exponent of a shift of the cycle in time, which is 0, in units of omega
 
 
@@ -147,8 +148,10 @@ class SelfExcitation:
         """What a small disturbance leads to, and a large one."""
         if self.damping_ratio < 0.0 and self.held is None:
             return "grows for ever"
-        small = "decays" if self.damping_ratio >= 0.0 else "is held"
-        return small if self.threshold is None else f"{small}, grows for ever beyond a threshold"
+        said = ["is held" if self.damping_ratio < 0.0 else "decays"]
+        if self.damping_ratio >= 0.0 and any(cycle.attracting for cycle in self.cycles):
+            said.append("is held after a larger disturbance")
+        return ", ".join([*said, *["grows for ever beyond a threshold"] * (self.threshold is not None)])
 
 
 @one_blas_thread()
@@ -264,7 +267,6 @@ class _CycleStability:
         linearised = motions.continuation.motion.evaluate(state)
         rate, diameter = self._growth(state) if self.in_ring else (np.nan, -1)
         coordinates = linearised.coordinates
-        rising = motions.continuation.rate(point, lambda at, _: at.damping) > 0.0
         order = np.asarray(receptance.harmonics, dtype=float)
         flow, damping = receptance.waves.works(coordinates, order, state.omega)
         nodes = (len(coordinates), -1, 3)
@@ -276,7 +278,7 @@ class _CycleStability:
             frequency_hz=state.omega / (2.0 * np.pi),
             amplitude_m=float(largest_amplitude(receptance.output(motions.output, coordinates)).value),
             vibration_m=vibration_of(coordinates, receptance, motions.output),
-            attracting=rising,
+            attracting=self._attracts(point, motions),
             growth_rate=rate,
             growth_nodal_diameter=diameter,
             flow_j=float(flow),
@@ -285,21 +287,37 @@ class _CycleStability:
             coordinates=coordinates,
         )
 
+    def _attracts(self, point: MotionPoint, motions: ModeMotions) -> bool:
+        """Whether the perturbation of the own amplitude decays.
+
+        Its exponent is real, as are those of the phase and of sliders at rest, which are 0. Where there is no other
+        one, the damping tells.
+        """
+        analysis, contact = self._linearised(point.state, 0)
+        own, omega = analysis.exponents(*contact), point.state.omega
+        real = own.real[(np.abs(own.imag) <= OWN_PHASE * omega) & (np.abs(own.real) > NEUTRAL * omega)]
+        if real.size:
+            return bool(real.max() < 0.0)
+        return motions.continuation.rate(point, lambda at, _: at.damping) > 0.0
+
     def _growth(self, state: MotionState) -> tuple[float, int]:
         """Leading exponent of perturbations but for those of the own amplitude and phase, and its nodal diameter."""
-        first, (rows, nodes, _) = self.first, state.displacement.shape
-        harmonics = max((rows - 1) // 2, PERTURBED)
-        displacement = np.zeros((2 * harmonics + 1, nodes, 3))
-        displacement[:rows] = state.displacement
-        element = contact_element(first.contact, harmonics, first.options)
-        jacobian = element.evaluate(displacement).jacobian
-        contact = LinearisedContact(displacement, jacobian, state.omega)
-        receptance = replace(first.receptance, harmonics=tuple(range(harmonics + 1)))
-        analysis, modal = FloquetAnalysis.of(receptance, first.contact), receptance.modal
-        own = analysis.exponents(*contact)
+        analysis, contact = self._linearised(state, PERTURBED)
+        own, modal = analysis.exponents(*contact), self.first.receptance.modal
         own = own[np.abs(own.imag) > OWN_PHASE * state.omega]
         found = [(float(own.real.max()), 0)] if own.size else []
         if largest_nodal_diameter(modal) > 0 and modal.n_blades is not None:
             other = RingStability(analysis, modal.n_blades).leading(contact)
             found += [] if other is None else [(other.exponent.real, other.nodal_diameter)]
         return max(found, default=(np.nan, -1))
+
+    def _linearised(self, state: MotionState, least: int) -> tuple[FloquetAnalysis, LinearisedContact]:
+        """The perturbations of a cycle, with its own number of harmonics or the least one."""
+        first, (rows, nodes, _) = self.first, state.displacement.shape
+        harmonics = max((rows - 1) // 2, least)
+        displacement = np.zeros((2 * harmonics + 1, nodes, 3))
+        displacement[:rows] = state.displacement
+        element = contact_element(first.contact, harmonics, first.options)
+        contact = LinearisedContact(displacement, element.evaluate(displacement).jacobian, state.omega)
+        receptance = replace(first.receptance, harmonics=tuple(range(harmonics + 1)))
+        return FloquetAnalysis.of(receptance, first.contact), contact

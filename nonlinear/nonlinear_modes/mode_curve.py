@@ -143,11 +143,12 @@ class ModeContinuation:
                 move = np.linalg.solve(matrix, right)
             except np.linalg.LinAlgError:
                 return None
-            size = float(np.linalg.norm(move))
-            if not size < _LARGEST_MOVE:
+            static, size = self.shape[1] * 3, float(np.linalg.norm(move))
+            shift = max(1.0, float(np.linalg.norm(values[:static])) / scale[0])  # the static part over the vibration
+            if not np.linalg.norm(np.append(move[:static] / shift, move[static:])) < _LARGEST_MOVE:
                 return None
             values += scale * move
-            if size < self.tolerance * max(1.0, np.linalg.norm(values[: self.shape[1] * 3]) / scale[0]):
+            if size < self.tolerance * shift:
                 last = np.zeros(values.size)
                 last[-1] = 1.0
                 along = np.linalg.solve(matrix, last) * scale / self._scale(values)
