@@ -33,9 +33,9 @@ from rom import ModalModel, RingModes
 MOST_UNKNOWNS = 500  # of a ring that is solved as one structure: some minutes
 PERIODS = 1000  # of the time integration of a whole ring with the standard search
 WHOLE, ALONE = "stability of the whole ring", "stability by time integration alone"  # of a small and a large ring
-NONE = "no stability"  # with a disk
+NONE = "no stability"  # where waves have modes of their own
 OTHERS = "other deviations of blades and contacts"
-ON_DISK = "a mistuned ring on a disk is not integrated in time"
+NOT_IN_TIME = "a mistuned ring on a disk or in a flow is not integrated in time"
 
 
 def mistuned_curve(
@@ -83,9 +83,9 @@ def mistuned_curve(
     ('periodic', True)
     """
     check_blades(modal, mistuning)
-    if not isinstance(modal, ModalModel):
+    if modal.waves_differ or not isinstance(modal, ModalModel):
         curve = _main_branch(response, options)
-        return replace(curve, worst=_said(worst_of(curve, options, None, None, ON_DISK), NONE))
+        return replace(curve, worst=_said(worst_of(curve, options, None, None, NOT_IN_TIME), NONE))
     is_small = 3 * contact.n_contacts * mistuning.n_blades * (2 * response.harmonics + 1) <= MOST_UNKNOWNS
     if is_small:
         curve, own = _solved(modal, contact, excitation, options, mistuning, response), options

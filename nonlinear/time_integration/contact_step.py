@@ -31,7 +31,7 @@ which is integrated: the excitation has no error of integration.
 Sectors joined at a disk have arrays wave by wave. The q real waves are the wave 0, the cosine and the sine of the
 waves 1, 2, ..., and the wave q / 2. With the cosine a and the sine b of a wave l, z = (a - i b) / 2^(1/2), a matrix M
 of the wave takes a to Re M a + Im M b and b to Re M b - Im M a. Matrices are kept transposed, real and imaginary part
-by themselves.
+by themselves. So are the coefficients of a step of z, complex in a flow.
 
 References
 ----------
@@ -173,6 +173,13 @@ class DiskSystem(NamedTuple):
     residual_output: WaveMatrices  # r to 1: residual flexibility of the output, m/N
     push: Array  # (k,): static modal force on bodies that contacts alone hold, in the wave 0
     is_far: bool  # whether any pair of faces is no neighbour: q > 3
+
+
+class TurningWaves(NamedTuple):
+    """How cosine and sine of the waves turn into each other over a step in a flow, for k modes in a wave."""
+
+    imaginary: Array  # (2, 4, q k): imaginary parts of `position` and `rate`; (2, 4, 0) without a flow
+    before: Array  # (2, q k): scratch, coordinates and rates at the beginning of the step
 
 
 class DiskWork(NamedTuple):

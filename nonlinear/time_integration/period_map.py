@@ -27,7 +27,7 @@ MOST_BLADES, FINER, MOST_WORK = 6, 2.0, 3e6
 
 @dataclass(frozen=True)
 class PeriodMap:
-    """The state of a ring of clamped blades after one period, near a state.
+    """The state of a ring after one period, near a state.
 
     Unknowns are the coordinates and rates of the modes integrated, the sliders that move in the period, and contact
     forces, each in units of the largest: a slider that stands still does so in every perturbation.
@@ -95,8 +95,8 @@ class PeriodMap:
     @cached_property
     def _masks(self) -> tuple[NDArray[np.bool_], ...]:
         """Which values are unknowns."""
-        frequency = self.integrator.structure.angular_frequency
-        modes = np.broadcast_to(self.integrator.modes.are_retained(frequency), self.near.coordinates.shape)
+        retained = np.atleast_2d(self.integrator.structure.retained).any(axis=0)
+        modes = np.broadcast_to(retained, self.near.coordinates.shape)
         sliders = np.array([state.slider for state in self._period])
         moving = np.ptp(sliders, axis=0) > DIFFERENCE * self._units[2]
         return modes, modes, moving, np.ones(self.near.force.shape, dtype=bool)
@@ -118,7 +118,7 @@ def monodromy_rate(ring: Ring, omega: float, displacement: Array, nodal_diameter
 
     Shapes: `displacement` (2H+1, n_c, 3).
     """
-    if ring.blades(nodal_diameter) > MOST_BLADES or ring.modal.waves_differ or ring.blades_apart is not None:
+    if ring.blades(nodal_diameter) > MOST_BLADES or ring.blades_apart is not None:
         return float("nan")
     integrator = RingIntegrator.of(ring, omega, nodal_diameter=nodal_diameter, finer=FINER)
     found = PeriodMap(integrator, integrator.on_wave(with_more_harmonics(ring, omega, displacement)))

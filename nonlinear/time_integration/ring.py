@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol, Self
+from typing import Any, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -370,6 +370,16 @@ class StepError(ArithmeticError):
     """
 
 
+def residual_flexibility(stiffness: NDArray[Any], retained: NDArray[np.bool_]) -> NDArray[Any]:
+    """1 / k of the modes that are not integrated, 0 for the others, for k (...), (rad/s)^2.
+
+    Shapes: `retained` (...) or of the last axes.
+    """
+    found = np.zeros_like(stiffness)
+    np.divide(1.0, stiffness, out=found, where=~retained)
+    return found
+
+
 @dataclass(frozen=True)
 class RetainedModes:
     """Modes that are integrated, w_m <= RETENTION omega; the others follow their forces at once, eta = f / w_m^2.
@@ -392,20 +402,10 @@ class RetainedModes:
         chosen: NDArray[np.bool_] = angular_frequency <= self.highest
         return chosen
 
-    def flexibility(self, angular_frequency: Array, retained: NDArray[np.bool_] | None = None) -> Array:
-        """1 / w^2 of the modes that are not integrated, 0 for the others, for natural frequencies w (...), rad/s.
-
-        `retained`: modes that are integrated, of the last axes, where their own frequencies do not decide it.
-        """
-        found = np.zeros(angular_frequency.shape)
-        follow = ~(self.are_retained(angular_frequency) if retained is None else retained)
-        np.divide(1.0, angular_frequency**2, out=found, where=follow)
-        return found
-
     def fastest(self) -> float:
         """Highest natural frequency of the retained modes with all contacts stuck, rad/s.
 
-        The springs k act in series with the residual flexibility G: (I + k G)^-1 k.
+        The springs k act in series with the residual flexibility G: (I + k G)^-1 k. The flow is left out.
         """
         modal, contact = self.ring.modal, self.ring.contact
         stiffest = (
@@ -417,7 +417,7 @@ class RetainedModes:
         highest = 0.0
         for frequency, motion in zip(waves.angular_frequency, waves.relative, strict=True):
             chosen = self.are_retained(frequency)
-            residual = (motion * self.flexibility(frequency)) @ motion.conj().T
+            residual = (motion * residual_flexibility(frequency**2, chosen)) @ motion.conj().T
             size = len(residual)
             series = np.linalg.solve(np.eye(size) + springs.reshape(-1, 1) * residual, np.diag(springs.reshape(-1)))
             kept = motion[:, chosen]

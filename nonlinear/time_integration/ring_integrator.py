@@ -48,7 +48,11 @@ MOST_DENSE = 128  # contact displacements of a pair of faces, up to which its fo
 MOST_HALVED = 3  # times that the step is halved
 # the excitation adds as much to a motion in each period as in the first; so many times more no step is to be trusted
 RUNAWAY = 10.0
+LARGEST_EXPONENT = 600.0  # of the growth that a flow can feed
 NOT_FOUND = "the contact forces of a step were not found"
+# displacement over that of gaps, slip limits and the excitation alone, above which a motion is beyond the contacts:
+# relative displacement where each node moves more than its own, and the largest of any node or of the output
+BEYOND, FAR_BEYOND = 100.0, 1e4
 CYCLE_SAMPLES = 4096  # instants of the contact cycle from which the sliders start
 
 
@@ -94,14 +98,22 @@ class RingRecord:
 
     @property
     def envelope_m(self) -> Array:
-        """Largest abs(x) of every period and blade, (P, q), m: the largest sample, with a parabola through it."""
+        """Largest abs(x) of every period and blade, (P, q), m: the largest sample, with a parabola through it.
+
+        Through the first or the last three samples where it is the first or the last one: what does not repeat goes
+        on elsewhere.
+        """
         size = np.abs(self.output_m)
         at = size.argmax(axis=1)[:, None]
-        low, high, next_one = (
-            np.take_along_axis(size, (at + shift) % size.shape[1], axis=1)[:, 0] for shift in (-1, 0, 1)
-        )
-        curvature = np.maximum(2.0 * high - low - next_one, 1e-300)
-        return high + np.minimum((next_one - low) ** 2 / (8.0 * curvature), 0.125 * (2.0 * high - low - next_one))
+        middle = np.clip(at, 1, size.shape[1] - 2)
+        low, high, next_one = (np.take_along_axis(size, middle + shift, axis=1)[:, 0] for shift in (-1, 0, 1))
+        bend = 2.0 * high - low - next_one
+        curvature = np.maximum(bend, 1e-300)
+        inside = high + np.minimum((next_one - low) ** 2 / (8.0 * curvature), 0.125 * bend)
+        aside = (at - middle)[:, 0]
+        vertex = (next_one - low) / (2.0 * curvature)
+        at_end = np.where(np.abs(vertex - aside) <= 0.5, high + (next_one - low) * vertex / 4.0, size.max(axis=1))
+        return np.where(aside == 0, inside, at_end)
 
 
 @dataclass(frozen=True)
@@ -244,6 +256,31 @@ class RingIntegrator:
         rates = self.structure.scaled(state.rates, kept)
         return float(np.hypot(moved, rates / self.omega).max())
 
+    def is_beyond_contacts(self, state: RingState, height_m: float) -> bool:
+        """Whether a motion is so large that gaps, preloads and the excitation hardly matter to it any more.
+
+        All nodes slip or open then, and what comes is the same for any size of the motion, but for a factor. Or the
+        contacts do not feel it.
+
+        Parameters
+        ----------
+        state : RingState
+            State of q blades.
+        height_m : float
+            Largest displacement of the output, m.
+        """
+        contact, structure = self.ring.contact, self.structure
+        shape = -1, self.ring.modal.n_contacts
+        positions, speeds = structure.motion(state.coordinates), structure.motion(state.rates / self.omega)
+        size = np.hypot(positions, speeds).reshape(self.n_blades, -1, 3).max(axis=2)
+        kn, kt = (np.where(k > 0.0, k, np.inf) for k in (contact.normal_stiffness, contact.tangential_stiffness))
+        load = np.abs(contact.initial_load)
+        contact_scale = np.maximum(load / kn, contact.friction * load / kt).reshape(shape)
+        free = np.abs(self.ring.relative(self.ring.free_response(self.omega))).sum(axis=0).max(initial=0.0)
+        scale = max(float(contact_scale.max()), float(free))
+        all_move = size.max() > BEYOND * scale and bool(np.all(size >= contact_scale))
+        return all_move or max(float(size.max()), height_m) > FAR_BEYOND * scale
+
     def disturbed(self, state: RingState, nodal_diameter: int, size: float) -> RingState:
         """A state with a disturbance of its retained modes: a tenth of it different on every blade.
 
@@ -275,7 +312,7 @@ class RingIntegrator:
     def march(self, state: RingState, periods: int) -> RingRecord:
         """Integrate whole periods; again with half the step one in which the contact forces are not found.
 
-        And all of them where the motion runs away.
+        And all of them where the motion runs away faster than the flow can feed it.
 
         Parameters
         ----------
@@ -306,7 +343,8 @@ class RingIntegrator:
             both = work.coordinates, work.rates / self.omega
             ends.append(np.concatenate([self.structure.unpacked(part)[:, :last] for part in both], axis=1))
         first, largest = (np.abs(part).max(initial=0.0) for part in (output[:1], output))
-        if not largest <= RUNAWAY * (periods + 1) * first:
+        fed = np.exp(min(self.structure.feeding * self.period * periods, LARGEST_EXPONENT))
+        if not largest <= RUNAWAY * (periods + 1) * fed * first:
             return self._finer(state, periods, "the motion grows without bound")
         return RingRecord(self._stored(work), output, np.array(ends))
 

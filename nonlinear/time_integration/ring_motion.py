@@ -126,6 +126,7 @@ CALM = 0.01  # change from period to period, relative to the disturbance, of a m
 IRREGULAR = 3  # windows of the same largest amplitude and scatter, after which the mean may differ; or joined
 SAME_LARGEST = 0.03  # relative change of the largest amplitude of so many windows in an irregular motion
 KEEPS = 0.7  # ratio of the largest displacements of two windows of a motion that keeps its height
+GROWING_PARTS = 6  # of two windows, from one to the next of which a motion that grows without bound grows
 SMALLER = 1e-3  # factor on the disturbance where a ring leaves before its growth rate is measured
 
 
@@ -204,6 +205,9 @@ class RingMotion:
     persistence : int
         Number of periods at the end over which the motion kept its height, since it left that of the start: the
         largest displacements of all windows differ from that of the final one by 30 % at most.
+    unbounded : bool
+        Whether it grows for ever, fed by a flow: it grew to the end, and was so large there that gaps, preloads and
+        the excitation hardly mattered. `amplitude_m` is what it had grown to.
 
     Examples
     --------
@@ -230,6 +234,7 @@ class RingMotion:
     envelope_m: Array
     final: RingState
     persistence: int
+    unbounded: bool = False
 
 
 def keeps_height_for(envelope: Array, window: int) -> int:
@@ -356,6 +361,7 @@ def _final_window(march: _March, stays: bool, limits: RingLimits, left: int) -> 
         "repeats_after": repeats,
         "envelope_m": envelope,
         "persistence": keeps_height_for(envelope[left:], min(limits.window, march.periods - left)),
+        "unbounded": not stays and _grows_without_bound(march, limits.window),
     }
 
 
@@ -467,6 +473,16 @@ def _enlarged(home: RingState, state: RingState, factor: float) -> RingState:
     return replace(state, **parts)
 
 
+def _grows_without_bound(march: _March, window: int) -> bool:
+    """Whether a motion in a flow grew all through the last two windows, and is beyond what contacts can hold."""
+    if not march.integrator.ring.modal.influence or march.periods < 2 * window:
+        return False
+    parts = np.array_split(march.envelope[-2 * window :], GROWING_PARTS)
+    largest = np.array([part.max() for part in parts])
+    rises = largest[1:] > (1.0 + GROWS * len(parts[0])) * largest[:-1]
+    return bool(rises.all()) and march.integrator.is_beyond_contacts(march.state, float(largest[-1]))
+
+
 def _settle(march: _March, limits: RingLimits) -> bool:
     """Follow a ring until a window of its motion agrees with the one before; False: the periods did not suffice.
 
@@ -474,7 +490,7 @@ def _settle(march: _March, limits: RingLimits) -> bool:
     one whose largest amplitude differs from window to window: it has settled where that of several windows does not.
     """
     march.go(limits.window)
-    agreed = 0
+    agreed, in_flow = 0, bool(march.integrator.ring.modal.influence)
     while march.periods + limits.window <= limits.most_periods:
         march.go(limits.window)
         before, after = march.envelope[-2 * limits.window :].reshape(2, limits.window, -1)
@@ -482,7 +498,10 @@ def _settle(march: _March, limits: RingLimits) -> bool:
         agreed += same
         if same and (same_mean(before, after) or agreed >= IRREGULAR):
             return True
-        if max(before.max(), after.max()) < limits.floor_m:
+        fed = in_flow and after.max() > before.max()  # it may grow to any height
+        if max(before.max(), after.max()) < limits.floor_m and not fed:
+            return False
+        if in_flow and _grows_without_bound(march, limits.window):
             return False
     several = IRREGULAR * limits.window
     if march.periods < 2 * several:

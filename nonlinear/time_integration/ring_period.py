@@ -22,6 +22,7 @@ from nonlinear.time_integration.contact_step import (
     DiskWork,
     RingSystem,
     RingWork,
+    TurningWaves,
     WaveMatrices,
     add_rows,
     begin_step,
@@ -328,6 +329,35 @@ def pass_far(disk: DiskSystem, work: RingWork, scratch: DiskWork) -> None:
 
 
 @inner
+def add_turned(position: Array, rate: Array, values: Array, work: RingWork, size: int) -> None:
+    """Add values times the imaginary parts of their coefficients: cosine and sine of a wave turn into each other.
+
+    `size`: number of modes of a wave.
+    """
+    sectors = values.size // size
+    for wave in range(1, sectors - sectors // 2):
+        first = (2 * wave - 1) * size
+        for a in range(first, first + size):
+            b = a + size
+            work.coordinates[0, a] += position[a] * values[b]
+            work.coordinates[0, b] -= position[b] * values[a]
+            work.rates[0, a] += rate[a] * values[b]
+            work.rates[0, b] -= rate[b] * values[a]
+
+
+@inner
+def advance_in_flow(system: RingSystem, turning: TurningWaves, work: RingWork, size: int) -> None:
+    """As `advance_modes` in a flow; `size`: number of modes of a wave."""
+    position, rate, before = turning.imaginary[0], turning.imaginary[1], turning.before
+    for m in range(before.shape[1]):
+        before[0, m], before[1, m] = work.coordinates[0, m], work.rates[0, m]
+    advance_modes(system, work)
+    for part in range(2):
+        add_turned(position[part], rate[part], before[part], work, size)
+    add_turned(position[2], rate[2], work.modal_force[0], work, size)
+
+
+@inner
 def solve_all(scale: float, system: RingSystem, disk: DiskSystem, work: RingWork, scratch: DiskWork) -> float:
     """As `solve_contacts`, with the pairs of faces that are no neighbours."""
     before = 0.0
@@ -374,16 +404,22 @@ def march_sectors(
     disk: DiskSystem,
     work: RingWork,
     scratch: DiskWork,
-    first: int,
-    last: int,
+    turning: TurningWaves,
+    part: tuple[int, int],
     scale: float,
     output: Array,
 ) -> float:
-    """March steps of a period as `march_steps`; coordinates, rates and modal forces in `work` are rows (1, q k)."""
-    steps = len(output)
-    for step in range(first, last):
+    """March a part of a period, from its first step to before its last, as `march_steps`.
+
+    Coordinates, rates and modal forces in `work` are rows (1, q k).
+    """
+    steps, size, in_flow = len(output), scratch.coordinates.shape[1], turning.imaginary.size > 0
+    for step in range(part[0], part[1]):
         theta = 2.0 * math.pi * (step + 1) / steps
-        advance_modes(system, work)
+        if in_flow:
+            advance_in_flow(system, turning, work, size)
+        else:
+            advance_modes(system, work)
         begin_all(system, work)
         write_free_motion(theta, system, work)
         clear(scratch.motion)
@@ -398,6 +434,8 @@ def march_sectors(
             return -1.0
         scale = largest
         apply_in_waves(system, disk, work, scratch)
+        if in_flow:
+            add_turned(turning.imaginary[0, 3], turning.imaginary[1, 3], work.modal_force[0], work, size)
         output_in_waves(disk, scratch)
         for j in range(len(work.force)):
             total = free_output(j, theta, system)

@@ -14,6 +14,10 @@ The coordinates of the ring are the sums of the waves, mode number by mode numbe
 real, (q, m). A travelling wave on fewer sectors, repeated, is the same wave on more. If the modes were the same in
 all waves, x_j would be the modal coordinates of blade j. The kernels have the cosine and sine waves, the real
 discrete Fourier transform of x_j: real coordinates of unit mass, each of which moves as a mode of a blade alone does.
+
+Blades on a rigid disk in a flow are such sectors too: their modes are the same in all waves, but the springs and
+dashpots of the flow between the blades make the stiffness and the damping of a wave complex. Cosine and sine then
+turn into each other.
 """
 
 from abc import ABC, abstractmethod
@@ -33,27 +37,27 @@ from nonlinear.time_integration.contact_step import (
     DiskWork,
     RingSystem,
     RingWork,
+    TurningWaves,
     cosine_rows,
     node_law,
     padded,
     wave_matrices,
 )
-from nonlinear.time_integration.ring import RetainedModes
+from nonlinear.time_integration.ring import RetainedModes, residual_flexibility
 from nonlinear.time_integration.ring_period import march_sectors, march_steps
 from rom import ModalModel, WaveModes
 
 
-def propagation(angular_frequency: Array, damping: Array, step: float) -> tuple[Array, Array]:
-    """Coefficients of eta'' + c eta' + w^2 eta = f over one step, f linear from f_0 to f_1.
+def propagation(stiffness: NDArray[Any], damping: NDArray[Any], step: float) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Coefficients of eta'' + c eta' + k eta = f over one step, f linear from f_0 to f_1; complex where k and c are.
 
-    Shapes: `angular_frequency` (m,), `damping` (m,), returns `position, rate` (4, m).
+    Shapes: `stiffness` (m,), `damping` (m,), returns `position, rate` (4, m).
     """
     from scipy.linalg import expm
 
-    size = angular_frequency.size
-    generator = np.zeros((size, 4, 4))  # of eta, eta', f, df/dt
+    generator = np.zeros((stiffness.size, 4, 4), dtype=stiffness.dtype)  # of eta, eta', f, df/dt
     generator[:, 0, 1] = generator[:, 1, 2] = generator[:, 2, 3] = 1.0
-    generator[:, 1, 0], generator[:, 1, 1] = -(angular_frequency**2), -damping
+    generator[:, 1, 0], generator[:, 1, 1] = -stiffness, -damping
     after = expm(generator * step)
     of_last = after[:, :2, 3] / step
     columns = np.stack([after[:, :2, 0], after[:, :2, 1], after[:, :2, 2] - of_last, of_last])
@@ -74,8 +78,13 @@ class RingStructure(ABC):
 
     @property
     @abstractmethod
-    def damping(self) -> Array:
-        """Modal damping coefficients 2 zeta w, of the same shape, 1/s."""
+    def stiffness(self) -> NDArray[Any]:
+        """Their squares, of the same shape, (rad/s)^2: complex with what the flow adds."""
+
+    @property
+    @abstractmethod
+    def damping(self) -> NDArray[Any]:
+        """Modal damping coefficients 2 zeta w, of the same shape, 1/s: complex with what the flow adds."""
 
     @abstractmethod
     def scaled(self, coordinates: Array, factor: NDArray[Any]) -> Array:
@@ -114,9 +123,14 @@ class RingStructure(ABC):
         return found
 
     @cached_property
-    def flexibility(self) -> Array:
+    def flexibility(self) -> NDArray[Any]:
         """Residual flexibility of the modes that are not integrated, of the shape of `angular_frequency`."""
-        return self.modes.flexibility(self.angular_frequency, self.retained)
+        return residual_flexibility(self.stiffness, self.retained)
+
+    @property
+    def feeding(self) -> float:
+        """Growth rate that the flow can give to a motion at most, 1/s; 0 without a flow."""
+        return 0.0
 
     def system(self, omega: float, propagated: tuple[Array, Array], near: Sequence[Array]) -> RingSystem:
         """What a step needs of any structure.
@@ -163,6 +177,11 @@ class ClampedBlades(RingStructure):
         return self.modes.are_retained(self.modal.angular_frequency)
 
     @property
+    def stiffness(self) -> Array:
+        """Their squares, (rad/s)^2."""
+        return self.angular_frequency**2
+
+    @property
     def damping(self) -> Array:
         """Modal damping coefficients 2 zeta w, (m,), 1/s."""
         return self.modal.damping
@@ -202,10 +221,10 @@ class ClampedBlades(RingStructure):
         left = np.zeros_like(right) if modal.left is None else modal.left
         if self.n_blades == 1:  # its own neighbour
             right, left = right - left, np.zeros_like(left)
-        frequency, flexibility = np.atleast_2d(self.angular_frequency), np.atleast_2d(self.flexibility)
-        damping = np.tile(modal.damping[kept], len(frequency))
-        advanced = propagation(frequency[:, kept].ravel(), damping, 2.0 * np.pi / omega / steps)
-        position, rate = (padded(each.reshape(4, len(frequency), -1).transpose(1, 0, 2), 1) for each in advanced)
+        stiffness, flexibility = np.atleast_2d(self.stiffness), np.atleast_2d(self.flexibility)
+        damping = np.tile(modal.damping[kept], len(stiffness))
+        advanced = propagation(stiffness[:, kept].ravel(), damping, 2.0 * np.pi / omega / steps)
+        position, rate = (padded(each.reshape(4, len(stiffness), -1).transpose(1, 0, 2), 1) for each in advanced)
         at_end = flexibility.copy()
         at_end[:, kept] = position[:, 3, : np.count_nonzero(kept)]
         by_right, by_left = right * at_end[:, None], left * at_end[:, None]
@@ -260,16 +279,34 @@ class JoinedSectors(RingStructure):
         """Natural frequencies, (J, m), rad/s."""
         return self.waves.angular_frequency
 
-    @property
-    def damping(self) -> Array:
-        """Modal damping coefficients 2 zeta w, (J, m), 1/s."""
-        return self.waves.damping
+    @cached_property
+    def stiffness(self) -> NDArray[Any]:
+        """Their squares and what the flow adds, (J, m), (rad/s)^2."""
+        return self.waves.total_stiffness
 
     @cached_property
-    def output(self) -> ComplexArray:
+    def damping(self) -> NDArray[Any]:
+        """Modal damping coefficients 2 zeta w and what the flow adds, (J, m), 1/s."""
+        return self.waves.total_damping
+
+    @property
+    def feeding(self) -> float:
+        """Growth rate that the flow can give to a motion at most, 1/s; 0 without a flow.
+
+        Of the energy (abs(z')^2 + Re k abs(z)^2) / 2 it is twice as large; contacts take energy.
+        """
+        if self.waves.flow is None:
+            return 0.0
+        stiffness, moves = self.stiffness, self.retained & (self.angular_frequency > 0.0)
+        dashpots = np.maximum(-self.damping.real, 0.0)
+        springs = np.abs(stiffness.imag) / (2.0 * np.sqrt(np.abs(stiffness.real)))
+        return float((dashpots[moves] + springs[moves]).max(initial=0.0))
+
+    @cached_property
+    def output(self) -> NDArray[Any]:
         """Output of the modes, (J, m)."""
         ring = self.modes.ring
-        return ring.modal.wave_outputs(ring.output, self.phases)
+        return np.broadcast_to(ring.modal.wave_outputs(ring.output, self.phases), self.angular_frequency.shape)
 
     def scaled(self, coordinates: Array, factor: NDArray[Any]) -> Array:
         """Coordinates (..., q, m) times a factor (J, m) of each mode."""
@@ -298,9 +335,11 @@ class JoinedSectors(RingStructure):
     def kernel(self, omega: float, steps: int) -> "SectorKernel":
         """The kernel that marches the ring at `omega` (rad/s) with `steps` a period."""
         count = self._kept.shape[1]
-        frequency = np.where(self._kept, self.angular_frequency[:, :count], 0.0)[self._wave]
-        damping = np.where(self._kept, self.damping[:, :count], 0.0)[self._wave]
-        position, rate = propagation(frequency.ravel(), damping.ravel(), 2.0 * np.pi / omega / steps)
+        stiffness, damping = (
+            np.where(self._kept, each[:, :count], 0.0)[self._wave].ravel() for each in (self.stiffness, self.damping)
+        )
+        position, rate = propagation(stiffness, damping, 2.0 * np.pi / omega / steps)
+        imaginary = np.stack([position.imag, rate.imag]) if np.iscomplexobj(position) else np.zeros((2, 4, 0))
         residual = self.flexibility
         at_end = residual.copy()
         cosine = np.maximum(2 * np.arange(len(self.phases)) - 1, 0)  # of each wave, among the real waves
@@ -320,7 +359,7 @@ class JoinedSectors(RingStructure):
             is_far=self.n_blades > 3,
         )
         each = [part[None] for part in near]
-        return SectorKernel(self.system(omega, (position[None], rate[None]), each), disk)
+        return SectorKernel(self.system(omega, (position.real[None], rate.real[None]), each), disk, imaginary)
 
     def _near_and_far(self, flexibility: ComplexArray) -> tuple[list[Array], ComplexArray]:
         """Flexibility (J, r, r) of the waves as that of a pair of faces and what is left.
@@ -368,10 +407,11 @@ class JoinedSectors(RingStructure):
 
 @dataclass(frozen=True)
 class SectorKernel:
-    """Marches a ring of sectors; `system` and `disk` are the arrays."""
+    """Marches a ring of sectors; `system`, `disk` and `imaginary` (see `TurningWaves`) are the arrays."""
 
     system: RingSystem
     disk: DiskSystem
+    imaginary: Array
 
     def __call__(self, work: RingWork, first: int, last: int, scale: float, output: Array) -> float:
         """March steps of a period, see `march_sectors`."""
@@ -384,7 +424,8 @@ class SectorKernel:
             output=np.zeros((sectors, 1)),
             change=np.zeros((sectors, rows)),
         )
-        return float(march_sectors(self.system, self.disk, work, scratch, first, last, scale, output))
+        turning = TurningWaves(self.imaginary, np.zeros((2, work.coordinates.size)))
+        return float(march_sectors(self.system, self.disk, work, scratch, turning, (first, last), scale, output))
 
 
 Kernel = BladeKernel | SectorKernel

@@ -65,12 +65,17 @@ class Departure:
     open: bool = False  # whether the motion was to be followed, and there were no periods left
 
     @property
+    def unbounded(self) -> bool:
+        """Whether the motion grows without bound."""
+        return self.motion is not None and self.motion.unbounded
+
+    @property
     def reached_m(self) -> float:
         """Amplitude of a motion that is no stable solution of the branches, m; 0 otherwise.
 
         Where the ring stays on the solution, it is the height of that, without what is left of the disturbance.
         """
-        if self.motion is None or self.known or self.falls:
+        if self.motion is None or self.known or self.falls or self.unbounded:
             return 0.0
         return self.motion.started_m if self.motion.stays else self.motion.amplitude_m
 

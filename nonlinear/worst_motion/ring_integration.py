@@ -128,7 +128,7 @@ class RingPatterns:
     def monodromy_rate(self, nodal_diameter: int) -> float:
         """Largest growth rate of all perturbations of a ring of up to 6 blades, by its monodromy matrix, 1/s.
 
-        NaN for more blades, with a disk, where it would take minutes, and where no periodic motion is found.
+        NaN for more blades, where it would take minutes, and where no periodic motion is found.
 
         Parameters
         ----------

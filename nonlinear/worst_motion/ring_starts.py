@@ -51,6 +51,11 @@ class RingStarts:
     integration: RingIntegration
     branches: Sequence[ResponseCurve]
 
+    @property
+    def in_flow(self) -> bool:
+        """Whether a flow acts on the blades, that feeds motions."""
+        return bool(self.integration.ring.modal.influence)
+
     @cached_property
     def patterns(self) -> list[int]:
         """Nodal diameters of rings of up to 8 blades that no larger one of them contains, that of most blades first.

@@ -46,6 +46,8 @@ STABILITY = {
     "wave": "stability against perturbations with the symmetry of the wave only",
     "folds": "stability from folds only",
 }
+UNBOUNDED = "grows without bound: the contacts do not hold what the flow feeds"
+STARTS = {"": "from the unstable solution", "mixed": "from blades high and low", "random": "from random states"}
 MOST_NAMED = 4  # frequencies in one sentence
 NEVER = "mistuned blades, other residual tractions, motions that other initial conditions reach"
 LEAVES = 'which response.stability = "ring" with response.search = "standard" finds'
@@ -110,15 +112,23 @@ def _integrated(starts: Sequence[Departure], sweeps: Sequence[Sweep]) -> str:
 
 
 def unresolved(
-    curve: ResponseCurve, departures: Sequence[Departure], left_out: Sequence[float], reason: str, height_m: float
+    curve: ResponseCurve,
+    departures: Sequence[Departure],
+    left_out: Sequence[float],
+    reason: str,
+    height_m: float,
+    share: float = COULD_MATTER,
 ) -> str:
     """What was left open, where and how high the solutions are there; "" where nothing.
 
-    Solutions far below the worst motion do not matter; `height_m`: of the highest stable solution.
+    Solutions below a share of the worst motion do not matter; `height_m`: of the highest stable solution.
     """
     found, branches = [], branches_of(curve)
+    boundless = list(_unbounded(departures))
+    if departures and departures[-1].unbounded and not departures[-1].start:
+        return boundless[-1]
     highest = max([height_m, *(each.new_height for each in departures)])
-    least = COULD_MATTER * highest
+    least = share * highest
     left_out = [height for height in left_out if height >= least]
     if not curve.termination.complete:
         found.append("the main branch is incomplete")
@@ -138,6 +148,7 @@ def unresolved(
         f"time integration at {_list(places)} {failure} (solutions up to {height_said(max(places.values()))})"
         for failure, places in failed.items()
     ]
+    found = [*boundless, *found]
     higher = (1.0 + CLEARLY_HIGHER) * highest
     unsettled = [each for each in departures if each.motion and not (counts(each.motion) or each.open)]
     restless = [each for each in unsettled if each.reached_m > higher]
@@ -148,6 +159,13 @@ def unresolved(
         found.append(f"not settled within {periods} periods at {places}, up to {reached} until then")
     found += _not_followed(departures, highest)
     return "; ".join(found)
+
+
+def _unbounded(departures: Sequence[Departure]) -> Iterator[str]:
+    """What is said of motions that grow without bound."""
+    for start in dict.fromkeys(each.start for each in departures if each.unbounded):
+        places = _list(each.frequency_hz for each in departures if each.unbounded and each.start == start)
+        yield f"{STARTS[start]} at {places} the motion {UNBOUNDED}"
 
 
 def _not_followed(departures: Sequence[Departure], highest_m: float) -> Iterator[str]:
@@ -248,26 +266,34 @@ def worst_of(
 ) -> WorstMotion:
     """The worst motion with a given time integration; without one, `reason` says why.
 
-    `blade_periods`: periods times blades that it may take; None: as many as the branches afford.
+    `blade_periods`: periods times blades that it may take; None: as many as the branches afford. In a flow the ring
+    may leave any unstable solution, however low, for a high motion.
     """
     tolerance = max(options.harmonic_tolerance, TRUNCATION_TOLERATED)
     branches, doubtful = without_doubtful(branches_of(curve), tolerance)
     place = highest_persistent(branches)
     height = 0.0 if place is None else float(branches[place[0]].amplitude_m[place[1]])
-    matter = [each for each in unstable_stretches(branches) if each.height_m >= COULD_MATTER * height]
+    share = 0.0 if mix is not None and mix.in_flow else COULD_MATTER
+    matter = [each for each in unstable_stretches(branches) if each.height_m >= share * height]
     departures: list[Departure] = []
     left_out: Sequence[UnstableStretch] = matter
     if integrate is not None:
         most = affordable(branches, options) if blade_periods is None else blade_periods
         search = DepartureSearch(branches, integrate, height, _tolerance(curve), most, follow, mix)
-        departures = [*search.departures(matter[:MOST_STRETCHES]), *search.mixed()]
-        if departures or options.search == "thorough":
-            departures += search.random()
-        departures = search.followed(departures)
+        for departure in search.departures(matter[:MOST_STRETCHES]):
+            departures.append(departure)
+            if departure.unbounded:  # nothing is higher, and what was found before is not followed
+                departures = [replace(each, open=True) for each in departures]
+                break
+        else:
+            departures += search.mixed()
+            if departures or options.search == "thorough":
+                departures += search.random()
+            departures = search.followed(departures)
         left_out, reason = matter[MOST_STRETCHES:], f"the {MOST_STRETCHES} highest were integrated"
     spoken: dict[str, Any] = {
         "searched": searched(curve, options, n_blades, departures, bool(left_out)),
-        "unresolved": unresolved(curve, departures, [stretch.height_m for stretch in left_out], reason, height),
+        "unresolved": unresolved(curve, departures, [each.height_m for each in left_out], reason, height, share),
     }
     found = max(departures, key=lambda each: (each.new_height, each.sweep is not None), default=None)
     if found is not None and found.motion is not None and found.new_height > height:

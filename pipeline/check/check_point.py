@@ -161,7 +161,7 @@ def _ring(problem: tuple[RingModes, ContactParameters, Excitation, SolverOptions
 
 
 MONODROMY_BLADES = 6  # of the largest ring that has one
-NO_MONODROMY = "none (no periodic motion in time near the solution, a disk, or too much work)"
+NO_MONODROMY = "none (no periodic motion in time near the solution, or too much work)"
 SAME_AMPLITUDE = 0.05  # relative difference of a motion in time and a solution that count as one
 
 
@@ -190,6 +190,8 @@ def verdict(check: Check) -> str:
     motion, stored = check.motion, check.checked.amplitude_m
     if motion.stays:
         return f"the ring keeps this motion: {with_unit(motion.amplitude_m)}, solution {with_unit(stored)}"
+    if motion.unbounded:
+        return f"the ring leaves this motion for one that grows without bound, {with_unit(motion.amplitude_m)} so far"
     kind = "a periodic motion" if motion.periodic else "a quasi-periodic motion"
     if motion.repeats_after > 1:
         kind = f"a motion that repeats after {motion.repeats_after} periods"
@@ -239,6 +241,7 @@ def printed(check: Check) -> dict[str, Any]:
             "periodic": motion.periodic,
             "repeats_after": motion.repeats_after,
             "settled": motion.settled,
+            "unbounded": motion.unbounded,
             "reaches_solution": matching_solution(check),
             "growth_rate": motion.growth_rate,
             "predicted_growth_rate": check.predicted_rate,

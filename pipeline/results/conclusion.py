@@ -29,6 +29,7 @@ from pipeline.results.worst import (
     CONTACT_SAID,
     END_MARK,
     FREE,
+    GROWS_SAID,
     NOTICEABLE,
     SHORT_OF_TIME,
     STUCK,
@@ -368,7 +369,8 @@ def _remarks(curve: ShownCurve, factor: float, is_lowest: bool) -> Iterator[str]
         yield UNSTABLE_SAID
     elif facts.worst_unresolved:
         short = any(reason in facts.worst_unresolved for reason in SHORT_OF_TIME)
-        yield f"{'NOT SETTLED, ' * short}may be higher"
+        grows = GROWS_SAID in facts.worst_unresolved
+        yield "FLUTTER, can grow without bound" if grows else f"{'NOT SETTLED, ' * short}may be higher"
     elif not math.isfinite(facts.worst_amplitude_m):
         yield "peak of the response curve; the worst motion is not known"
     yield from _beside_peak(facts, factor)

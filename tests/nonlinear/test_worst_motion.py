@@ -168,6 +168,7 @@ def test_mixed_starts_go_where_blades_keep_the_high_solution(height):
     class Mix:
         starts = tuple(Start(9, (1,) * number + (0,) * (8 - number), again=True) for number in (7, 1))
         random_starts = ()
+        in_flow = False
 
         def __call__(self, frequency_hz, start, blade_periods, floor):
             starts.append((frequency_hz, sum(start.shares), blade_periods))
