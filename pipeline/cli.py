@@ -20,6 +20,7 @@ from pipeline.command_usage import (
     ForceOption,
     JobsOption,
     JsonOption,
+    LifeOption,
     ObjectiveOption,
     OutOption,
     OutputOption,
@@ -322,6 +323,7 @@ def check(
         "shroud optimise my.toml --over contact.interference",
         "shroud optimise my.toml --over contact.interference=-2e-5:2e-5",
         "shroud optimise my.toml --tolerance contact.interference=1e-6",
+        "shroud optimise my.toml --over contact.interference --life 20000h",
         "shroud optimise my.toml --over shroud.angle=60:90 --over contact.preload",
     )
 )
@@ -330,6 +332,7 @@ def optimise(
     over: OverOption = None,
     tolerance: ToleranceOption = None,
     objective: ObjectiveOption = None,
+    life: LifeOption = None,
     output: OutputOption = None,
     rom: RomOption = None,
     out: OutOption = None,
@@ -354,7 +357,7 @@ def optimise(
     request = Request(file, out or Path("out") / file.first.name, Stage.RESPOND.value, force, jobs, rom)
     if not quiet:
         print_notes(file.notes)
-    asked = Asked(over or [], tolerance or [], objective_asked(objective), output)
+    asked = Asked(over or [], tolerance or [], objective_asked(objective), output, life)
     with stoppable() as interrupts:
         found = search(request, asked, Reporter(quiet, interrupts=interrupts))
     if found.lines and as_json:

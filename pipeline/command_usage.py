@@ -147,7 +147,15 @@ RomOption = Annotated[
 ObjectiveOption = Annotated[
     str | None,
     typer.Option(
-        "--objective", metavar="WHAT", help="displacement (largest, default), harmonic_1, stress or margin."
+        "--objective", metavar="WHAT", help="displacement (largest, default), harmonic_1, stress, margin or life."
+    ),
+]
+LifeOption = Annotated[
+    str | None,
+    typer.Option(
+        "--life",
+        metavar="HOURS",
+        help="As 20000h: the highest amplitude over so long a life, with [wear].",
     ),
 ]
 OverOption = Annotated[

@@ -39,7 +39,7 @@ from pipeline.stages.scene_to_solver import contact_on_model
 from pipeline.stress.stress_stage import worst_stress
 from pipeline.studies.optimum.checks import OPTIMISED_KEYS, PLACE, unfit_optimum_keys
 from pipeline.studies.optimum.checks import TOLERANCE as TOLERANCE_PLACE
-from pipeline.studies.optimum.section import MOST_KEYS, Objective, Optimum, Range
+from pipeline.studies.optimum.section import LIFE, MOST_KEYS, Objective, Optimum, Range
 from pipeline.studies.optimum.trials import CASES
 from pipeline.studies.registry import study_named
 from pipeline.studies.study import StudyContext, StudyError
@@ -70,7 +70,7 @@ SHARE = 0.2  # of the value, on each side, for all other keys
 APART = -100.0  # interference of contacts that never touch, m
 PRESSED = 1e7  # preload of contacts that always stick, by the force of the excitation
 LEAST_PRELOAD = 0.01  # of that at which all nodes stick
-OVER, TOLERANCE = "--over", "--tolerance"  # how messages name them
+OVER, TOLERANCE, LIFETIME = "--over", "--tolerance", "--life"  # how messages name them
 TOLERANCES = "KEY=NUMBER above 0, uncertainty, or uncertainty=QUANTILE, 0.5 to 0.999"
 HALF, QUANTILES = (1e-12, 1e15), (0.5, 0.999)
 STUDY = "optimum"
@@ -142,6 +142,21 @@ def asked_tolerances(options: Sequence[str]) -> dict[str, Any]:
             raise input_error(COMMAND, f"{TOLERANCE} {key}", "given twice", "each key once")
         half[key] = _number(text, number, *HALF)
     return {"tolerance": half} if half else {}
+
+
+def asked_life(asked: Asked) -> dict[str, Any]:
+    """The life asked for, hours as `20000`, `20000h` or `20000 h`, as keys of [optimum]; none without the option."""
+    if asked.life is None:
+        return {}
+    if asked.objective not in (None, LIFE):
+        raise input_error(COMMAND, LIFETIME, f"beside --objective {asked.objective}", "one of the two")
+    try:
+        hours = float(asked.life.strip().removesuffix("h"))
+    except ValueError:
+        hours = math.nan
+    if not HALF[0] <= hours <= HALF[1]:
+        raise input_error(COMMAND, LIFETIME, shown(asked.life), "hours above 0, such as 20000h")
+    return {"objective": LIFE, "life": hours}
 
 
 def _number(text: str, number: str, least: float, most: float) -> float:
@@ -280,13 +295,14 @@ class Asked:
     tolerance: Sequence[str] = ()
     objective: Objective | None = None
     output: str | None = None
+    life: str | None = None
 
     @property
     def options(self) -> str:
         """The options as on the command line."""
         given = [word for text in self.over for word in (OVER, text)]
         given += [word for text in self.tolerance for word in (TOLERANCE, text)]
-        for option, value in (("--objective", self.objective), ("--output", self.output)):
+        for option, value in (("--objective", self.objective), ("--output", self.output), (LIFETIME, self.life)):
             given += [] if value is None else [option, value]
         return "".join(f" {shlex.quote(word)}" for word in given)
 
@@ -300,7 +316,11 @@ def optimise(request: Request, asked: Asked, reporter: Reporter) -> Optimised:
         raise input_error(file.path, STUDY, "missing", allowed)
     keys = {} if own is None else own.model_dump()
     chosen = {"objective": asked.objective, "output": asked.output}
-    keys |= asked_tolerances(asked.tolerance) | {key: value for key, value in chosen.items() if value is not None}
+    keys |= (
+        asked_life(asked)
+        | asked_tolerances(asked.tolerance)
+        | {key: value for key, value in chosen.items() if value is not None}
+    )
     over: Mapping[str, Range | None] = ranges or (own.ranges if own is not None else {})
     base = _base(file, over, given_model)
     known = {key: limits for key, limits in over.items() if limits}

@@ -403,6 +403,8 @@ def _integrate(
 
     error, longest, apart = lengths
     last, begun = life.states[-1], len(life.states)
+    if last.place >= span:
+        return False
     told = {event[2:] for event in life.events}
     conditions = [each for each in conditions if each[:2] not in told]
     with np.errstate(divide="ignore"):

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from pipeline_support import overlapping_texts, shroud, small_scene, to_toml, write_scene
+from scipy.optimize import brentq
 
 from pipeline import run_scene
 from pipeline.codec import restored
@@ -136,6 +137,43 @@ def test_what_does_not_fit_is_refused(tmp_path: Path, section: dict[str, Any], s
     assert status == 2
     assert said in error
     assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--life", "soon"], 'shroud: --life: "soon", allowed: hours above 0, such as 20000h'),
+        (["--life", "1h", "--objective", "stress"], "shroud: --life: beside --objective stress, allowed: one of the"),
+        (["--life", "20000h"], 'optimum.objective: "life", allowed: a scene with a table [wear]'),
+    ],
+)
+def test_lives_that_cannot_be_optimised(tmp_path: Path, options: list[str], said: str) -> None:
+    scene = write_scene(tmp_path / "scene.toml", small_scene())
+    status, _, error = shroud("optimise", scene, "--over", "contact.interference=0:1e-5", *options)
+    assert (status, error.count("\n")) == (2, 1)
+    assert said in error
+
+
+@pytest.mark.long
+def test_interference_of_the_lowest_highest_amplitude(done: tuple[Path, Results]) -> None:
+    """The peak is highest at the beginning or at the end of a life: the best interference makes them equal."""
+    folder, cycles = done[0], 2.0
+    (folder / "life.toml").write_text(to_toml(rubbing_scene(cycles=cycles)))
+    options = ("--rom", folder / "model.h5", "--out", folder / "life", "--objective", "life", "--quiet", "--json")
+    status, said, _ = shroud("optimise", folder / "life.toml", "--over", "contact.interference=1.5:3.5", *options)
+    assert status == 0
+    found = json.loads(said)
+
+    def peak(load: float) -> float:
+        return load**2 / (load - np.pi / 4.0)
+
+    def difference(first: float) -> float:
+        last = brentq(lambda load: clock(load) - clock(first) - cycles, 0.8, first)
+        return peak(first) - peak(last)
+
+    best = brentq(difference, 2.05, 3.0)
+    assert found["values"]["contact.interference"] == pytest.approx(best, rel=0.01)
+    assert found["amplitude_m"] == pytest.approx(peak(best), rel=0.005)
 
 
 def test_without_areas_there_is_no_depth(tmp_path: Path) -> None:

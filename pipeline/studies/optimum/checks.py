@@ -11,7 +11,7 @@ from pipeline.scene.reading import IGNORED_WITH_MODEL, SceneFile
 from pipeline.scene.schema import Scene
 from pipeline.scene.sweep import SWEPT_KEYS, key_value, swept_keys, takes_fractions
 from pipeline.scene.validation_errors import unknown_key
-from pipeline.studies.optimum.section import BY_STRESS, Range
+from pipeline.studies.optimum.section import BY_STRESS, LIFE, Range
 
 PLACE, TOLERANCE = "optimum.over", "optimum.tolerance"
 SOLVER_KEYS = {  # key of a scene -> parameter of the solver, over which peaks are followed
@@ -79,6 +79,10 @@ def _unfit_objective(file: SceneFile, given_model: bool) -> Iterator[InputError]
         yield input_error(file.path, place, f'"{section.objective}" without a mesh', "displacement or harmonic_1")
     elif section.objective == "margin" and scene.fatigue is None:
         yield input_error(file.path, place, '"margin"', "a scene with a table [fatigue]")
+    elif section.objective == LIFE and scene.wear is None:
+        yield input_error(file.path, place, '"life"', "a scene with a table [wear]")
+    if section.life is not None and section.objective != LIFE:
+        yield input_error(file.path, "optimum.life", f"{section.life:g}", 'a number with objective = "life"')
     if section.output is None:
         return
     names = [each.name for each in scene.output]

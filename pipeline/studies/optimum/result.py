@@ -15,7 +15,7 @@ from pipeline.process.progress import duration
 from pipeline.results.worst import END_MARK, motion_said, truncation_mark, with_unit
 from pipeline.scene.labels import quantity
 from pipeline.scene.units import key_unit
-from pipeline.studies.optimum.section import OBJECTIVES
+from pipeline.studies.optimum.section import LIFE, OBJECTIVES
 
 ALIKE = 1.02  # ratio of two amplitudes that are said to be the same
 
@@ -142,7 +142,8 @@ class OptimumResult:
     message: str = ""  # one line that says what was found
     remarks: tuple[str, ...] = ()  # what was left open, a sentence each
     # what is made low: "displacement", the largest displacement over a period; "harmonic_1", its first harmonic;
-    # "stress", the largest stress amplitude; "margin", the inverse of the least fatigue margin
+    # "stress", the largest stress amplitude; "margin", the inverse of the least fatigue margin; "life", the highest
+    # amplitude over the life
     objective: str = "displacement"
     output: str = ""  # the output whose largest value is made low; "": the worst motion of the default output
     goal: float = math.nan  # as of `Trial`
@@ -189,7 +190,8 @@ def message_of(result: OptimumResult) -> str:
         return f"{values}: {_within_tolerance(result, result.robust)}"
     if result.kind == "flat":
         return f"{', '.join(result.values)}: {KINDS['flat'].said}, {_motion(result)}"
-    first = "harmonic 1 of " if result.objective == "harmonic_1" else _goal_said(result, result)
+    firsts = {"harmonic_1": "harmonic 1 of ", LIFE: f"{result.named} "}
+    first = firsts.get(result.objective) or _goal_said(result, result)
     return f"{values}: {KINDS[result.kind].said}, {first}{_motion(result)}{_gain(result)}"
 
 

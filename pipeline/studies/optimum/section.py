@@ -12,8 +12,9 @@ from pipeline.scene.fields import Number, Positive, StudyKeys, key
 MOST_KEYS = 6
 RANGES = f"a table of 1 to {MOST_KEYS} dotted keys, each with a list of two numbers, the second above the first"
 TOLERANCES = '"uncertainty", or a table of dotted keys, each with half the width: a number above 0, 1e-12 to 1e15'
-Objective = Literal["displacement", "harmonic_1", "stress", "margin"]
+Objective = Literal["displacement", "harmonic_1", "stress", "margin", "life"]
 BY_STRESS = ("stress", "margin")  # objectives that need the stress on the mesh
+LIFE = "life"  # that needs the wear of [wear]
 Range = tuple[Number, Number]
 Ranges = Annotated[dict[str, Range], Field(min_length=1, max_length=MOST_KEYS)]
 Tolerances = Annotated[dict[str, Positive | dict[str, Positive | dict[str, Positive]]], Field(max_length=MOST_KEYS)]
@@ -22,6 +23,7 @@ OBJECTIVES = {  # what is made low, of a margin high
     "harmonic_1": "first harmonic",
     "stress": "largest stress amplitude",
     "margin": "least fatigue margin",
+    LIFE: "highest amplitude over the life",
 }
 
 
@@ -33,8 +35,9 @@ class Optimum(StudyKeys):
     )
 
     objective: Objective = key(
-        "what is made low: the largest displacement over a period, its first harmonic alone, or the largest stress "
-        "amplitude at the worst motion; or made high: the least fatigue margin there",
+        "what is made low: the largest displacement over a period, its first harmonic alone, the largest stress "
+        "amplitude at the worst motion, or the highest amplitude over the life of [wear]; or made high: the least "
+        "fatigue margin there",
         "{words}",
         "displacement",
     )
@@ -43,6 +46,10 @@ class Optimum(StudyKeys):
         "name of an [[output]] whose largest value is made low in place of the worst motion of the default output",
         "the name of an [[output]] of the scene",
         None,
+    )
+
+    life: Positive | None = key(
+        'the life with objective = "life", h; none: that of [wear]', 'a number above 0, {below}, with "life"', None
     )
 
     tolerance: Literal["uncertainty"] | Tolerances = key(
@@ -64,7 +71,7 @@ class Optimum(StudyKeys):
     @property
     def follows_peaks(self) -> bool:
         """Whether peaks can be followed for it."""
-        return self.objective not in BY_STRESS and self.output is None
+        return self.objective not in (*BY_STRESS, LIFE) and self.output is None
 
     @property
     def ranges(self) -> dict[str, Range]:

@@ -38,7 +38,7 @@ from pipeline.studies.optimum.result import (
     value_said,
 )
 from pipeline.studies.optimum.search import EVALUATIONS, GRID, TOLERANCE, Point, UnitSearch, WindowSearch
-from pipeline.studies.optimum.section import BY_STRESS
+from pipeline.studies.optimum.section import BY_STRESS, LIFE
 from pipeline.studies.optimum.section import Optimum as SectionOptimum
 from pipeline.studies.optimum.trials import (
     CurveTrials,
@@ -50,11 +50,12 @@ from pipeline.studies.optimum.trials import (
     per_unit,
     tolerance_of,
     trial_of,
+    worn_by,
 )
 from pipeline.studies.study import StudyContext, StudyError
 
 Ranges = Mapping[str, tuple[float, float]]
-STRESS_CODE = "pipeline.stress.operating_stress"
+STRESS_CODE, WEAR_CODE = "pipeline.stress.operating_stress", "pipeline.studies.wear.life"
 FLAT = 1e-3  # relative variation that counts as none
 MOST_FOLLOWED = 3  # keys of the solver, which `nonlinear.find_joint_optimum` takes
 COARSE = 2e-2  # tolerance of keys at each of whose values a window slides, as a share of the range
@@ -85,6 +86,12 @@ class OptimumStudy:
         assert section is not None
         laws = scene.uncertainty if section.tolerance == "uncertainty" else None
         own = {"cases": load_cases(context), "laws": None if laws is None else laws.model_dump()["parameter"]}
+        if section.objective == LIFE:
+            return {
+                **own,
+                "wear": worn_by(context.scene, section.life).model_dump(),
+                "life": code_fingerprint(WEAR_CODE),
+            }
         if section.objective not in BY_STRESS:
             return own
         limits = None if scene.fatigue is None else scene.fatigue.model_dump()

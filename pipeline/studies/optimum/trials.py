@@ -14,15 +14,16 @@ from numpy.typing import NDArray
 from nonlinear import ContactError, JointOptimum, Optimum, find_joint_optimum, find_optimum
 from pipeline.errors import InputError, StageError
 from pipeline.process.interrupts import Stopped
-from pipeline.results.worst import number_error
+from pipeline.results.worst import number_error, with_unit
 from pipeline.scene.dotted_keys import of_contact
+from pipeline.scene.labels import value_label
 from pipeline.scene.sweep import WHOLE_FACE, as_in_scene, key_value
 from pipeline.stages.curve.curve_file import read_curve
 from pipeline.stages.scene_to_solver import nonlinear_problem
 from pipeline.stages.stage import Stage
 from pipeline.studies.optimum.checks import PLACE, SOLVER_KEYS
 from pipeline.studies.optimum.result import Trial
-from pipeline.studies.optimum.section import BY_STRESS
+from pipeline.studies.optimum.section import BY_STRESS, LIFE
 from pipeline.studies.study import StudyContext, StudyError
 
 if TYPE_CHECKING:
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     from pipeline.stages.curve.respond import CurveResult
     from pipeline.studies.study import StudyContext
     from pipeline.studies.uncertainty.section import Marginal
+    from pipeline.studies.wear.section import Wear
 
 
 Array = NDArray[np.float64]
@@ -228,7 +230,8 @@ class CurveTrials:
             solving = 0.0 if curve.facts is None else curve.facts.seconds
             making = 0.0 if _of_model(wanted[name]) in self.models else seconds / count
             self.models.add(_of_model(wanted[name]))
-            self.known[name] = replace(trial, curves=1, seconds=solving + making, model_seconds=making)
+            took = trial.seconds + solving + making
+            self.known[name] = replace(trial, curves=1, seconds=took, model_seconds=making)
 
 
 def _of_model(values: Mapping[str, Any]) -> tuple[Any, ...]:
@@ -285,7 +288,34 @@ def trial_of(point: Mapping[str, float], curve: CurveResult, context: StudyConte
     trial = Trial(dict(point), amplitude, frequency, motion, at_end, open_end, "", number_error(facts), mean_m=mean)
     if section is not None and section.output is not None:
         return _of_output(trial, facts, section.output)
+    if objective_of(context) == LIFE:
+        return _of_life(trial, curve, context)
     return _of_stress(trial, curve, context) if objective_of(context) in BY_STRESS else trial
+
+
+def worn_by(scene: Scene, hours: float | None) -> Wear:
+    """The section [wear] with another life."""
+    assert scene.wear is not None  # the checks see to it
+    return scene.wear if hours is None else scene.wear.model_copy(update={"hours": hours, "cycles": None})
+
+
+def _of_life(trial: Trial, curve: CurveResult, context: StudyContext) -> Trial:
+    """The trial with the highest amplitude while the faces wear, its own worst motion among them."""
+    from pipeline.studies.wear.life import highest_of_life
+
+    section = context.scene.optimum
+    assert section is not None
+    try:
+        found = highest_of_life(context, worn_by(context.scene, section.life), curve.member.parameters)
+    except StudyError as error:
+        return replace(trial, amplitude_m=math.nan, reason=str(error))
+    said = ", ".join(value_label(key, value) for key, value in curve.member.parameters.items())
+    context.progress(f"{said}: up to {with_unit(found.amplitude_m)} while it wears, after {found.hours:.4g} h")
+    trial = replace(trial, seconds=found.seconds, unresolved=trial.unresolved or found.left)
+    if found.amplitude_m <= trial.amplitude_m:
+        return trial
+    motion = f"worn, after {found.hours:.4g} h"
+    return replace(trial, amplitude_m=found.amplitude_m, frequency_hz=found.frequency_hz, motion=motion, mean_m=0.0)
 
 
 def _highest_solutions(facts: CurveSummary) -> Iterator[tuple[float, float, str]]:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -14,26 +15,18 @@ import numpy as np
 from pipeline.errors import StageError
 from pipeline.process.progress import seconds_since
 from pipeline.results.worst import NOTICEABLE, motion_said, with_unit
-from pipeline.scene.dotted_keys import CONTACT, INTERFACE
-from pipeline.scene.labels import value_label
 from pipeline.stages.code_fingerprint import code_fingerprint
-from pipeline.stages.curve.curve_file import read_curve
 from pipeline.stages.curve.respond import CurveResult
-from pipeline.stages.scene_to_solver import nonlinear_problem
-from pipeline.studies.study import StudyContext, StudyError
-from pipeline.studies.wear.checks import PLACE
-from pipeline.studies.wear.result import LifeEvent, Numbers, PointHistory, WearResult, WornResponse
+from pipeline.studies.study import StudyContext
+from pipeline.studies.wear.life import HOUR, Life, point_label
+from pipeline.studies.wear.result import LifeEvent, PointHistory, WearResult, WornResponse
 
 if TYPE_CHECKING:
-    from nonlinear import OperatingPoint, WearHistory
-    from pipeline.scene.reading import Member
-    from pipeline.studies.wear.section import DutyPoint, Wear
-    from rom import ReducedModel
+    from nonlinear import WearHistory
+    from pipeline.studies.wear.section import Wear
 
-HOUR = 3600.0
 STRESS_CODE = "pipeline.stress.operating_stress"
 SHALLOW = 0.1  # worn depth over the size of the face above which the law of small wear is doubtful
-AT = "worn"  # the parameter by which worn scenes differ: a word, so that no branch is carried from one to another
 EVENTS = {
     "limit": "limit reached",
     "lowest amplitude": "lowest amplitude",
@@ -75,33 +68,19 @@ class _Computation:
 
     context: StudyContext
     section: Wear
-    model: ReducedModel = field(init=False)
+
+    @cached_property
+    def life(self) -> Life:
+        """The life of the scene's own values."""
+        return Life(self.context, self.section)
 
     def result(self) -> WearResult:
         """Everything, from the curves of the duty on."""
-        from nonlinear import MotionLostError, wear_history
-        from rom import one_blas_thread
-
         start = time.perf_counter()
-        points, section = self._points(), self.section
-        limits = {"amplitude": section.amplitude_limit, "depth": section.depth_limit}
-        life = {"cycles": section.cycles} if section.hours is None else {"seconds": section.hours * HOUR}
-        try:
-            with one_blas_thread():
-                history = wear_history(
-                    points,
-                    self._by_node(),
-                    self._areas(),
-                    limits={name: value for name, value in limits.items() if value is not None},
-                    tolerance=section.tolerance,
-                    progress=self._progress(),
-                    **life,
-                )
-        except MotionLostError as error:
-            raise StudyError(str(error)) from None
+        history = self.life.history(self._progress())
         responses = self._responses(history)
         found = self._found(history, responses)
-        found = replace(found, margin_hours=_margin_hours(responses, section.margin_limit))
+        found = replace(found, margin_hours=_margin_hours(responses, self.section.margin_limit))
         return replace(found, message=headline(found), remarks=tuple(_remarks(found)), seconds=seconds_since(start))
 
     def _progress(self) -> Callable[[float, float], None]:
@@ -116,57 +95,15 @@ class _Computation:
 
         return progress
 
-    def _points(self) -> list[OperatingPoint]:
-        """The operating points of the duty with their responses before any wear."""
-        from nonlinear import OperatingPoint
-        from rom import read_reduced_model
-
-        members = [self._member(point, {}, _label(point) or "at the peak") for point in self.section.points]
-        found = []
-        for member, curve, point in zip(members, self.context.curves(members), self.section.points, strict=True):
-            if curve.file is None or curve.rom is None:
-                raise StudyError(curve.reason)
-            self.model = read_reduced_model(curve.rom, with_basis=False)
-            problem = nonlinear_problem(member.scene, self.model)
-            given = {"share": point.share, "frequency_hz": point.frequency, "curve": read_curve(curve.file)}
-            found.append(OperatingPoint(problem, **given))  # type: ignore[arg-type]
-        return found
-
-    def _member(self, point: DutyPoint, values: Mapping[str, Any], name: str) -> Member:
-        """The scene at an operating point with other values of some keys."""
-        return replace(self.context.member({**point.values, **values}, PLACE), parameters={AT: name})
-
-    def _names(self) -> list[str]:
-        """Interface of each contact node."""
-        return [name for name, count in self.model.interfaces.items() for _ in range(count)]
-
-    def _by_node(self) -> Numbers:
-        """Wear coefficient of each node, m^3/J."""
-        given = self.section.coefficient
-        if not isinstance(given, dict):
-            return np.full(self.model.n_contacts, given)
-        if unknown := set(given) - set(self.model.interfaces):
-            names = ", ".join(self.model.interfaces)
-            raise StudyError(f"wear.coefficient: no interface {min(unknown)}, allowed: {names}")
-        return np.array([given.get(name, 0.0) for name in self._names()])
-
-    def _areas(self) -> Numbers:
-        """Area of each node, m^2."""
-        if self.model.contact_area is not None:
-            return self.model.contact_area
-        if self.section.area is None:
-            raise StudyError("the reduced model has no areas of its contact nodes, allowed: wear.area")
-        return np.array([self.section.area / self.model.interfaces[name] for name in self._names()])
-
     def _responses(self, history: WearHistory) -> tuple[WornResponse, ...]:
         """Whole responses at the beginning, at events, at the end, and between these."""
         at_peak = [point for point in self.section.points if point.share > 0.0 and point.frequency is None]
         pairs = [(place, point) for place in _times(history, self.section.responses) for point in at_peak]
         members = [
-            self._member(
+            self.life.member(
                 point,
-                self._worn(history.interference_m[place]),
-                f"after {history.time_s[place] / HOUR:.5g} h{_label(point) and ', '}{_label(point)}",
+                self.life.worn(history.interference_m[place]),
+                ", ".join(filter(None, (f"after {history.time_s[place] / HOUR:.5g} h", point_label(point)))),
             )
             for place, point in pairs
         ]
@@ -178,16 +115,6 @@ class _Computation:
         for (place, _), curve in zip(pairs, curves, strict=True):
             by_time.setdefault(place, []).append(curve)
         return tuple(self._worst(history, place, found) for place, found in by_time.items())
-
-    def _worn(self, interference: Numbers) -> dict[str, list[float]]:
-        """Keys of the scene with the interference left."""
-        if len(self.model.interfaces) == 1 and not self.context.scene.interface:
-            return {f"{CONTACT}.interference": interference.tolist()}
-        found, first = {}, 0
-        for name, count in self.model.interfaces.items():
-            found[f"{INTERFACE}.{name}.interference"] = interference[first : first + count].tolist()
-            first += count
-        return found
 
     def _worst(self, history: WearHistory, place: int, curves: Sequence[CurveResult]) -> WornResponse:
         """The worst motion of the responses at a time."""
@@ -226,11 +153,12 @@ class _Computation:
 
     def _found(self, history: WearHistory, responses: tuple[WornResponse, ...]) -> WearResult:
         """The result without its words."""
-        coefficient, names, shares = self._by_node(), self._names(), [point.share for point in self.section.points]
-        frame = () if self.model.contact_frame is None else tuple(self.model.contact_frame.reshape(-1, 9))
+        coefficient, names, model = self.life.by_node(), self.life.names(), self.life.model
+        shares = [point.share for point in self.section.points]
+        frame = () if model.contact_frame is None else tuple(model.contact_frame.reshape(-1, 9))
         points = tuple(
             PointHistory(
-                label=_label(point) or "at the peak",
+                label=point_label(point) or "at the peak",
                 share=point.share / sum(shares),
                 values=point.values,
                 amplitude_m=history.amplitude_m[:, d],
@@ -253,8 +181,8 @@ class _Computation:
             depth_m=tuple(history.depth_m.T),
             interference_m=tuple(history.interference_m.T),
             interface=tuple(names),
-            area_m2=self._areas(),
-            position_m=tuple(self.model.contact_position),
+            area_m2=self.life.areas(),
+            position_m=tuple(model.contact_position),
             frame=frame,
             events=tuple(LifeEvent(e.kind, e.time_s / HOUR, float(e.cycles), e.said) for e in history.events),
             responses=responses,
@@ -266,12 +194,6 @@ class _Computation:
             complete=history.complete,
             seconds=0.0,
         )
-
-
-def _label(point: DutyPoint) -> str:
-    """An operating point by what it gives; empty where that is nothing."""
-    given = [value_label(key, value) for key, value in point.values.items()]
-    return ", ".join([*given, *([] if point.frequency is None else [f"{point.frequency:g} Hz"])])
 
 
 def _times(history: WearHistory, count: int) -> list[int]:
