@@ -96,7 +96,7 @@ def test_restart_goes_on_where_the_life_was(done: tuple[Path, Results], tmp_path
         [float(np.interp(half, wear["hours"], node)) for node in wear["interference_m"]], hours=half
     )
     del scene["wear"]["cycles"]
-    run_scene(scene, tmp_path / "out", rom=done[0] / "model.h5")
+    run_scene(scene, tmp_path / "out", rom=done[0] / "model.h5", until="study")
     again = read_result(tmp_path / "out")
     assert again.interference_m[0][-1] == pytest.approx(wear["interference_m"][0][-1], rel=2e-3)
 
@@ -113,6 +113,24 @@ def test_files_figure_and_page(done: tuple[Path, Results]) -> None:
     assert "model 1e-11 m³/J" in section.conclusion[-1] or "1e-11 m³/J" in section.conclusion[-1]
 
 
+def test_quantiles_of_the_life(done: tuple[Path, Results], tmp_path: Path) -> None:
+    """The life goes with 1 / alpha: of a lognormal alpha the life is lognormal too, about the life of its median."""
+    limits = {"depth_limit": 0.5, "cycles": 2.5, "samples": 16, "coefficient_factor": 1.5}
+    run_scene(rubbing_scene(**limits), tmp_path / "out", rom=done[0] / "model.h5", until="study")
+    found = read_result(tmp_path / "out")
+    lives = found.lives
+    assert lives is not None
+    limit = next(event for event in found.events if event.kind == "limit")
+    assert limit.cycles == pytest.approx(clock(2.5), rel=1e-3)
+    factors, reached = lives.values["wear.coefficient"], lives.reached == 1
+    np.testing.assert_array_equal(reached, limit.cycles / factors < 2.5)
+    np.testing.assert_allclose(lives.hours[reached], limit.hours / factors[reached], rtol=2e-3)
+    middle = next(each for each in lives.quantiles if each.level == 0.5)
+    assert middle.known
+    assert middle.hours == pytest.approx(limit.hours, rel=0.1)
+    assert any("16 sampled lives: " in line for line in wear_section(found).conclusion)
+
+
 @pytest.mark.parametrize(
     ("section", "said"),
     [
@@ -126,6 +144,11 @@ def test_files_figure_and_page(done: tuple[Path, Results]) -> None:
         ({"coefficient": {"root": 1e-14}, "hours": 1.0}, "wear.coefficient.root: no such interface, allowed: shroud"),
         ({"coefficient": 1e-14, "hours": 1.0, "depth_limit": 1.0}, "wear.depth_limit: 1, allowed: 0.012 m at most"),
         ({"coefficient": 1e-14, "hours": 1.0, "margin_limit": 1.0}, "wear.margin_limit: 1, allowed: a scene with"),
+        ({"coefficient": 1e-14, "hours": 1.0, "samples": 16}, "wear.samples: 16, allowed: a scene with wear.ampl"),
+        (
+            {"coefficient": 1e-14, "hours": 1.0, "coefficient_factor": 2.0},
+            "wear.coefficient_factor: 2 without samples",
+        ),
         (
             {"coefficient": 1e-14, "hours": 1.0, "duty": [{"share": 1.0, "frequency": 5.0}]},
             "wear.duty[0].frequency: 5, allowed: ",
@@ -152,6 +175,26 @@ def test_lives_that_cannot_be_optimised(tmp_path: Path, options: list[str], said
     status, _, error = shroud("optimise", scene, "--over", "contact.interference=0:1e-5", *options)
     assert (status, error.count("\n")) == (2, 1)
     assert said in error
+
+
+@pytest.mark.long
+def test_sampled_lives_are_single_lives(done: tuple[Path, Results], tmp_path: Path) -> None:
+    """With an uncertain force and coefficient, each life is that of a scene with its values."""
+    limits = {"depth_limit": 0.5, "cycles": 2.5, "samples": 16, "coefficient_factor": 1.5}
+    law = {"key": "excitation.force", "distribution": "uniform", "low": 0.8, "high": 1.2}
+    scene = rubbing_scene(**limits) | {"uncertainty": {"parameter": [law], "samples": 16}}
+    run_scene(scene, tmp_path / "out", rom=done[0] / "model.h5", until="study")
+    lives = read_result(tmp_path / "out").lives
+    assert lives is not None
+    for number in (0, 7):
+        values = {key: float(column[number]) for key, column in lives.values.items()}
+        single = rubbing_scene(depth_limit=0.5, cycles=2.5, coefficient=COEFFICIENT * values["wear.coefficient"])
+        single["excitation"]["force"] = values["excitation.force"]
+        run_scene(single, tmp_path / f"single_{number}", rom=done[0] / "model.h5", until="study")
+        found = read_result(tmp_path / f"single_{number}")
+        limit = [event.hours for event in found.events if event.kind == "limit"]
+        assert bool(limit) == bool(lives.reached[number])
+        assert lives.hours[number] == pytest.approx(limit[0] if limit else found.hours[-1], rel=0.01)
 
 
 @pytest.mark.long

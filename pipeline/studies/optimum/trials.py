@@ -41,6 +41,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 MOST_RESPONSES, FEWEST, FEWEST_JOINT = 40, 16, 20  # of one search
+SAME = 1e-6  # relative difference of two amplitudes that are the same motion
 _DIGITS = 13  # of a value: the mean of equal numbers differs from them by rounding
 
 
@@ -312,7 +313,7 @@ def _of_life(trial: Trial, curve: CurveResult, context: StudyContext) -> Trial:
     said = ", ".join(value_label(key, value) for key, value in curve.member.parameters.items())
     context.progress(f"{said}: up to {with_unit(found.amplitude_m)} while it wears, after {found.hours:.4g} h")
     trial = replace(trial, seconds=found.seconds, unresolved=trial.unresolved or found.left)
-    if found.amplitude_m <= trial.amplitude_m:
+    if found.amplitude_m <= trial.amplitude_m * (1.0 + SAME):
         return trial
     motion = f"worn, after {found.hours:.4g} h"
     return replace(trial, amplitude_m=found.amplitude_m, frequency_hz=found.frequency_hz, motion=motion, mean_m=0.0)

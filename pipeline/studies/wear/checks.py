@@ -33,6 +33,27 @@ def unfit_wear_keys(file: SceneFile, given_model: bool = False) -> Iterator[Inpu
         allowed = f"{scene.shroud.contact_length:g} m at most, the length of the face"
         yield input_error(file.path, "wear.depth_limit", f"{section.depth_limit:g}", allowed)
     yield from _unfit_duty(file, section, given_model)
+    yield from _unfit_samples(file, section)
+
+
+def _unfit_samples(file: SceneFile, section: Wear) -> Iterator[InputError]:
+    """Samples without a limit or without a distribution, and distributions without samples."""
+    laws = () if file.first.uncertainty is None else file.first.uncertainty.parameter
+    if section.samples is None:
+        if section.coefficient_factor is not None:
+            found = f"{section.coefficient_factor:g} without samples"
+            yield input_error(file.path, "wear.coefficient_factor", found, "beside wear.samples")
+        return
+    if section.amplitude_limit is None and section.depth_limit is None:
+        allowed = "a scene with wear.amplitude_limit or wear.depth_limit"
+        yield input_error(file.path, "wear.samples", str(section.samples), allowed)
+    if section.coefficient_factor is None and not laws:
+        allowed = "a scene with wear.coefficient_factor or [uncertainty]"
+        yield input_error(file.path, "wear.samples", str(section.samples), allowed)
+    for number, item in enumerate(laws):
+        if item.correlation_length is not None:
+            place = f"uncertainty.parameter[{number}].correlation_length"
+            yield input_error(file.path, place, shown(item.correlation_length), "nothing with wear.samples")
 
 
 def _unfit_duty(file: SceneFile, section: Wear, given_model: bool) -> Iterator[InputError]:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-LOAD, POWER, BAND, EVENT = DISTINCT[0], DISTINCT[1], "#B3D4EA", "0.6"
+LOAD, POWER, SPAN, BAND, EVENT = DISTINCT[0], DISTINCT[1], DISTINCT[2], "#B3D4EA", "0.6"
 DRAWN = ("limit", "jump", "higher peak", "stick", "separation", "lost")  # events with a line
 SHARES = (0.1, 0.25, 0.5, 1.0)  # of the life, at which the worn face is drawn
 FLAT = 1e-3  # size of a face along a direction, relative to the other, that is none
@@ -55,6 +55,10 @@ def _draw_motion(axes: Axes, result: WearResult) -> None:
     axes.plot(hours, worst * factor, "o", color="black", markersize=4.5, label="worst motion", zorder=4)
     heights = np.concatenate([*(point.amplitude_m for point in result.points), worst[np.isfinite(worst)]])
     set_height_axis(axes, heights * factor, CURVES_LOG_FROM)
+    known = [each for each in (() if result.lives is None else result.lives.quantiles) if each.known]
+    if len(known) > 1:
+        said = f"limit, {100.0 * known[0].level:g} to {100.0 * known[-1].level:g} % of the lives"
+        axes.axvspan(known[0].hours, known[-1].hours, color=SPAN, alpha=0.25, linewidth=0.0, zorder=0.5, label=said)
     axes.set_ylabel(f"amplitude [{unit}]")
     axes.legend(fontsize=9)
 

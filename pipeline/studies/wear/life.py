@@ -38,14 +38,17 @@ class Life:
     values: Mapping[str, Any] = field(default_factory=dict)  # other values of some keys of the scene
     model: ReducedModel = field(init=False)  # that of the last operating point
 
-    def history(self, progress: Callable[[float, float], None] | None = None, **fewer: int) -> WearHistory:
-        """The slow time, from the curves of the duty on; `progress` and `fewer` as of `nonlinear.wear_history`."""
+    def history(
+        self, progress: Callable[[float, float], None] | None = None, one_of_many: bool = False
+    ) -> WearHistory:
+        """The slow time, from the curves of the duty on; `progress` as of `nonlinear.wear_history`."""
         from nonlinear import MotionLostError, wear_history
         from rom import one_blas_thread
 
         points, section = self._points(), self.section
         limits = {"amplitude": section.amplitude_limit, "depth": section.depth_limit}
         life = {"cycles": section.cycles} if section.hours is None else {"seconds": section.hours * HOUR}
+        fewer: dict[str, Any] = FEWER if one_of_many else {}
         try:
             with one_blas_thread():
                 return wear_history(
@@ -66,8 +69,7 @@ class Life:
         from nonlinear import OperatingPoint
         from rom import read_reduced_model
 
-        members = [self.member(point, {}, point_label(point) or "at the peak") for point in self.section.points]
-        found = []
+        members, found = self.members(), []
         for member, curve, point in zip(members, self.context.curves(members), self.section.points, strict=True):
             if curve.file is None or curve.rom is None:
                 raise StudyError(curve.reason)
@@ -76,6 +78,10 @@ class Life:
             given = {"share": point.share, "frequency_hz": point.frequency, "curve": read_curve(curve.file)}
             found.append(OperatingPoint(problem, **given))  # type: ignore[arg-type]
         return found
+
+    def members(self) -> list[Member]:
+        """The scene at each operating point, before any wear."""
+        return [self.member(point, {}, point_label(point) or "at the peak") for point in self.section.points]
 
     def member(self, point: DutyPoint, values: Mapping[str, Any], name: str) -> Member:
         """The scene at an operating point with other values of some keys."""
@@ -139,7 +145,7 @@ def highest_of_life(context: StudyContext, section: Wear, values: Mapping[str, A
 
     def compute() -> Highest:
         start = time.perf_counter()
-        found = Life(context, section, values).history(**FEWER)
+        found = Life(context, section, values).history(one_of_many=True)
         at = int(found.highest_m.argmax())
         point = int(found.amplitude_m[at].argmax())
         place = float(found.frequency_hz[at, point]), float(found.time_s[at] / HOUR)

@@ -53,6 +53,30 @@ class WornResponse:
 
 
 @dataclass(frozen=True)
+class LifeQuantile:
+    """A quantile of the time until the first limit."""
+
+    level: float
+    hours: (
+        float  # the quantile, h; where it is not `known` a lower bound, as lives that reach no limit count as ended
+    )
+    # ends of the interval that holds it with a probability of 95 %; None: the samples do not tell
+    low: float | None
+    high: float | None
+    known: bool
+
+
+@dataclass(frozen=True)
+class SampledLives:
+    """Times until the first limit of n sampled lives."""
+
+    values: Mapping[str, Numbers]  # (n,), values of the uncertain keys; of wear.coefficient the factor on it
+    hours: Numbers  # (n,), time until the first limit; the life where none is reached
+    reached: Counts  # (n,), 1 where a limit is reached
+    quantiles: tuple[LifeQuantile, ...]
+
+
+@dataclass(frozen=True)
 class WearResult:
     """Wear of the contact faces over a life, at T times, of n_c contact nodes."""
 
@@ -78,6 +102,7 @@ class WearResult:
     traces: int  # responses traced again on the way
     complete: bool  # whether the life was reached
     seconds: float  # what it took, s
+    lives: SampledLives | None = None  # None unless asked for
     message: str = ""  # the result in a line
     remarks: tuple[str, ...] = ()  # what qualifies it
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -62,6 +62,20 @@ class Wear(StudyKeys):
         "times, beginning and end among them, at which the response is solved for with its worst motion",
         "a whole number, {bounds}",
         5,
+    )
+    samples: Literal[16, 32, 64, 128, 256, 512] | None = key(
+        "lives sampled for quantiles of the time until the first limit; none: not sampled",
+        "16, 32, 64, 128, 256 or 512, with a limit of amplitude or depth",
+        None,
+    )
+    coefficient_factor: Annotated[Number, Field(ge=1.0001, le=1e3)] | None = key(
+        "scatter of the wear coefficient, lognormal: 68 % of the values lie between coefficient / factor and "
+        "coefficient * factor",
+        "a number above 1, {bounds}, with samples",
+        None,
+    )
+    seed: Annotated[Whole, Field(ge=0, le=2**63 - 1)] = key(
+        "seed of the quasi-random numbers: the same seed gives the same samples", "a whole number, {bounds}", 0
     )
     tolerance: Annotated[Number, Field(ge=1e-6, le=0.1)] = key(
         "largest error of the interference in a step, relative to it or to the normal vibration of the contact",

@@ -19,7 +19,8 @@ from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.curve.respond import CurveResult
 from pipeline.studies.study import StudyContext
 from pipeline.studies.wear.life import HOUR, Life, point_label
-from pipeline.studies.wear.result import LifeEvent, PointHistory, WearResult, WornResponse
+from pipeline.studies.wear.lives import sampled_lives
+from pipeline.studies.wear.result import LifeEvent, PointHistory, SampledLives, WearResult, WornResponse
 
 if TYPE_CHECKING:
     from nonlinear import WearHistory
@@ -46,9 +47,14 @@ class WearStudy:
     result = WearResult
 
     def key(self, context: StudyContext) -> Mapping[str, Any]:
-        """The limits of the fatigue, of which a margin is made."""
-        fatigue = context.scene.fatigue
-        return {} if fatigue is None else {"fatigue": fatigue.model_dump(), "stress": code_fingerprint(STRESS_CODE)}
+        """The limits of the fatigue, of which a margin is made, and the distributions of sampled lives."""
+        fatigue, section, laws = context.scene.fatigue, context.scene.wear, context.scene.uncertainty
+        found: dict[str, Any] = {}
+        if fatigue is not None:
+            found |= {"fatigue": fatigue.model_dump(), "stress": code_fingerprint(STRESS_CODE)}
+        if laws is not None and section is not None and section.samples is not None:
+            found["laws"] = laws.model_dump()["parameter"]
+        return found
 
     def compute(self, context: StudyContext) -> WearResult:
         """The life, then whole responses at a few times of it."""
@@ -80,7 +86,8 @@ class _Computation:
         history = self.life.history(self._progress())
         responses = self._responses(history)
         found = self._found(history, responses)
-        found = replace(found, margin_hours=_margin_hours(responses, self.section.margin_limit))
+        margin_hours = _margin_hours(responses, self.section.margin_limit)
+        found = replace(found, margin_hours=margin_hours, lives=sampled_lives(self.context, self.section))
         return replace(found, message=headline(found), remarks=tuple(_remarks(found)), seconds=seconds_since(start))
 
     def _progress(self) -> Callable[[float, float], None]:
@@ -252,8 +259,18 @@ def told(found: WearResult) -> Iterator[str]:
             height = with_unit(float(np.interp(event.hours, found.hours, found.highest_m)))
             said = height if event is lowest else event.said
             yield f"{EVENTS[event.kind]}{f': {said}' if said else ''}, after {event.hours:.4g} h"
+    if found.lives is not None:
+        yield lives_said(found.lives)
     if found.margin_hours is not None:
         yield f"limit reached: margin, after {found.margin_hours:.4g} h, between whole responses"
+
+
+def lives_said(lives: SampledLives) -> str:
+    """The quantiles of the time until the first limit in words."""
+    said = [f"{100.0 * e.level:g} % below {e.hours:.4g} h" for e in lives.quantiles if e.known]
+    missed = int((lives.reached == 0).sum())
+    left = f"; {missed} reach no limit" if missed else ""
+    return f"{len(lives.hours)} sampled lives: {', '.join(said) or 'no quantile is known'}{left}"
 
 
 def _remarks(found: WearResult) -> Iterator[str]:
