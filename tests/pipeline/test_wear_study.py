@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,9 @@ from scipy.optimize import brentq
 from pipeline import run_scene
 from pipeline.codec import restored
 from pipeline.results.results import Results
+from pipeline.scene.reading import derived_member, read_scene
 from pipeline.studies.wear.figure import wear_figure
+from pipeline.studies.wear.life import Life
 from pipeline.studies.wear.report import wear_section
 from pipeline.studies.wear.result import WearResult
 from rom import ReducedModel, write_reduced_model
@@ -20,6 +23,7 @@ from rom import ReducedModel, write_reduced_model
 pytestmark = pytest.mark.xdist_group("wear")  # one worker: what the module makes is made once
 
 COEFFICIENT, AREA = 1e-11, 2e-10
+PROJECT = Path(__file__).parents[2]
 
 
 def rubbing_scene(interference: float | list[float] = 3.0, **section: Any) -> dict[str, Any]:
@@ -115,7 +119,7 @@ def test_files_figure_and_page(done: tuple[Path, Results]) -> None:
 
 def test_quantiles_of_the_life(done: tuple[Path, Results], tmp_path: Path) -> None:
     """The life goes with 1 / alpha: of a lognormal alpha the life is lognormal too, about the life of its median."""
-    limits = {"depth_limit": 0.5, "cycles": 2.5, "samples": 16, "coefficient_factor": 1.5}
+    limits = {"depth_limit": 0.5, "cycles": 1.2, "samples": 16, "coefficient_factor": 1.2}
     run_scene(rubbing_scene(**limits), tmp_path / "out", rom=done[0] / "model.h5", until="study")
     found = read_result(tmp_path / "out")
     lives = found.lives
@@ -123,7 +127,7 @@ def test_quantiles_of_the_life(done: tuple[Path, Results], tmp_path: Path) -> No
     limit = next(event for event in found.events if event.kind == "limit")
     assert limit.cycles == pytest.approx(clock(2.5), rel=1e-3)
     factors, reached = lives.values["wear.coefficient"], lives.reached == 1
-    np.testing.assert_array_equal(reached, limit.cycles / factors < 2.5)
+    np.testing.assert_array_equal(reached, limit.cycles / factors < 1.2)
     np.testing.assert_allclose(lives.hours[reached], limit.hours / factors[reached], rtol=2e-3)
     middle = next(each for each in lives.quantiles if each.level == 0.5)
     assert middle.known
@@ -217,6 +221,25 @@ def test_interference_of_the_lowest_highest_amplitude(done: tuple[Path, Results]
     best = brentq(difference, 2.05, 3.0)
     assert found["values"]["contact.interference"] == pytest.approx(best, rel=0.01)
     assert found["amplitude_m"] == pytest.approx(peak(best), rel=0.005)
+
+
+def test_worn_interfaces_keep_the_other_values_of_their_table(tmp_path: Path) -> None:
+    """Both flanks of a damper have the table [interface.damper]; worn, each has a table of its own."""
+    path, source = tmp_path / "scene.toml", PROJECT / "scenes" / "shroud_and_damper.toml"
+    path.write_text(source.read_text() + "\n[wear]\ncoefficient = { damper = 1e-14 }\nhours = 1.0\n")
+    file = read_scene(path)
+    scene, names = file.first, file.first.interfaces
+    assert scene.wear is not None
+    assert names is not None
+    life = Life(SimpleNamespace(scene=scene), scene.wear)
+    life.model = SimpleNamespace(interfaces=dict.fromkeys(names, 2), n_contacts=2 * len(names))
+    left = np.linspace(0.0, 1e-5, 2 * len(names))
+    worn = derived_member(file, life.worn(left), "wear.duty").scene
+    kept = {"normal_stiffness", "tangential_stiffness", "friction", "preload", "law"}
+    for number, name in enumerate(names):
+        assert worn.contact_of(name).interference == pytest.approx(left[2 * number : 2 * number + 2])
+        assert worn.contact_of(name).model_dump(include=kept) == scene.contact_of(name).model_dump(include=kept)
+    assert life.by_node().tolist() == [1e-14 * name.startswith("damper") for name in names for _ in range(2)]
 
 
 def test_without_areas_there_is_no_depth(tmp_path: Path) -> None:

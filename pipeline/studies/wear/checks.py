@@ -23,8 +23,9 @@ def unfit_wear_keys(file: SceneFile, given_model: bool = False) -> Iterator[Inpu
     if scene.response.method != "coupled":
         yield input_error(file.path, "response.method", shown(scene.response.method), '"coupled", with [wear]')
     if isinstance(section.coefficient, dict) and scene.interfaces is not None:
+        known = {*scene.interfaces, *map(scene.table_of, scene.interfaces)}
         for name in section.coefficient:
-            if name not in scene.interfaces:
+            if name not in known:
                 place = f"wear.coefficient.{name}"
                 yield input_error(file.path, place, "no such interface", ", ".join(scene.interfaces))
     if section.margin_limit is not None and (scene.fatigue is None or given_model):

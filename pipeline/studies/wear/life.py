@@ -96,10 +96,11 @@ class Life:
         given = self.section.coefficient
         if not isinstance(given, dict):
             return np.full(self.model.n_contacts, given)
-        if unknown := set(given) - set(self.model.interfaces):
+        tables = {name: self.context.scene.table_of(name) for name in self.model.interfaces}
+        if unknown := set(given) - {*tables, *tables.values()}:
             names = ", ".join(self.model.interfaces)
             raise StudyError(f"wear.coefficient: no interface {min(unknown)}, allowed: {names}")
-        return np.array([given.get(name, 0.0) for name in self.names()])
+        return np.array([given.get(name, given.get(tables[name], 0.0)) for name in self.names()])
 
     def areas(self) -> Numbers:
         """Area of each node, m^2."""
@@ -109,13 +110,17 @@ class Life:
             raise StudyError("the reduced model has no areas of its contact nodes, allowed: wear.area")
         return np.array([self.section.area / self.model.interfaces[name] for name in self.names()])
 
-    def worn(self, interference: Numbers) -> dict[str, list[float]]:
-        """Keys of the scene with the interference left."""
-        if len(self.model.interfaces) == 1 and not self.context.scene.interface:
+    def worn(self, interference: Numbers) -> dict[str, Any]:
+        """Keys of the scene with the interference left; an interface in the table of several gets one of its own."""
+        found: dict[str, Any] = {}
+        scene, first = self.context.scene, 0
+        if len(self.model.interfaces) == 1 and not scene.interface:
             return {f"{CONTACT}.interference": interference.tolist()}
-        found, first = {}, 0
         for name, count in self.model.interfaces.items():
-            found[f"{INTERFACE}.{name}.interference"] = interference[first : first + count].tolist()
+            own = scene.interface.get(scene.table_of(name))
+            given: dict[str, Any] = {} if own is None else own.model_dump(exclude_none=True)
+            given["interference"] = interference[first : first + count].tolist()
+            found |= {f"{INTERFACE}.{name}.{key}": value for key, value in given.items()}
             first += count
         return found
 
