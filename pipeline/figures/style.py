@@ -134,19 +134,6 @@ def plain_log_labels(axis: Axis) -> None:
     axis.set_minor_formatter(FuncFormatter(lambda value, _: ""))
 
 
-MANY_DECADES = 200.0
-
-
-def log_abscissa(axes: Axes, values: NDArray[np.float64]) -> None:
-    """A logarithmic abscissa with plain labels: of decades alone where there are many."""
-    from matplotlib.ticker import LogLocator
-
-    axes.set_xscale("log")
-    plain_log_labels(axes.xaxis)
-    if values.max() > MANY_DECADES * values.min():
-        axes.xaxis.set_major_locator(LogLocator(10.0, (1.0,), numticks=20))
-
-
 def set_height_axis(axes: Axes, heights: NDArray[np.float64], log_from: float = LOG_FROM) -> bool:
     """The axis of some heights begins at zero, or is logarithmic where they span decades; returns which."""
     above = heights[np.isfinite(heights) & (heights > 0.0)]

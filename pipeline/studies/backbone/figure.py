@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pipeline.figures.style import log_abscissa, ordered_colours, plain_log_labels, scale, subplots, write_heading
+from pipeline.figures.style import ordered_colours, plain_log_labels, scale, subplots, write_heading
 from pipeline.studies.backbone.result import BackboneResult, CurveBackbones, ModeBackbone
 
 if TYPE_CHECKING:
@@ -64,6 +64,7 @@ def contact_changes(mode: ModeBackbone) -> Iterator[tuple[str, int]]:
         yield kind, at
 
 
+MANY_DECADES = 200.0
 MARKS = {"first slip": "|", "first lift-off": "^"}
 COLUMNS = (
     ("frequency [Hz]", "frequency_hz"),
@@ -161,6 +162,16 @@ def _scale_axes(row: Sequence[Axes], modes: Row, factor: float) -> None:
     log_abscissa(row[2], np.concatenate([mode.force_n for _, mode in modes]))
     if values.size and values.max() > 10.0 * values.min():
         log_abscissa(row[1], values)
+
+
+def log_abscissa(axes: Axes, values: np.ndarray) -> None:
+    """A logarithmic abscissa with plain labels: of decades alone where there are many."""
+    from matplotlib.ticker import LogLocator
+
+    axes.set_xscale("log")
+    plain_log_labels(axes.xaxis)
+    if values.max() > MANY_DECADES * values.min():
+        axes.xaxis.set_major_locator(LogLocator(10.0, (1.0,), numticks=20))
 
 
 def _legend(figure: Figure, row: Sequence[Axes], curves: Sequence[CurveBackbones]) -> None:

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pipeline.figures.style import log_abscissa, ordered_colours, plain_log_labels, scale, subplots, write_heading
+from pipeline.figures.style import ordered_colours, plain_log_labels, scale, subplots, write_heading
 from pipeline.scene.labels import quantity
+from pipeline.studies.backbone.figure import log_abscissa
 from pipeline.studies.flutter.result import CurveFlutter, CycleFacts, FlutterResult, WaveCycles
 
 if TYPE_CHECKING:
