@@ -183,6 +183,22 @@ def test_jump_at_a_fold() -> None:
     assert solutions[1] == 1
 
 
+def test_a_higher_peak_is_followed_from_where_it_is_higher() -> None:
+    """A life that begins at the lower of two peaks goes back to its first step and follows the higher one."""
+    point = blade()
+    wide = point.problem._replace(options=replace(point.problem.options, frequency_hz=(0.3, 0.7)))
+    curve = forced_response(*wide)
+    low, high = sorted(curve.peaks, key=lambda peak: peak.amplitude_m)
+    known = replace(curve, peaks=(low,), peak=low, worst=None)
+    history = wear_history([replace(point, problem=wide, curve=known)], ALPHA, AREA, seconds=2e3, steps=20, checks=4)
+    assert [event.kind for event in history.events] == ["higher peak"]
+    assert history.events[0].time_s == history.time_s[1] == history.time_s[2]
+    assert history.highest_m[0] == pytest.approx(low.amplitude_m, rel=1e-9)
+    assert history.highest_m[2] == pytest.approx(high.amplitude_m, rel=0.02)
+    begun = wear_history([replace(point, problem=wide, curve=curve)], ALPHA, AREA, seconds=2e3, steps=20, checks=0)
+    np.testing.assert_allclose(history.depth_m[-1], begun.depth_m[-1], rtol=0.03)
+
+
 def test_duty_of_equal_points_is_one_point() -> None:
     point = replace(slider(), curve=forced_response(*slider().problem))
     parts = [replace(point, share=share) for share in (1.0, 3.0)]
