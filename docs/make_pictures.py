@@ -147,6 +147,10 @@ def pictures() -> dict[str, Picture]:
             Picture(f"damper_{name}", (f"{tutorials}/damper.md", STYLE, LINE), _of_page("damper"))
             for name in ("response", "performance", "loops")
         ),
+        *(
+            Picture(f"flutter_{name}", (f"{tutorials}/flutter.md", STYLE), _of_page("flutter"))
+            for name in ("waves", "cycles", "in_time")
+        ),
         Picture("matrices_response", (f"{tutorials}/matrices.md",), _of_page("matrices")),
         Picture(
             "own_mesh_faces",

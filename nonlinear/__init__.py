@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from nonlinear.nonlinear_modes.limit_cycles import LimitCycle, SelfExcitation, self_excitation
     from nonlinear.nonlinear_modes.mode_curve import harmonic_shares
     from nonlinear.nonlinear_modes.nonlinear_mode import ModeDamping, ModeResonance, NonlinearMode, nonlinear_mode
+    from nonlinear.nonlinear_modes.ring_in_flow import RingInFlow, ring_in_flow
     from nonlinear.options import (
         MOST_UNKNOWNS,
         NEARLY_LOWEST,
@@ -148,6 +149,7 @@ __all__ = [
     "ResponseCurve",
     "ResponseStage",
     "Ring",
+    "RingInFlow",
     "RingIntegration",
     "RingIntegrator",
     "RingLimits",
@@ -193,6 +195,7 @@ __all__ = [
     "performance_curve",
     "punch_stiffness",
     "response_stages",
+    "ring_in_flow",
     "self_excitation",
     "solved_response",
     "static_contact",
@@ -228,6 +231,8 @@ _PLACES = {
     "LimitCycle": "nonlinear.nonlinear_modes.limit_cycles",
     "SelfExcitation": "nonlinear.nonlinear_modes.limit_cycles",
     "self_excitation": "nonlinear.nonlinear_modes.limit_cycles",
+    "RingInFlow": "nonlinear.nonlinear_modes.ring_in_flow",
+    "ring_in_flow": "nonlinear.nonlinear_modes.ring_in_flow",
     "ModeDamping": "nonlinear.nonlinear_modes.nonlinear_mode",
     "ModeResonance": "nonlinear.nonlinear_modes.nonlinear_mode",
     "NonlinearMode": "nonlinear.nonlinear_modes.nonlinear_mode",

@@ -30,7 +30,7 @@ from nonlinear.nonlinear_modes.extended_motion import (
 )
 from nonlinear.nonlinear_modes.mode_curve import STEPS, ModeContinuation, ModePath, MotionPoint, follow_mode
 from nonlinear.options import OptionsError, SolverOptions
-from rom import RelativeReceptance, RingModes, one_blas_thread
+from rom import RelativeReceptance, RingModes, contact_springs, one_blas_thread
 
 LINEAR_STEP = 0.4  # of ln a between points in the linear range
 BEFORE_LIMIT, LARGER = 1.0 - 1e-9, 1.0 + 1e-6  # factors on the end of the linear range and on the largest amplitude
@@ -71,10 +71,10 @@ class FirstMotion:
         amplitude of the output, m.
         """
         shape = self.at_rest()[2]
-        limit = self._linear_limit(shape)
-        if not self.amplitude < limit * self._output(shape):
+        limit = self.modal_limit(shape)
+        if not self.amplitude < limit * self.output(shape):
             return ()
-        highest = np.log(min(limit * BEFORE_LIMIT, LARGER * largest / max(self._output(shape), 1e-300)))
+        highest = np.log(min(limit * BEFORE_LIMIT, LARGER * largest / max(self.output(shape), 1e-300)))
         count = int(np.ceil((highest - start.level) / LINEAR_STEP))
         return tuple(float(level) for level in np.linspace(start.level, highest, count + 1)[1:])
 
@@ -85,7 +85,14 @@ class FirstMotion:
     def linear_limit(self) -> float:
         """Amplitude of the output, m, at which the linear mode first slips, lifts off or touches; inf: nowhere."""
         shape = self.at_rest()[2]
-        return self._linear_limit(shape) * self._output(shape)
+        return self.modal_limit(shape) * self.output(shape)
+
+    def linear_forces(self, shape: ComplexArray) -> ComplexArray:
+        """Contact forces (n_c, 3) on the right nodes in small motions about the equilibrium."""
+        contact, held = self.contact, self._pressed()
+        kt = contact.tangential_stiffness * held * (contact.friction > 0.0)
+        springs = contact_springs(len(held), contact.normal_stiffness * held, kt)
+        return -springs * (self.receptance.relative[1] @ shape).reshape(-1, 3)
 
     def _from_springs(self, springs: list[Array], harmonics: int) -> tuple[MotionPoint, ModeContinuation] | None:
         """From linear modes with some springs (n_c,) after others."""
@@ -129,7 +136,7 @@ class FirstMotion:
         """A linear mode at the amplitude, and the continuation for it."""
         receptance = replace(self.receptance, harmonics=tuple(range(harmonics + 1)))
         mode = linear_mode(receptance, self.contact, holds, self.number)
-        level = np.log(self.amplitude / max(self._output(mode[2]), 1e-300))
+        level = np.log(self.amplitude / max(self.output(mode[2]), 1e-300))
         carrier, state = first_state(receptance, mode, self.static, level)
         return state, self._continuation(self.contact, harmonics, carrier)
 
@@ -151,12 +158,12 @@ class FirstMotion:
         """1 for the nodes that are in contact at rest, 0 for the others, (n_c,)."""
         return (self.contact.normal_load(self.static[:, 2]) > 0.0).astype(np.float64)
 
-    def _linear_limit(self, shape: ComplexArray) -> float:
+    def modal_limit(self, shape: ComplexArray) -> float:
         """Modal amplitude at which the motion of a linear mode ceases to be linear."""
         motion = (self.receptance.relative[1] @ shape).reshape(-1, 3)
         return end_of_linear_motion(self.contact, self.static, motion)
 
-    def _output(self, shape: ComplexArray) -> float:
+    def output(self, shape: ComplexArray) -> float:
         """Amplitude of the output in a mode of unit amplitude, m."""
         coordinates = np.zeros((len(self.receptance.harmonics), shape.size), dtype=complex)
         coordinates[1] = shape

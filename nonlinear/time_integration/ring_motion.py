@@ -276,6 +276,10 @@ class _March:
         """States at the ends of the last periods."""
         return np.concatenate(self.ends)[-periods:]
 
+    def grows_without_bound(self, window: int) -> bool:
+        """Whether it grew all through the last two windows, and is beyond what contacts can hold."""
+        return grows_without_bound(self.integrator, self.state, self.envelope, window)
+
 
 def integrate_ring(
     ring: Ring,
@@ -361,7 +365,7 @@ def _final_window(march: _March, stays: bool, limits: RingLimits, left: int) -> 
         "repeats_after": repeats,
         "envelope_m": envelope,
         "persistence": keeps_height_for(envelope[left:], min(limits.window, march.periods - left)),
-        "unbounded": not stays and _grows_without_bound(march, limits.window),
+        "unbounded": not stays and march.grows_without_bound(limits.window),
     }
 
 
@@ -473,14 +477,17 @@ def _enlarged(home: RingState, state: RingState, factor: float) -> RingState:
     return replace(state, **parts)
 
 
-def _grows_without_bound(march: _March, window: int) -> bool:
-    """Whether a motion in a flow grew all through the last two windows, and is beyond what contacts can hold."""
-    if not march.integrator.ring.modal.influence or march.periods < 2 * window:
+def grows_without_bound(integrator: RingIntegrator, state: RingState, envelope: Array, window: int) -> bool:
+    """Whether a motion in a flow grew all through the last two windows, and is beyond what contacts can hold.
+
+    Shapes: `envelope` (P, q), m.
+    """
+    if not integrator.ring.modal.influence or len(envelope) < 2 * window:
         return False
-    parts = np.array_split(march.envelope[-2 * window :], GROWING_PARTS)
+    parts = np.array_split(envelope[-2 * window :], GROWING_PARTS)
     largest = np.array([part.max() for part in parts])
     rises = largest[1:] > (1.0 + GROWS * len(parts[0])) * largest[:-1]
-    return bool(rises.all()) and march.integrator.is_beyond_contacts(march.state, float(largest[-1]))
+    return bool(rises.all()) and integrator.is_beyond_contacts(state, float(largest[-1]))
 
 
 def _settle(march: _March, limits: RingLimits) -> bool:
@@ -501,7 +508,7 @@ def _settle(march: _March, limits: RingLimits) -> bool:
         fed = in_flow and after.max() > before.max()  # it may grow to any height
         if max(before.max(), after.max()) < limits.floor_m and not fed:
             return False
-        if in_flow and _grows_without_bound(march, limits.window):
+        if in_flow and march.grows_without_bound(limits.window):
             return False
     several = IRREGULAR * limits.window
     if march.periods < 2 * several:

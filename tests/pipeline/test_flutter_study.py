@@ -32,10 +32,13 @@ def scene(**section: Any) -> dict[str, Any]:
     return tables | {"flutter": section}
 
 
+IN_TIME = {"periods": 60, "in_time": [2], "disturbance": 0.8}
+
+
 @pytest.fixture(scope="module")
 def done(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Results]:
     folder = tmp_path_factory.mktemp("flutter")
-    return folder, run_scene(scene(), folder / "out")
+    return folder, run_scene(scene(**IN_TIME), folder / "out")
 
 
 @pytest.fixture(scope="module")
@@ -73,13 +76,30 @@ def test_files_figure_and_report(done: tuple[Path, Results], result: FlutterResu
     assert (folder / "out" / "figures" / "limit_cycles.png").is_file()
     assert plain(run.studies["flutter"])["curves"] == plain(result)["curves"]
     said = FlutterStudy().lines(result)
-    assert len(said) == 3
+    assert len(said) == 4
+    assert said[3].startswith(f"flutter in time, {result.curves[2].label}: ")
     assert "held by friction" in said[1]
     figure = flutter_figure(result, "title")
     assert figure is not None
     assert not overlapping_texts(figure)
     section = flutter_section(result)
     assert len(section.headings) == len(section.rows[0])
+    assert any(text.startswith("In time") for text in section.conclusion)
+    table = (folder / "out" / "figures" / "limit_cycles.csv").read_text()
+    assert "amplitude of the wave" in table
+
+
+def test_the_ring_in_time_grows_as_the_table_of_waves_says(result: FlutterResult) -> None:
+    curve = result.curves[2]
+    ring = curve.ring
+    assert ring is not None
+    assert [each.ring for each in result.curves[:2]] == [None, None]
+    assert len(ring.amplitude_m) == len(ring.nodal_diameter) == N
+    fastest = min(curve.waves, key=lambda wave: wave.damping_ratio)
+    assert ring.frequency_hz == pytest.approx(fastest.frequency_hz, rel=1e-4)
+    row = ring.amplitude_m[ring.nodal_diameter.index(fastest.nodal_diameter)]
+    rate = np.log(row[2] / row[0]) / (2.0 * np.pi * (ring.periods[2] - ring.periods[0]))
+    assert rate == pytest.approx(-fastest.damping_ratio, rel=0.05)
 
 
 @pytest.mark.parametrize(
@@ -89,6 +109,14 @@ def test_files_figure_and_report(done: tuple[Path, Results], result: FlutterResu
         ({"flutter": {"nodal_diameters": [1, 1]}}, "flutter.nodal_diameters: [1, 1], allowed: "),
         ({"flutter": {"curves": [3]}}, 'flutter.curves: [3], allowed: "all" or a list of numbers of curves, 0 to 2'),
         ({"flutter": {"mode": 0}}, "flutter.mode: 0, allowed: a whole number, 1 to 1000"),
+        (
+            {"flutter": {"in_time": [1]}},
+            "flutter.in_time: given without flutter.periods, allowed: with flutter.periods",
+        ),
+        (
+            {"flutter": {"periods": 9, "curves": [0], "in_time": [1]}},
+            "flutter.in_time: [1], allowed: numbers of curves of flutter.curves, 0 to 0",
+        ),
         ({"flutter": {"nodal_diameters": [7]}}, "flutter.nodal_diameters: [7], allowed: -5 to 6, waves of 12 blades"),
     ],
 )

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pipeline.errors import InputError, input_error, shown
 from pipeline.scene.reading import SceneFile
 from pipeline.scene.validation_errors import allowed_values
+from pipeline.studies.flutter.section import Flutter
 
 
 def unfit_flutter_keys(file: SceneFile, given_model: bool = False) -> Iterator[InputError]:
@@ -27,9 +28,24 @@ def unfit_flutter_keys(file: SceneFile, given_model: bool = False) -> Iterator[I
     if section.curves != "all" and max(section.curves) >= count:
         allowed = f'"all" or a list of numbers of curves, 0 to {count - 1}'
         yield input_error(file.path, "flutter.curves", shown(list(section.curves)), allowed)
+    if section.in_time is not None:
+        yield from _unfit_in_time(file, section)
     for member in file.members:
         method = getattr(member.scene.response, "method", "coupled")  # no section where it does not obey the schema
         if method != "coupled":
             found, allowed = shown(method), '"coupled", with [flutter]'
             yield input_error(file.path, member.key_in_file("response.method"), found, allowed)
             return
+
+
+def _unfit_in_time(file: SceneFile, section: Flutter) -> Iterator[InputError]:
+    """Curves to integrate in time that are not looked at, or without periods."""
+    assert section.in_time is not None  # there are such curves
+    known = set(range(len(file.members)) if section.curves == "all" else section.curves)
+    if not set(section.in_time) <= known:
+        allowed = f"numbers of curves of flutter.curves, {min(known)} to {max(known)}"
+        yield input_error(file.path, "flutter.in_time", shown(list(section.in_time)), allowed)
+    elif section.periods == 0:
+        yield input_error(
+            file.path, "flutter.in_time", "given without flutter.periods", "with flutter.periods above 0"
+        )

@@ -7,16 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pipeline.figures.style import ordered_colours, plain_log_labels, scale, subplots, write_heading
+from pipeline.figures.style import give_data, ordered_colours, plain_log_labels, scale, subplots, write_heading
 from pipeline.scene.labels import quantity
 from pipeline.studies.backbone.figure import log_abscissa
-from pipeline.studies.flutter.result import CurveFlutter, CycleFacts, FlutterResult, WaveCycles
+from pipeline.studies.flutter.result import CurveFlutter, CycleFacts, FlutterResult, RingInTime, WaveCycles
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 MOST = 9  # waves drawn over amplitude, evenly chosen
+SMALLEST = 1e4  # ratio of the largest amplitude of waves in time to the smallest that is told apart
 BEYOND = 30.0  # amplitudes drawn, over the largest cycle or first slip
 MARK: dict[str, Any] = {"marker": "o", "linestyle": "none", "markersize": 5.5, "zorder": 3}
 KINDS: tuple[tuple[str, dict[str, Any]], ...] = (
@@ -34,9 +35,13 @@ def flutter_figure(result: FlutterResult, title: str) -> Figure | None:
     curve, key = max(shown, key=_lasting), _swept(shown)
     waves = _chosen([wave for wave in curve.waves if wave.vibration_m.size])
     colours = dict(zip([wave.nodal_diameter for wave in waves], ordered_colours(len(waves)), strict=True))
-    figure, (left, right) = subplots(1, 2, size=(12.0, 4.6))
-    _draw_damping(left, waves, colours)
-    _draw_cycles(right, shown, key, colours)
+    ring = next((each for each in shown if each.ring is not None and each.ring.periods.size), None)
+    figure, axes = subplots(2 if ring else 1, 2, size=(12.0, 9.0 if ring else 4.6), squeeze=False)
+    _draw_damping(axes[0, 0], waves, colours)
+    _draw_cycles(axes[0, 1], shown, key, colours)
+    if ring is not None and ring.ring is not None:
+        _draw_ring(axes[1, 0], ring.ring, ring.label)
+        _draw_end(axes[1, 1], ring, ring.ring)
     _legend(figure, colours)
     write_heading(figure, f"{title}\nmode {result.mode} in the flow" + (f"; left: {curve.label}" if key else ""))
     return figure
@@ -109,6 +114,46 @@ def _draw_cycles(axes: Axes, curves: Sequence[CurveFlutter], key: str | None, co
         plain_log_labels(axes.yaxis)
     axes.set_xlabel("nodal diameter (below 0: forward waves)" if shown is None else shown.axis())
     axes.set_ylabel(f"amplitude of the cycle [{unit}]")
+
+
+def _draw_ring(axes: Axes, ring: RingInTime, label: str) -> None:
+    """Amplitudes of all waves over time, as colours."""
+    from matplotlib.colors import LogNorm
+
+    sizes = np.array(ring.amplitude_m)
+    factor, unit = scale(sizes[np.isfinite(sizes)], "m")
+    sizes = sizes * factor
+    middles = 0.5 * (ring.periods[1:] + ring.periods[:-1])
+    step = ring.periods[0] - (middles[0] if middles.size else 0.0)
+    edges = np.concatenate([[max(ring.periods[0] + step, 0.0)], middles, [ring.periods[-1] - step]])
+    waves = np.arange(len(sizes) + 1) + ring.nodal_diameter[0] - 0.5
+    least = float(sizes.max()) / SMALLEST
+    norm = LogNorm(least, float(sizes.max()), clip=True)
+    drawn = axes.pcolormesh(edges, waves, np.maximum(sizes, least), norm=norm, cmap="cividis", rasterized=True)
+    bar = axes.figure.colorbar(drawn, ax=axes, pad=0.01)
+    bar.set_label(f"amplitude of the wave [{unit}]")
+    plain_log_labels(bar.ax.yaxis)
+    axes.set_xlabel(f"periods of {ring.frequency_hz:.4g} Hz")
+    axes.set_ylabel("nodal diameter (below 0: forward waves)")
+    axes.set_title(f"ring in time, {label}".rstrip(", "), fontsize=10)
+    columns: dict[str, list[float]] = {"periods": [], "nodal diameter": [], f"amplitude of the wave [{unit}]": []}
+    for n, row in zip(ring.nodal_diameter, sizes, strict=True):
+        for values, new in zip(columns.values(), (ring.periods, np.full(len(row), n), row), strict=True):
+            values += new.tolist()
+    give_data(axes, columns)
+
+
+def _draw_end(axes: Axes, curve: CurveFlutter, ring: RingInTime) -> None:
+    """Amplitudes of all waves at the end, beside the cycles of each wave alone."""
+    ends = np.array([values[-1] for values in ring.amplitude_m])
+    cycles = [(wave.nodal_diameter, cycle) for wave in curve.waves for cycle in wave.cycles if cycle.attracting]
+    factor, unit = scale([*ends, *(cycle.vibration_m for _, cycle in cycles)], "m")
+    axes.bar(ring.nodal_diameter, ends * factor, width=0.7, color="#0072B2", label="at the end")
+    for n, cycle in cycles:
+        axes.plot(n, cycle.vibration_m * factor, color="0.2", **(MARK | KINDS[_kind(cycle)][1]))
+    axes.set_xlabel("nodal diameter (below 0: forward waves)")
+    axes.set_ylabel(f"amplitude [{unit}]")
+    axes.set_title(f"after {ring.periods[-1]:.0f} periods (circles: each wave alone)", fontsize=10)
 
 
 def _legend(figure: Figure, colours: dict[int, Any]) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from pipeline.results.worst import with_unit
 from pipeline.studies.flutter.result import CurveFlutter, CycleFacts, FlutterResult, WaveCycles
-from pipeline.studies.flutter.study import said_of_waves
+from pipeline.studies.flutter.study import said_in_time, said_of_waves
 from pipeline.studies.registry import StudySection
 
 MOST_ROWS = 60
@@ -22,7 +22,8 @@ HEADINGS = (
 )
 CAPTION = (
     "Left: damping ratio of waves over their amplitude; below 0 the wave grows. Circles: limit cycles, filled where "
-    "they last in the ring; crosses: beyond them motions grow for ever. Right: the cycles."
+    "they last in the ring; crosses: beyond them motions grow for ever. Right: the cycles. Below, where the ring was "
+    "integrated in time: amplitude of all waves from a small disturbance on, and at the end."
 )
 
 
@@ -30,6 +31,7 @@ def flutter_section(result: FlutterResult) -> StudySection:
     """What becomes of the waves that the flow feeds."""
     rows = [row for curve in result.curves for row in _rows(curve)]
     said = [f"{curve.label}: {said_of_waves(curve)}." for curve in result.curves[:8]]
+    said += [f"In time, {curve.label}: {said_in_time(curve.ring)}." for curve in result.curves if curve.ring]
     if more := len(rows) - MOST_ROWS:
         said += [f"{more} more cycles are in flutter.json."] if more > 0 else []
     return StudySection("Flutter and limit cycles", tuple(said), CAPTION, HEADINGS, tuple(rows[:MOST_ROWS]))

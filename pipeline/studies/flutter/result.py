@@ -60,6 +60,35 @@ class WaveCycles:
 
 
 @dataclass(frozen=True)
+class RingInTime:
+    """What becomes of a small disturbance of all waves, in time."""
+
+    # "decays": no wave grows from rest; "one wave", "several waves": settled; "not settled"; "grows for ever"; empty
+    # where there is no result
+    ending: str
+    frequency_hz: float  # frequency whose periods are counted: that of the wave that grows fastest from rest
+    periods: Numbers  # (T,), from the start
+    largest_m: Numbers  # (T,), largest displacement of any blade since the instant before, static part included, m
+    nodal_diameter: tuple[int, ...]  # waves, ascending; above 0 backward
+    amplitude_m: tuple[Numbers, ...]  # (T,) of each wave, first harmonic of the output, m
+    final_hz: Numbers  # frequency of each wave at the end; NaN where it has no part of the motion
+    seconds: float
+    message: str  # why there is no result
+
+    @property
+    def final_m(self) -> dict[int, float]:
+        """Amplitude of each wave at the end, the largest first, m."""
+        ends = {n: float(values[-1]) for n, values in zip(self.nodal_diameter, self.amplitude_m, strict=True)}
+        return dict(sorted(ends.items(), key=lambda item: -item[1]))
+
+    @property
+    def share(self) -> float:
+        """Part of the largest wave in the sum of the squares of the amplitudes at the end."""
+        squares = [value**2 for value in self.final_m.values()]
+        return squares[0] / max(sum(squares), 1e-300)
+
+
+@dataclass(frozen=True)
 class CurveFlutter:
     """The waves of one member of a scene."""
 
@@ -70,6 +99,7 @@ class CurveFlutter:
     harmonics: int
     waves: tuple[WaveCycles, ...]  # by ascending nodal diameter
     seconds: float
+    ring: RingInTime | None = None  # the ring in time, where asked for
 
 
 @dataclass(frozen=True)

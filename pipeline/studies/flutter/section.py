@@ -41,3 +41,23 @@ class Flutter(StudyKeys):
         '"all" or a list of 1 to 100 numbers of curves, the first is 0',
         "all",
     )
+    periods: Whole = key(
+        "most periods of the ring in time, from a small disturbance of all waves; 0: not integrated",
+        "a whole number, {bounds}",
+        0,
+        ge=0,
+        le=100_000,
+    )
+    disturbance: Number = key(
+        "bound of that disturbance, over that at which a contact node first slips, lifts off or touches; each wave "
+        "has a part of it",
+        "a number, {bounds}",
+        0.5,
+        gt=0.0,
+        le=1e4,
+    )
+    in_time: Curves | None = key(
+        "numbers of the curves whose ring is integrated in time; none: the first of `curves`",
+        "a list of 1 to 100 numbers of curves, the first is 0",
+        None,
+    )

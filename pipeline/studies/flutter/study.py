@@ -6,17 +6,19 @@ import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pipeline.process.progress import duration, seconds_since, time_left
 from pipeline.results.worst import with_unit
 from pipeline.scene.labels import member_label
 from pipeline.stages.curve.curve_file import read_curve
 from pipeline.stages.model.flutter import linear_flutter
 from pipeline.stages.scene_to_solver import nonlinear_problem
-from pipeline.studies.flutter.result import CurveFlutter, CycleFacts, FlutterResult, WaveCycles
+from pipeline.studies.flutter.result import CurveFlutter, CycleFacts, FlutterResult, RingInTime, WaveCycles
 from pipeline.studies.flutter.section import Flutter
 from pipeline.studies.study import StudyError
 
@@ -25,6 +27,10 @@ if TYPE_CHECKING:
     from pipeline.stages.curve.respond import CurveResult
     from pipeline.studies.study import StudyContext
     from rom import RingModes
+
+
+PAUSE = 5.0  # s between two lines of progress in time
+SEEN = 0.05  # amplitude over the largest, from which a wave is told
 
 
 class FlutterStudy:
@@ -44,13 +50,19 @@ class FlutterStudy:
         for number, result, file, rom in _curves(context):
             found.append(_flutter(number, result, read_curve(file).harmonics, rom, section, context))
             context.progress(f"flutter, {found[-1].label}: {said_of_waves(found[-1])}, {found[-1].seconds:.2f} s")
+            if section.periods and number in (section.in_time or (found[0].curve,)):
+                ring = _in_time(found[-1], result, rom, section, context)
+                found[-1] = replace(found[-1], ring=ring)
+                context.progress(f"flutter in time, {found[-1].label}: {said_in_time(ring)}, {ring.seconds:.2f} s")
         if not found:
             raise StudyError("there is no curve whose waves could be looked at")
         return FlutterResult(section.mode, tuple(found))
 
     def lines(self, result: FlutterResult) -> Sequence[str]:
-        """What becomes of the waves."""
-        return [f"flutter, {curve.label}: {said_of_waves(curve)}" for curve in result.curves]
+        """What becomes of the waves, and of the ring in time."""
+        said = [f"flutter, {curve.label}: {said_of_waves(curve)}" for curve in result.curves]
+        rings = [(curve.label, curve.ring) for curve in result.curves if curve.ring is not None]
+        return said + [f"flutter in time, {label}: {said_in_time(ring)}" for label, ring in rings]
 
 
 def _curves(context: StudyContext) -> Iterator[tuple[int, CurveResult, Path, Path]]:
@@ -71,7 +83,9 @@ def _flutter(
     start, scene, model = time.perf_counter(), result.member.scene, read_reduced_model(rom, with_basis=False)
     with one_blas_thread():
         modal, contact, _, options = nonlinear_problem(scene, model)
-        own = replace(options, harmonics=section.harmonics or harmonics)
+        own = replace(
+            options, harmonics=section.harmonics or harmonics, stability="ring"
+        )  # else none is known to last
         waves = []
         for n in section.nodal_diameters or _fluttering(rom, result, section.mode):
             context.run.reporter.interrupts.check()
@@ -84,6 +98,45 @@ def _flutter(
         harmonics=own.fixed_harmonics,
         waves=tuple(sorted(waves, key=lambda wave: wave.nodal_diameter)),
         seconds=time.perf_counter() - start,
+    )
+
+
+def _in_time(
+    curve: CurveFlutter, result: CurveResult, rom: Path, section: Flutter, context: StudyContext
+) -> RingInTime:
+    """The ring of one curve in time; where it has no result its message says why."""
+    from nonlinear import OptionsError, ring_in_flow
+    from rom import read_reduced_model
+
+    scene, start = result.member.scene, time.perf_counter()
+    modal, contact, _, options = nonlinear_problem(scene, read_reduced_model(rom, with_basis=False))
+    options, told = replace(options, harmonics=curve.harmonics), start
+
+    def progress(done: int) -> None:
+        nonlocal told
+        context.run.reporter.interrupts.check()
+        if seconds_since(told) > PAUSE:
+            told = time.perf_counter()
+            left = duration(time_left(seconds_since(start), done, section.periods))
+            text = f"{done} of {section.periods} periods done; about {left} left, less if the motion settles"
+            context.progress(f"flutter in time, {curve.label}: {text}")
+
+    march = partial(ring_in_flow, number=section.mode, disturbance=section.disturbance, progress=progress)
+    none = np.empty(0)
+    try:
+        found = march(modal, contact, options, section.periods)
+    except (ArithmeticError, OptionsError) as error:
+        return RingInTime("", math.nan, none, none, (), (), none, seconds_since(start), str(error))
+    return RingInTime(
+        ending=found.ending,
+        frequency_hz=found.omega / (2.0 * np.pi),
+        periods=found.periods,
+        largest_m=found.largest_m,
+        nodal_diameter=tuple(found.nodal_diameter.tolist()),
+        amplitude_m=tuple(found.amplitude_m.T),
+        final_hz=found.frequency_hz,
+        seconds=seconds_since(start),
+        message="",
     )
 
 
@@ -168,6 +221,27 @@ def said_of_waves(curve: CurveFlutter) -> str:
     if failed:
         parts.append(f"{len(failed)} waves without a result: {failed[0].message}")
     return "; ".join(parts)
+
+
+def said_in_time(ring: RingInTime) -> str:
+    """How the ring ends up, with which waves."""
+    if ring.message:
+        return f"no result: {ring.message}"
+    if ring.ending == "decays":
+        return "no wave grows from rest, a small disturbance decays"
+    if not ring.periods.size:
+        return "a wave grows for ever that contacts do not feel, not integrated"
+    after, ends = f"after {ring.periods[-1]:.0f} periods", ring.final_m
+    waves = [(n, size) for n, size in ends.items() if size > SEEN * max(ends.values())]
+    said = " and ".join(f"nodal diameter {n} at {with_unit(size)}" for n, size in waves[:3])
+    if ring.ending == "grows for ever":
+        return f"grows for ever, {after} {said}"
+    if ring.ending == "one wave":
+        return f"settled {after}: {said}, {ring.final_hz[ring.nodal_diameter.index(waves[0][0])]:.5g} Hz"
+    several = "several waves at once, " if ring.ending == "several waves" else ""
+    state = "settled" if several else "not settled"
+    share = f"{100.0 * ring.share:.3g} % of the squares in the first" if len(waves) > 1 else "others below 5 %"
+    return f"{state} {after}: {several}{said}, {share}; largest displacement {with_unit(ring.largest_m[-1])}"
 
 
 def _ranges(numbers: Sequence[int]) -> str:
