@@ -46,6 +46,7 @@ STYLE, LINE = "pipeline/figures/style.py", "pipeline/figures/curve_line.py"
 CURVES = (STYLE, LINE, "pipeline/figures/data.py", "pipeline/figures/response.py")
 DUMMY, DISK, WEAR = "scenes/dummy.toml", "scenes/disk.toml", "scenes/wear.toml"
 UNCERTAIN, FLOW = "docs/uncertainty.toml", "docs/flutter.toml"  # sections of the default blade
+FLUTTER = "scenes/flutter.toml"
 
 
 def pictures() -> dict[str, Picture]:
@@ -113,6 +114,7 @@ def pictures() -> dict[str, Picture]:
         Picture("bladed_disk", ("docs/bladed_disk.md#disk_effect", STYLE), _disk_effect),
         Picture("mistuning", (DUMMY, STYLE, "pipeline/studies/mistuning/figure.py"), _mistuning),
         Picture("wear", (WEAR, STYLE, "pipeline/studies/wear/figure.py", "nonlinear/wear"), _wear),
+        Picture("limit_cycles", (FLUTTER, STYLE, "pipeline/studies/flutter/figure.py"), _limit_cycles),
         Picture("mistuned_disk", (DISK, STYLE, "pipeline/studies/mistuning/figure.py"), _mistuned_disk),
         Picture("report", (DUMMY, STYLE, "pipeline/report/templates", "pipeline/report/error_budget.py"), _report),
         *(
@@ -216,6 +218,12 @@ def _of_straight_shrouds(figure: str) -> Maker:
 def _wear(path: Path) -> bool:
     _shroud("run", WEAR, "--out", OUT / "wear", "--until", "figures", "--quiet")
     shutil.copyfile(OUT / "wear" / "figures" / "wear.png", path)
+    return True
+
+
+def _limit_cycles(path: Path) -> bool:
+    _shroud("run", FLUTTER, "--out", OUT / "flutter", "--until", "figures", "--quiet")
+    shutil.copyfile(OUT / "flutter" / "figures" / "limit_cycles.png", path)
     return True
 
 

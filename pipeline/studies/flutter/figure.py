@@ -43,7 +43,11 @@ def flutter_figure(result: FlutterResult, title: str) -> Figure | None:
         _draw_ring(axes[1, 0], ring.ring, ring.label)
         _draw_end(axes[1, 1], ring, ring.ring)
     _legend(figure, colours)
-    write_heading(figure, f"{title}\nmode {result.mode} in the flow" + (f"; left: {curve.label}" if key else ""))
+    write_heading(
+        figure,
+        f"{title}\nmode {result.mode} in the flow"
+        + (f"; upper left: {curve.label}" if key and ring else f"; left: {curve.label}" if key else ""),
+    )
     return figure
 
 
@@ -153,6 +157,7 @@ def _draw_end(axes: Axes, curve: CurveFlutter, ring: RingInTime) -> None:
         axes.plot(n, cycle.vibration_m * factor, color="0.2", **(MARK | KINDS[_kind(cycle)][1]))
     axes.set_xlabel("nodal diameter (below 0: forward waves)")
     axes.set_ylabel(f"amplitude [{unit}]")
+    axes.locator_params(axis="x", integer=True)
     axes.set_title(f"after {ring.periods[-1]:.0f} periods (circles: each wave alone)", fontsize=10)
 
 
