@@ -184,7 +184,7 @@ def coarse(name: str) -> dict[str, Any]:
     scene["response"].pop("tolerance", None)
     sweep = {key: values[-1] for key, values in scene.get("sweep", {}).items()}
     scene["sweep"] = {key: [each[:4] if isinstance(each, list) else each] for key, each in sweep.items()}
-    for study in ("map", "optimum", "uncertainty"):
+    for study in ("map", "optimum", "uncertainty", "flutter", "wear"):
         scene.pop(study, None)
     mesh = {"size": 0.012, "element": "hex8", "contact_grid": [2, 2]}
     if "file" in (given := scene.get("mesh", {})):
