@@ -184,6 +184,8 @@ def places_of(table: dict[str, Any], text: str, before: str = "") -> set[str]:
             found.add(before + key)
         if isinstance(value, dict) and not re.search(rf"^{re.escape(key)} *= *\{{", text, re.MULTILINE):
             found |= places_of(value, text, f"{before}{key}.")
+        if re.search(rf"^\[\[{re.escape(before + key)}\]\]", text, re.MULTILINE):
+            found |= {name for each in value for name in places_of(each, text, f"{before}{key}.")}
     return found
 
 
