@@ -104,7 +104,7 @@ _OTHERS = {
     ),
     "flutter": (
         "Damping of all waves in the flow against nodal diameter, with free, sliding and stuck shrouds: below 0 the "
-        "motion grows while the contacts are so. The response leaves the flow out."
+        "motion grows while the contacts are so."
     ),
     "outputs": "Largest values of the further outputs over a period against frequency, their means included.",
     "hysteresis_sweep": (

@@ -43,11 +43,8 @@ def flutter_figure(result: FlutterResult, title: str) -> Figure | None:
         _draw_ring(axes[1, 0], ring.ring, ring.label)
         _draw_end(axes[1, 1], ring, ring.ring)
     _legend(figure, colours)
-    write_heading(
-        figure,
-        f"{title}\nmode {result.mode} in the flow"
-        + (f"; upper left: {curve.label}" if key and ring else f"; left: {curve.label}" if key else ""),
-    )
+    place = f"; {'upper left' if ring else 'left'}: {curve.label}" if key else ""
+    write_heading(figure, f"{title}\nmode {result.mode} in the flow{place}")
     return figure
 
 

@@ -83,9 +83,8 @@ def _flutter(
     start, scene, model = time.perf_counter(), result.member.scene, read_reduced_model(rom, with_basis=False)
     with one_blas_thread():
         modal, contact, _, options = nonlinear_problem(scene, model)
-        own = replace(
-            options, harmonics=section.harmonics or harmonics, stability="ring"
-        )  # else none is known to last
+        # without the stability of the ring none is known to last
+        own = replace(options, harmonics=section.harmonics or harmonics, stability="ring")
         waves = []
         for n in section.nodal_diameters or _fluttering(rom, result, section.mode):
             context.run.reporter.interrupts.check()
