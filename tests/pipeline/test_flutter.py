@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pipeline_support import shroud, small_scene, write_scene
+from pipeline_support import ground_model, shroud, small_scene, write_scene
 
 from pipeline.scene.reading import read_scene
+from pipeline.stages.curve.curve_file import FLOW, modes_of_curve
 from pipeline.stages.scene_to_solver import influence_of
 from rom import ReducedModelError
 
@@ -145,3 +146,14 @@ def test_a_frequency_beyond_the_table_is_said_in_a_line(tmp_path: Path) -> None:
     assert status in (1, 2)
     assert "influence coefficients of mode 1 at" in error
     assert "Traceback" not in error
+
+
+def test_a_curve_has_the_flow_that_it_was_solved_with_at_any_scale(tmp_path: Path) -> None:
+    """Coefficients times the factor may be beyond those that a scene may give."""
+    tables = scene()
+    tables["aero"]["scale"] = 500.0
+    solved = read_scene(write_scene(tmp_path / "s.toml", tables)).first
+    model = ground_model(n_blades=N)
+    attributes = {FLOW: json.dumps(solved.aero_inputs()), "response.damping_ratio": 0.01, "load.speed_rpm": 0.0}
+    (flow,) = modes_of_curve(model, attributes).influence
+    assert flow.coefficient == pytest.approx(500.0 * np.array([-0.01, -0.01j, 0.01]))

@@ -116,7 +116,7 @@ def section_from_attributes(kind: type[S], attributes: Mapping[str, Any]) -> S:
 
 def modes_of_curve(model: ReducedModel, attributes: Mapping[str, Any]) -> RingModes:
     """The modal model with the damping, the speed and the flow that a curve was solved with."""
-    families = [AeroFamily(**each) for each in json.loads(attributes.get(FLOW, "[]"))]
+    families = [AeroFamily.model_construct(**each) for each in json.loads(attributes.get(FLOW, "[]"))]
     response, load = section_from_attributes(Response, attributes), section_from_attributes(Load, attributes)
     return damped_modes(model, response, load, families)
 
