@@ -16,18 +16,19 @@ from pipeline.process.progress import duration, seconds_since, time_left
 from pipeline.results.worst import with_unit
 from pipeline.scene.labels import member_label
 from pipeline.stages.curve.curve_file import read_curve
-from pipeline.stages.model.flutter import linear_flutter
+from pipeline.stages.model.flutter import stored_flutter
 from pipeline.stages.scene_to_solver import nonlinear_problem
 from pipeline.studies.flutter.result import CurveFlutter, CycleFacts, FlutterResult, RingInTime, WaveCycles
 from pipeline.studies.flutter.section import Flutter
 from pipeline.studies.study import StudyError
 
 if TYPE_CHECKING:
-    from nonlinear import ContactParameters, SelfExcitation, SolverOptions
+    from nonlinear import ContactParameters, Excitation, SelfExcitation, SolverOptions
     from pipeline.stages.curve.respond import CurveResult
     from pipeline.studies.study import StudyContext
     from rom import RingModes
 
+    Problem = tuple[RingModes, ContactParameters, Excitation, SolverOptions]
 
 PAUSE = 5.0  # s between two lines of progress in time
 SEEN = 0.05  # amplitude over the largest, from which a wave is told
@@ -45,13 +46,16 @@ class FlutterStudy:
 
     def compute(self, context: StudyContext) -> FlutterResult:
         """The waves of one curve after another."""
+        from rom import read_reduced_model
+
         section, found = context.scene.flutter, []
         assert section is not None  # the study is asked for
         for number, result, file, rom in _curves(context):
-            found.append(_flutter(number, result, read_curve(file).harmonics, rom, section, context))
+            problem = nonlinear_problem(result.member.scene, read_reduced_model(rom, with_basis=False))
+            found.append(_flutter(number, result, read_curve(file).harmonics, problem, context))
             context.progress(f"flutter, {found[-1].label}: {said_of_waves(found[-1])}, {found[-1].seconds:.2f} s")
             if section.periods and number in (section.in_time or (found[0].curve,)):
-                ring = _in_time(found[-1], result, rom, section, context)
+                ring = _in_time(found[-1], problem, section, context)
                 found[-1] = replace(found[-1], ring=ring)
                 context.progress(f"flutter in time, {found[-1].label}: {said_in_time(ring)}, {ring.seconds:.2f} s")
         if not found:
@@ -75,18 +79,18 @@ def _curves(context: StudyContext) -> Iterator[tuple[int, CurveResult, Path, Pat
 
 
 def _flutter(
-    number: int, result: CurveResult, harmonics: int, rom: Path, section: Flutter, context: StudyContext
+    number: int, result: CurveResult, harmonics: int, problem: Problem, context: StudyContext
 ) -> CurveFlutter:
     """The waves of one curve."""
-    from rom import one_blas_thread, read_reduced_model
+    from rom import one_blas_thread
 
-    start, scene, model = time.perf_counter(), result.member.scene, read_reduced_model(rom, with_basis=False)
+    start, section, (modal, contact, _, options) = time.perf_counter(), context.scene.flutter, problem
+    assert section is not None  # the study is asked for
     with one_blas_thread():
-        modal, contact, _, options = nonlinear_problem(scene, model)
         # without the stability of the ring none is known to last
         own = replace(options, harmonics=section.harmonics or harmonics, stability="ring")
         waves = []
-        for n in section.nodal_diameters or _fluttering(rom, result, section.mode):
+        for n in section.nodal_diameters or _fluttering(context, result, section.mode):
             context.run.reporter.interrupts.check()
             waves.append(_wave(modal, contact, n, own, section))
     return CurveFlutter(
@@ -100,15 +104,11 @@ def _flutter(
     )
 
 
-def _in_time(
-    curve: CurveFlutter, result: CurveResult, rom: Path, section: Flutter, context: StudyContext
-) -> RingInTime:
+def _in_time(curve: CurveFlutter, problem: Problem, section: Flutter, context: StudyContext) -> RingInTime:
     """The ring of one curve in time; where it has no result its message says why."""
     from nonlinear import OptionsError, ring_in_flow
-    from rom import read_reduced_model
 
-    scene, start = result.member.scene, time.perf_counter()
-    modal, contact, _, options = nonlinear_problem(scene, read_reduced_model(rom, with_basis=False))
+    start, (modal, contact, _, options) = time.perf_counter(), problem
     options, told = replace(options, harmonics=curve.harmonics), start
 
     def progress(done: int) -> None:
@@ -139,9 +139,11 @@ def _in_time(
     )
 
 
-def _fluttering(rom: Path, result: CurveResult, mode: int) -> list[int]:
+def _fluttering(context: StudyContext, result: CurveResult, mode: int) -> list[int]:
     """Nodal diameters of the waves that flutter with free, sliding or stuck contacts."""
-    found = linear_flutter(rom, result.member.scene)
+    model = context.models[result.member.index]
+    assert model is not None  # the curve was solved on it
+    found = stored_flutter(context.run.store, model, result.member.scene)
     assert found is not None  # there is a flow
     rows = [state.damping_ratio[mode - 1] for state in found.states if mode <= len(state.damping_ratio)]
     return [n for place, n in enumerate(found.nodal_diameter) if any(row[place] < 0.0 for row in rows)]
