@@ -38,6 +38,7 @@ if TYPE_CHECKING:
         natural_frequencies,
         natural_modes,
     )
+    from rom.cyclic.pole_modes import PoleModes
     from rom.cyclic.receptance import RelativeReceptance, Support
     from rom.cyclic.reduced_model import (
         ContactInterface,
@@ -141,6 +142,7 @@ __all__ = [
     "NodalStress",
     "NodeTable",
     "OperatingStress",
+    "PoleModes",
     "ReducedModel",
     "ReducedModelError",
     "Reduction",
@@ -298,6 +300,7 @@ _PLACES = {
     "NodalStress": "rom.stress.stress_recovery",
     "NodeTable": "rom.matrix_files.node_table",
     "OperatingStress": "rom.stress.operating_stress",
+    "PoleModes": "rom.cyclic.pole_modes",
     "ContactInterface": "rom.cyclic.reduced_model",
     "ReducedModel": "rom.cyclic.reduced_model",
     "interfaces_of": "rom.cyclic.reduced_model",

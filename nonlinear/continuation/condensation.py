@@ -70,7 +70,7 @@ def _with_scratch(balance: HarmonicBalance, motions: Array) -> Condensation:
         transposed=np.ascontiguousarray(motions.T),
         products=np.ascontiguousarray(products.reshape(nodes * PAIRS, r * r).T),
         relative=relative,
-        adjoint=np.ascontiguousarray(relative.conj().transpose(0, 2, 1)),
+        adjoint=np.ascontiguousarray(balance.receptance.adjoint @ motions),
         static=np.ascontiguousarray(motions.T @ balance.receptance.static_matrix @ motions),
         weighted=np.empty(relative.shape[1:], complex),
         receptance=np.empty((r, r), complex),

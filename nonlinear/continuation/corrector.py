@@ -287,9 +287,10 @@ class CompiledCorrector:
         return Structure(
             relative=np.ascontiguousarray(receptance.relative),
             adjoint=receptance.adjoint,
-            modal_force=receptance.modal_force,
+            force=receptance.force_of_waves,
             stiffness=np.ascontiguousarray(receptance.waves.total_stiffness, dtype=complex),
             damping=np.ascontiguousarray(receptance.waves.total_damping, dtype=complex),
+            inertia=receptance.waves.inertia,
             odd=balance.odd,
             floor=balance.tiny + balance.static_resolution,
             defect=np.zeros(balance.size) if balance.defect is None else balance.defect,

@@ -135,11 +135,11 @@ def _write_residual(structure: Structure, laws: NodeLaws, at: Iterate, work: Wor
         value, rate, coordinates = work.denominators[h], work.rates[h], work.coordinates[h]
         for m in range(value.shape[0]):
             rotated = 1j * h * structure.damping[h, m]
-            value[m] = structure.stiffness[h, m] - (h * omega) ** 2 + rotated * omega
-            rate[m] = rotated - 2.0 * omega * h * h
+            value[m] = structure.stiffness[h, m] - structure.inertia * (h * omega) ** 2 + rotated * omega
+            rate[m] = rotated - 2.0 * structure.inertia * omega * h * h
         np.dot(structure.adjoint[h], work.contact_force[h], coordinates)
         for m in range(value.shape[0]):
-            coordinates[m] = (coordinates[m] + structure.modal_force[h, m]) / value[m]
+            coordinates[m] = (coordinates[m] + structure.force[h, m]) / value[m]
         np.dot(structure.relative[h], coordinates, work.response[h])
     subtract(at.unknown, work.response, at.residual)
     for i in range(at.residual.shape[0]):

@@ -31,10 +31,11 @@ class Structure(NamedTuple):
 
     relative: ComplexArray  # (H+1, 3 n_c, m), relative contact motion of the modes
     adjoint: ComplexArray  # (H+1, m, 3 n_c), its adjoint
-    modal_force: ComplexArray  # (H+1, m), external modal force
+    force: ComplexArray  # (H+1, m), external modal force
     # `stiffness`, `damping`: (H+1, m), w_m^2 and 2 zeta_m w_m of the modes of each harmonic, and what the flow adds
     stiffness: ComplexArray
     damping: ComplexArray
+    inertia: float  # coefficient of the squared frequency: 1, with Coriolis forces 0 of poles in place of modes
     odd: bool  # no even harmonics (see `HarmonicBalance`)
     floor: float  # added to the norm of the displacement in the relative error, m
     defect: Array  # (n,), residual that counts as zero, m

@@ -173,9 +173,10 @@ class LinearSegmentSystem:
                 relative=np.ascontiguousarray(receptance.relative[0]),
                 adjoint=np.ascontiguousarray(receptance.adjoint[0]),
                 springs=np.ascontiguousarray(self.springs.reshape(-1)),
-                force=receptance.modal_force[0],
+                force=receptance.force_of_waves[0],
                 stiffness=np.ascontiguousarray(receptance.waves.total_stiffness[0], dtype=complex),
                 damping=np.ascontiguousarray(receptance.waves.total_damping[0], dtype=complex),
+                inertia=receptance.waves.inertia,
                 harmonic=float(h),
             )
             for h, receptance in zip(self.harmonics, self._receptances, strict=True)
@@ -208,7 +209,7 @@ class LinearSegmentSystem:
             found = sprung_motion(self._structures[index], float(omega))
             return found
         receptance, sprung = self._receptances[index], self._sprung[index]
-        relative, force = receptance.relative[0], receptance.modal_force[0]
+        relative, force = receptance.relative[0], receptance.force_of_waves[0]
         value, value_derivative = (row[0] for row in receptance.denominators(omega))
         modal = force / value
         motion = relative @ modal
@@ -224,7 +225,7 @@ class LinearSegmentSystem:
 
     def output_shape(self, name: str) -> Array | ComplexArray:
         """An output (m,) in the modal coordinates of the first excited harmonic."""
-        shapes = self.balance.receptance.output_shapes(name)
+        shapes = self.balance.receptance.output_of_waves(name)
         return shapes if shapes.ndim == 1 else shapes[self.harmonics[0]]
 
     def margin(self, displacement: Array) -> float:

@@ -27,6 +27,7 @@ class SprungHarmonic(NamedTuple):
     # `stiffness`, `damping`: (m,), w_m^2 and 2 zeta_m w_m, and what the flow adds
     stiffness: ComplexArray
     damping: ComplexArray
+    inertia: float  # coefficient of the squared frequency: 1, with Coriolis forces 0 of poles in place of modes
     harmonic: float  # h
 
 
@@ -45,11 +46,11 @@ def sprung_motion(
     coordinates, change = np.empty(modes, np.complex128), np.empty(modes, np.complex128)
     for m in range(modes):
         rotated = 1j * h * structure.damping[m]
-        value = structure.stiffness[m] - (h * omega) ** 2 + rotated * omega
+        value = structure.stiffness[m] - structure.inertia * (h * omega) ** 2 + rotated * omega
         square = value.real * value.real + value.imag * value.imag
         # zero: not a number, where a complex division raises an error
         inverses[m] = complex(value.real / square, -value.imag / square)
-        rates[m] = rotated - 2.0 * omega * h * h
+        rates[m] = rotated - 2.0 * structure.inertia * omega * h * h
         coordinates[m] = structure.force[m] * inverses[m]
     motion = np.dot(relative, coordinates)
     matrix, pivots = np.empty((count, count), np.complex128), np.empty(count, np.int32)

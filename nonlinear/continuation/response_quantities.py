@@ -152,7 +152,7 @@ def evaluate_responses(points: Sequence[SolutionPoint], output: str, others: Seq
     coordinates = receptance.coordinates(omega, force)
     order = np.asarray(receptance.harmonics, dtype=float)
     excitation = (receptance.modal_force.conj() * coordinates).imag.sum(axis=-1)
-    flow, damping = receptance.waves.works(coordinates, order, omega)
+    flow, damping = receptance.modes.works(coordinates, order, omega)
     by_node = (len(points), order.size, -1, 3)
     displacement, force = displacement.reshape(by_node), force.reshape(by_node)
     return Responses(

@@ -389,7 +389,7 @@ class HarmonicBalance:
         receptance = self.receptance
         if receptance.harmonics[0] != 0 or self.frozen_static is not None:
             return 0.0
-        free = np.abs(receptance.modal_force[0] / receptance.waves.total_stiffness[0].real)
+        free = np.abs(receptance.modal_force[0] / receptance.modes.total_stiffness[0].real)
         free[: receptance.floating] = 0.0
         right = np.abs(receptance.modal.at(0).right)
         return STATIC_RESOLUTION * float(np.linalg.norm(right @ free[: right.shape[1]]))

@@ -219,7 +219,7 @@ class Ring:
         n_harmonics = len(coordinates) - 1
         if self.blades_apart is not None:
             return self.blades_apart.with_harmonics(n_harmonics).relative(coordinates)
-        return np.einsum("hrm,hsm->hsr", self.receptance(n_harmonics).relative, coordinates)
+        return np.einsum("hrm,hsm->hsr", self.receptance(n_harmonics).modes.relative, coordinates)
 
     def outputs(self, coordinates: ComplexArray) -> ComplexArray:
         """Harmonics (s, n_h) of the output, m.

@@ -7,9 +7,9 @@ from numpy.typing import ArrayLike
 
 from rom.cyclic.cyclic_symmetry import inter_blade_phase
 from rom.cyclic.natural_frequencies import natural_modes
+from rom.cyclic.pole_modes import coriolis_forces
 from rom.cyclic.reduced_model import ComplexArray, ReducedModel
 from rom.cyclic.sector_modes import RingModes
-from rom.units import angular_speed
 
 SHAPES = 30  # modes with contact springs between which these forces act, or twice as many as asked for
 
@@ -70,7 +70,7 @@ def aeroelastic_modes(
     if free.flow is not None:
         stiffness += share.conj().T @ (free.flow[0][:, None] * share)
     if model.coriolis is not None and model.speed_rpm is not None:
-        damping = damping + angular_speed(model.speed_rpm) * (shapes.conj().T @ (model.coriolis @ shapes))
+        damping = damping + coriolis_forces(model, shapes)
     zero = np.zeros_like(stiffness)
     values = np.linalg.eigvals(np.block([[zero, np.eye(len(zero))], [-stiffness, -damping]]))
     values = values[values.imag > 0.0]

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rom.cyclic.cyclic_symmetry import inter_blade_phase, relative_contact_motion
 from rom.cyclic.influence_coefficients import InfluenceCoefficients, flow_in_wave
+from rom.cyclic.pole_modes import PoleModes
 from rom.cyclic.reduced_model import Array, ComplexArray
 from rom.errors import ReducedModelError
 
@@ -48,6 +50,10 @@ class WaveModes(ModalCoefficients):
         Relative contact motion of the modes, right - exp(i phase) left.
     flow : (2, J, m) complex array or None
         What the flow adds to the squares of the natural frequencies and to the damping coefficients.
+    turning : PoleModes or None
+        With Coriolis forces, the modes are the poles s of each wave, each by itself: w = abs(s), damping -2 Re s.
+    pole_adjoint : (J, m, 3 n_c) complex array or None
+        With them, what the modes take of contact forces.
 
     Examples
     --------
@@ -63,6 +69,35 @@ class WaveModes(ModalCoefficients):
     damping: Array
     relative: ComplexArray
     flow: ComplexArray | None = None
+    turning: PoleModes | None = None
+    pole_adjoint: ComplexArray | None = None
+
+    @property
+    def inertia(self) -> float:
+        """Coefficient a of s^2 in k + c s + a s^2 of all modes: 0 of poles each by itself."""
+        return 1.0 if self.turning is None else 0.0
+
+    @property
+    def total_damping(self) -> NDArray[Any]:
+        """Coefficient c of s: damping and what the flow adds, 1/s; -conj(s_k) of a pole s_k by itself."""
+        return super().total_damping if self.turning is None else -self.turning.poles.conj()
+
+    @cached_property
+    def adjoint(self) -> ComplexArray:
+        """Modal forces of unit contact forces, (J, m, 3 n_c); without Coriolis forces relative^H."""
+        found = self.relative.conj().transpose(0, 2, 1) if self.pole_adjoint is None else self.pole_adjoint
+        return np.ascontiguousarray(found)
+
+    def poles_apart(self, turning: PoleModes) -> "WaveModes":
+        """The poles of these waves with Coriolis forces, each by itself.
+
+        Parameters
+        ----------
+        turning : PoleModes
+            Those of the J waves, (J, 2 m).
+        """
+        relative, adjoint = self.relative @ turning.shapes, turning.dual @ self.adjoint
+        return WaveModes(np.abs(turning.poles), -2.0 * turning.poles.real, relative, None, turning, adjoint)
 
     def works(self, coordinates: ComplexArray, harmonics: Array, omega: float | Array) -> tuple[Array, Array]:
         """Work of the flow and work that damping dissipates per cycle, J.
@@ -165,6 +200,8 @@ class ModalModel(ModalCoefficients):
         Those of the mode families that the flow around the blades acts on.
     flow : (2, m) complex array or None
         What the flow adds in this wave to w_m^2 and to the damping coefficients; None of all waves together.
+    coriolis : (m, m) array or None
+        Coriolis forces of modal velocities at the speed, skew-Hermitian, 1/s; None: left out.
 
     Examples
     --------
@@ -193,6 +230,8 @@ class ModalModel(ModalCoefficients):
     floating: int = 0
     influence: tuple[InfluenceCoefficients, ...] = ()
     flow: ComplexArray | None = None
+    coriolis: NDArray[Any] | None = None
+    _known: dict[float, "ModalModel"] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @property
     def n_contacts(self) -> int:
@@ -221,8 +260,8 @@ class ModalModel(ModalCoefficients):
 
     @property
     def waves_differ(self) -> bool:
-        """Whether each wave has modes of its own: with a disk that joins sectors, and in a flow."""
-        return bool(self.influence)
+        """Whether each wave has modes of its own: with a disk that joins sectors, in a flow, with Coriolis forces."""
+        return bool(self.influence) or self.coriolis is not None
 
     @property
     def blades_may_differ(self) -> bool:
@@ -254,7 +293,22 @@ class ModalModel(ModalCoefficients):
         """
         if not self.influence:
             return self
-        return replace(self, flow=flow_in_wave(self.influence, self.angular_frequency, phase))
+        if phase not in self._known:
+            self._known[phase] = replace(self, flow=flow_in_wave(self.influence, self.angular_frequency, phase))
+        return self._known[phase]
+
+    @cached_property
+    def turning(self) -> PoleModes:
+        """The poles in this wave with Coriolis forces; rigid motions are softly held."""
+        assert self.coriolis is not None
+        frequency = self.angular_frequency
+        soft = np.where(frequency > 0.0, 0.0, (SOFT * frequency[frequency > 0.0].min()) ** 2)
+        return PoleModes.of(self.total_stiffness + soft, np.diag(self.total_damping) + self.coriolis)
+
+    @property
+    def without_coriolis(self) -> "ModalModel":
+        """The same without Coriolis forces."""
+        return self if self.coriolis is None else replace(self, coriolis=None)
 
     @property
     def softly_held(self) -> "ModalModel":
@@ -293,6 +347,22 @@ class ModalModel(ModalCoefficients):
             flow = np.stack([flow_in_wave(self.influence, self.angular_frequency, p) for p in phases], axis=1)
         return WaveModes(frequency, damping, relative, flow)
 
+    def in_motion(self, waves: WaveModes, phases: Array, moves: Sequence[bool]) -> WaveModes:
+        """What vibrates in several waves: their modes, or with Coriolis forces their poles.
+
+        Parameters
+        ----------
+        waves : WaveModes
+            The modes, (J, m).
+        phases : (J,) array
+            Phases from one blade to the next, rad.
+        moves : (J,) sequence of bool
+            Where it vibrates. Elsewhere the motion is static, and the modes stay what they are.
+        """
+        return (
+            waves if self.coriolis is None else with_coriolis(waves, [self.at_phase(float(p)) for p in phases], moves)
+        )
+
     def wave_outputs(self, name: str, phases: Array) -> NDArray[Any]:
         """An output of the modes in several waves: (m,), the same in all.
 
@@ -316,3 +386,19 @@ class ModalModel(ModalCoefficients):
             Phases from one blade to the next, rad.
         """
         return coordinates @ self.shapes.T
+
+
+def with_coriolis(waves: WaveModes, own: Sequence[ModalModel], moves: Sequence[bool]) -> WaveModes:
+    """The poles of several waves; where nothing moves, and of what fills a row up, the modes themselves."""
+    count, size = waves.angular_frequency.shape
+    poles = 1j * np.concatenate([waves.angular_frequency, -waves.angular_frequency], axis=1)
+    shapes, dual = np.zeros((count, size, 2 * size), complex), np.zeros((count, 2 * size, size), complex)
+    for row, (each, moving) in enumerate(zip(own, moves, strict=True)):
+        if not moving:
+            shapes[row, :, :size] = dual[row, :size] = np.eye(size)
+            continue
+        found = each.turning
+        m = len(found.shapes)
+        place = np.concatenate([np.arange(m), size + np.arange(m)])
+        poles[row, place], shapes[row, :m, place], dual[row, place, :m] = found.poles, found.shapes.T, found.dual
+    return waves.poles_apart(PoleModes(poles, shapes, dual))

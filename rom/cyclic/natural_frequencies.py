@@ -10,12 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from rom.cyclic.contact_springs import SpringSupportedMotion, contact_springs, spring_stiffness, supported_frequencies
 from rom.cyclic.cyclic_symmetry import in_wave, relative_contact_motion
+from rom.cyclic.pole_modes import coriolis_forces
 from rom.cyclic.receptance import SMALLEST_FACE, RelativeReceptance
 from rom.cyclic.reduced_model import Array, ComplexArray, ReducedModel, expand_to_mesh
 from rom.cyclic.sector_modes import FELT, RIGID_IN_WAVE, RingModes
 from rom.errors import ReducedModelError
 from rom.linear_algebra.threads import one_blas_thread
-from rom.units import angular_speed
 
 
 def coupled_frequencies(
@@ -267,13 +267,11 @@ def frequencies_without_and_with_coriolis(
     """
     from scipy.linalg import eigvalsh
 
-    if model.coriolis is None or model.speed_rpm is None:
-        raise ReducedModelError("coriolis: missing, allowed: a model at a known speed with its Coriolis matrix")
     stiffness = contact_springs(model.n_contacts, *springs)
     squared, shapes = _cyclic_modes(model, phase, stiffness, max(count, COUPLED_MODES))
     omega = _omega(squared)
     still = np.diag(omega)
-    turning = 1j * angular_speed(model.speed_rpm) * (shapes.conj().T @ model.coriolis @ shapes)
+    turning = 1j * coriolis_forces(model, shapes)
     values = eigvalsh(np.block([[np.zeros_like(still), still], [still, turning]]))
     return omega[:count] / (2 * np.pi), values[len(still) :][:count] / (2 * np.pi)
 

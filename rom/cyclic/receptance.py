@@ -7,7 +7,9 @@ x contributes
 
     1 / (w_m^2 + i c_m x - x^2) = a_0 + a_1 x + a_2 x^2 + ...,  w_m^2 a_k = a_(k-2) - i c_m a_(k-1),  a_0 = 1 / w_m^2,
 
-so that the sum over such modes is S_0 + S_1 x + S_2 x^2 + ... with matrices that do not depend on the frequency.
+so that the sum over such modes is S_0 + S_1 x + S_2 x^2 + ... with matrices that do not depend on the frequency. With
+Coriolis forces the sum is one over poles, k + i c x without x^2, and what moves the contacts differs from what their
+forces move.
 
 Interface modes are the relative motions in which G = B D B^H is large: with weights W >= ``|D|`` over a band of
 frequencies, the eigenvectors of B W B^H with the largest eigenvalues. Outside them G is small in the whole band.
@@ -72,28 +74,26 @@ class ReceptanceSeries:
     """The receptance G of one harmonic at the frequencies x up to a limit."""
 
     relative: ComplexArray  # (3 n_c, k), relative motions of the modes that are summed one by one
-    adjoint: ComplexArray  # (k, 3 n_c), their conjugate transpose
+    adjoint: ComplexArray  # (k, 3 n_c), their conjugate transpose, or what poles take of contact forces
     # `stiffness`, `damping`: (k,), their coefficients of 1 and of i x, (rad/s)^2 and 1/s
     stiffness: NDArray[Any]
     damping: NDArray[Any]
+    inertia: float  # coefficient of -x^2
     terms: ComplexArray  # (TERMS, 3 n_c, 3 n_c), S_0, S_1,
 
     @classmethod
-    def of(
-        cls, relative: ComplexArray, stiffness: NDArray[Any], damping: NDArray[Any], limit: float
-    ) -> ReceptanceSeries:
-        """Choose the modes and sum up the others.
-
-        Shapes: `relative` (3 n_c, m), `stiffness` (m,), `damping` (m,).
-        """
+    def of(cls, waves: WaveModes, row: int, limit: float) -> ReceptanceSeries:
+        """Choose the modes of a wave and sum up the others."""
+        relative, adjoint, inertia = waves.relative[row], waves.adjoint[row], waves.inertia
+        stiffness, damping = waves.total_stiffness[row], waves.total_damping[row]
         square = np.where(np.abs(stiffness) > np.finfo(float).tiny, stiffness, np.finfo(float).tiny)
         coefficients = np.zeros((TERMS, square.size), complex)
         coefficients[0] = 1.0 / square
         coefficients[1] = -1j * damping / square**2
         for k in range(2, TERMS):
-            coefficients[k] = (coefficients[k - 2] - 1j * damping * coefficients[k - 1]) / square
+            coefficients[k] = (inertia * coefficients[k - 2] - 1j * damping * coefficients[k - 1]) / square
         size = (relative.real**2 + relative.imag**2).sum(axis=0)
-        exact = 1.0 / (square + 1j * damping * limit - limit**2)
+        exact = 1.0 / (square + 1j * damping * limit - inertia * limit**2)
         left_out = np.abs(exact - coefficients.T @ limit ** np.arange(TERMS)) * size
         left_out[np.abs(square) < (2.0 * limit) ** 2] = np.inf
         order = np.argsort(left_out, kind="stable")
@@ -103,14 +103,14 @@ class ReceptanceSeries:
         terms = np.empty((TERMS, relative.shape[0], relative.shape[0]), complex)
         for k in range(TERMS):
             matters = np.abs(coefficients[k, summed]) * size[summed] * limit**k > 1e-3 * NEGLIGIBLE * largest
-            others = relative[:, summed[matters]]
-            terms[k] = (others * coefficients[k, summed[matters]]) @ others.conj().T
-        kept = np.ascontiguousarray(relative[:, single])
-        return cls(kept, np.ascontiguousarray(kept.conj().T), stiffness[single], damping[single], terms)
+            others = summed[matters]
+            terms[k] = (relative[:, others] * coefficients[k, others]) @ adjoint[others]
+        kept = np.ascontiguousarray(relative[:, single]), np.ascontiguousarray(adjoint[single])
+        return cls(*kept, stiffness[single], damping[single], inertia, terms)
 
     def matrix(self, x: float) -> ComplexArray:
         """G at x = h w, rad/s: (3 n_c, 3 n_c), m/N."""
-        value = self.stiffness + 1j * self.damping * x - x**2
+        value = self.stiffness + 1j * self.damping * x - self.inertia * x**2
         size = self.terms.shape[1]
         powers = (x ** np.arange(TERMS)).astype(complex)
         result: ComplexArray = (powers @ self.terms.reshape(TERMS, size * size)).reshape(size, size)
@@ -155,7 +155,8 @@ class RelativeReceptance:
     force f^(h) on the right nodes acts on the blade as B_h^H f^(h) (Gulisano et al. 2011, eqs. 17 and 18). The
     receptance of the reduced system is the modal sum
     r^(h) = sum_m phi_m phi_m^H / (w_m^2 + i c_m h w - (h w)^2) with c_m = 2 zeta_m w_m. With a disk each harmonic has
-    the modes of its own wave, that of the phase h psi; a flow adds to w_m^2 and c_m there.
+    the modes of its own wave, that of the phase h psi; a flow adds to w_m^2 and c_m there. With Coriolis
+    forces the sum is over the poles of the wave, `waves`; coordinates and forces of modes are those of `modes`.
 
     Attributes
     ----------
@@ -208,7 +209,7 @@ class RelativeReceptance:
     _outputs: dict[str, NDArray[Any]] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @cached_property
-    def waves(self) -> WaveModes:
+    def modes(self) -> WaveModes:
         """The modes of the wave of each harmonic; rigid motions have no static response but that on a support."""
         waves, still = self.modal.waves(self._phases, [h != 0 for h in self.harmonics]), self.floating
         if not still or 0 not in self.harmonics:
@@ -217,6 +218,11 @@ class RelativeReceptance:
         held = NOT_HELD * frequency.max() if self.support is None else np.sqrt(self.support.stiffness)
         frequency[row, :still] = held
         return replace(waves, angular_frequency=frequency)
+
+    @cached_property
+    def waves(self) -> WaveModes:
+        """What the sums are over: `modes`, or with Coriolis forces the poles, in harmonic 0 still the modes."""
+        return self.modal.in_motion(self.modes, self._phases, [h != 0 for h in self.harmonics])
 
     @property
     def floating(self) -> int:
@@ -233,10 +239,16 @@ class RelativeReceptance:
         return self.waves.relative
 
     @cached_property
+    def force_of_waves(self) -> ComplexArray:
+        """What the terms of the sums take of the external force, (n_h, m)."""
+        turning = self.waves.turning
+        return self.modal_force if turning is None else (turning.dual @ self.modal_force[..., None])[..., 0]
+
+    @cached_property
     def modal_force(self) -> ComplexArray:
         """External modal force: the static one in harmonic 0, the excitation in its harmonics, (n_h, m)."""
         factors = dict(self.harmonic_factors)
-        forces = np.zeros(self.waves.angular_frequency.shape, dtype=complex)
+        forces = np.zeros(self.modes.angular_frequency.shape, dtype=complex)
         for row, h in enumerate(self.harmonics):
             if h == 0:
                 static = self.modal.at(0).static_force
@@ -258,7 +270,7 @@ class RelativeReceptance:
         """
         modes = self.modal.at_phase(harmonic * self.phase)
         own = modes.harmonic_forces.get(harmonic, modes.force)
-        return np.pad(own, (0, self.waves.angular_frequency.shape[1] - own.size))
+        return np.pad(own, (0, self.modes.angular_frequency.shape[1] - own.size))
 
     @cached_property
     def excited_harmonics(self) -> tuple[int, ...]:
@@ -277,16 +289,16 @@ class RelativeReceptance:
                 return True
         return False
 
-    @cached_property
+    @property
     def adjoint(self) -> ComplexArray:
         """Modal forces of unit contact forces, (B_h phi)^H: (n_h, m, 3 n_c)."""
-        return np.ascontiguousarray(self.relative.conj().transpose(0, 2, 1))
+        return self.waves.adjoint
 
     @cached_property
     def _rates(self) -> tuple[ComplexArray, Array]:
         """The coefficients of w and of -w^2 in the denominators, (n_h, m) and (n_h, 1)."""
         h = np.asarray(self.harmonics, dtype=float)[:, None]
-        return 1j * h * self.waves.total_damping, h**2
+        return 1j * h * self.waves.total_damping, self.waves.inertia * h**2
 
     def denominators(self, omega: float) -> tuple[ComplexArray, ComplexArray]:
         """Denominators of the modal sum, w_m^2 + i c_m h w - (h w)^2.
@@ -344,9 +356,7 @@ class RelativeReceptance:
                 found[row] = self.static_matrix
                 continue
             if (octave, h) not in self._series:
-                self._series[octave, h] = ReceptanceSeries.of(
-                    self.relative[row], waves.total_stiffness[row], waves.total_damping[row], h * 2.0**octave
-                )
+                self._series[octave, h] = ReceptanceSeries.of(waves, row, h * 2.0**octave)
             found[row] = self._series[octave, h].matrix(h * omega)
         return found
 
@@ -375,15 +385,21 @@ class RelativeReceptance:
         band = float(np.floor(BANDS * np.log2(omega))) if omega > 0.0 else 0.0
         if band not in self._modes:
             limits = 2.0 ** (band / BANDS), 2.0 ** ((band + 1.0) / BANDS)
-            waves, found = self.waves, []
+            found = []
             for row, (h, relative) in enumerate(zip(self.harmonics, self.relative, strict=True)):
-                weights = band_weights(waves.angular_frequency[row], waves.damping[row], h, limits)
+                weights = self._weights(row, h, limits)
                 found.append(interface_modes(relative.real if h == 0 else relative, weights))
             self._modes[band] = (
                 np.array([basis for basis, _ in found], complex),
                 np.array([size for _, size in found]),
             )
         return self._modes[band]
+
+    def _weights(self, row: int, harmonic: int, band: tuple[float, float]) -> Array:
+        """Bounds of the terms of the sum of a harmonic: w (w - x) of a pole is at least half of w^2 - x^2."""
+        waves = self.waves
+        bounds = band_weights(waves.angular_frequency[row], waves.damping[row], harmonic, band)
+        return bounds if waves.inertia else 2.0 * bounds
 
     def common_interface_modes(self, low: float, high: float) -> tuple[Array, Array]:
         """Real interface modes that serve for all harmonics in a range of frequencies.
@@ -401,9 +417,9 @@ class RelativeReceptance:
             Bounds of the receptances of all harmonics in these, m/N.
         """
         if (low, high) not in self._common:
-            waves, bounds = self.waves, []
+            bounds = []
             for row, (h, relative) in enumerate(zip(self.harmonics, self.relative, strict=True)):
-                weights = band_weights(waves.angular_frequency[row], waves.damping[row], h, (low, high))
+                weights = self._weights(row, h, (low, high))
                 bounds.append(((relative * weights) @ relative.conj().T).real)
             _, modes = np.linalg.eigh(np.sum(bounds, axis=0))
             modes = np.ascontiguousarray(modes[:, ::-1])
@@ -429,14 +445,14 @@ class RelativeReceptance:
         """
         if self.large and self.harmonics[0] == 0:
             return self._large_response(omega, contact_force)
-        coordinates = np.stack(self.modal_response(omega, contact_force), axis=-1)
+        coordinates = np.stack(self._terms(omega, contact_force), axis=-1)
         both = self.relative @ coordinates
         return both[..., 0], both[..., 1]
 
     def _large_response(self, omega: float, contact_force: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
         """As `response`; harmonic 0 takes its matrix in place of all modes."""
         value, derivative = (values[1:] for values in self.denominators(omega))
-        coordinates = (self.modal_force[1:] + (self.adjoint[1:] @ contact_force[1:, :, None])[..., 0]) / value
+        coordinates = (self.force_of_waves[1:] + (self.adjoint[1:] @ contact_force[1:, :, None])[..., 0]) / value
         both = self.relative[1:] @ np.stack([coordinates, -derivative * coordinates / value], axis=-1)
         found = np.zeros((2, *contact_force.shape), complex)
         found[:, 1:] = both.transpose(2, 0, 1)
@@ -446,7 +462,7 @@ class RelativeReceptance:
     @cached_property
     def _static_motion(self) -> Array:
         """Relative displacement of harmonic 0 without contact forces, (3 n_c,), m."""
-        return self.relative[0].real @ (self.modal_force[0].real / self.waves.total_stiffness[0].real)
+        return self.relative[0].real @ (self.force_of_waves[0].real / self.waves.total_stiffness[0].real)
 
     def modal_response(self, omega: float, contact_force: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
         """Modal coordinates under the external and the contact forces.
@@ -463,9 +479,25 @@ class RelativeReceptance:
         coordinates, derivatives : (n_h, m) complex arrays
             Modal coordinates, and their derivatives in w at constant f.
         """
+        coordinates, derivatives = self._terms(omega, contact_force)
+        return self.in_modes(coordinates), self.in_modes(derivatives)
+
+    def _terms(self, omega: float, contact_force: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+        """The terms of the sums, (n_h, m), and their derivatives in w: modal coordinates but for Coriolis forces."""
         value, derivative = self.denominators(omega)
-        coordinates = (self.modal_force + (self.adjoint @ contact_force[..., None])[..., 0]) / value
+        coordinates = (self.force_of_waves + (self.adjoint @ contact_force[..., None])[..., 0]) / value
         return coordinates, -derivative * coordinates / value
+
+    def in_modes(self, terms: ComplexArray) -> ComplexArray:
+        """Modal coordinates from the terms of the sums, which are those of poles with Coriolis forces.
+
+        Parameters
+        ----------
+        terms : (..., n_h, m) complex array
+            The terms.
+        """
+        turning = self.waves.turning
+        return terms if turning is None else (turning.shapes @ terms[..., None])[..., 0]
 
     def reduced_coordinates(self, coordinates: ComplexArray) -> ComplexArray:
         """Coordinates of the reduced model from modal coordinates of each harmonic.
@@ -501,7 +533,7 @@ class RelativeReceptance:
         omega = omegas[:, None, None]
         value = damping * omega + (self.waves.total_stiffness - squares * omega**2)
         by_harmonic = self.adjoint @ contact_force.transpose(1, 2, 0)
-        return (self.modal_force + by_harmonic.transpose(2, 0, 1)) / value
+        return self.in_modes((self.force_of_waves + by_harmonic.transpose(2, 0, 1)) / value)
 
     def output_rows(self, name: str, omega: float) -> ComplexArray:
         """Receptance of an output to contact forces, o r^(h) B_h^H: (n_h, 3 n_c) in m/N.
@@ -514,8 +546,21 @@ class RelativeReceptance:
             Excitation frequency, rad/s.
         """
         value, _ = self.denominators(omega)
-        weighted = (self.output_shapes(name) / value)[:, None, :]
+        weighted = (self.output_of_waves(name) / value)[:, None, :]
         return (weighted @ self.adjoint)[:, 0, :]
+
+    def output_of_waves(self, name: str) -> NDArray[Any]:
+        """An output of the terms of the sums, as `output_shapes` of the modes.
+
+        Parameters
+        ----------
+        name : str
+            Name of the output.
+        """
+        shapes, turning = self.output_shapes(name), self.waves.turning
+        if turning is None:
+            return shapes
+        return (np.broadcast_to(shapes, turning.shapes.shape[:2])[:, None] @ turning.shapes)[:, 0]
 
     def output_shapes(self, name: str) -> NDArray[Any]:
         """An output of the modes of each harmonic, (n_h, m); (m,) of a blade alone, the same in all.

@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from rom.cyclic.cyclic_symmetry import in_wave, inter_blade_phase, relative_contact_motion, sparse_wave
 from rom.cyclic.influence_coefficients import InfluenceCoefficients, flow_in_wave
-from rom.cyclic.modal_model import ModalDamping, ModalModel, WaveModes
+from rom.cyclic.modal_model import ModalDamping, ModalModel, WaveModes, with_coriolis
+from rom.cyclic.pole_modes import coriolis_forces
 from rom.cyclic.reduced_model import Array, ComplexArray, ReducedModel
 from rom.errors import ReducedModelError
 from rom.units import angular_speed
@@ -28,8 +29,9 @@ def projected_modes(
     static: Array,
     wave: NDArray[Any] | None = None,
     phase: float = 0.0,
+    turns: bool = False,
 ) -> ModalModel:
-    """All modes of a reduced model.
+    """All modes of a reduced model, with its Coriolis forces where it `turns`.
 
     Shapes: `static` (n,), `wave` (n, k), the coordinates in the wave of a `phase`.
     """
@@ -58,6 +60,7 @@ def projected_modes(
         n_blades=model.n_blades,
         harmonic_forces={h: adjoint @ vector for h, vector in model.force_harmonics.items()},
         floating=floating,
+        coriolis=coriolis_forces(model, shapes) if turns else None,
     )
 
 
@@ -129,6 +132,8 @@ class SectorModes:
         Whether bodies that contacts alone hold are on soft springs, see `ModalModel.softly_held`.
     influence : tuple of InfluenceCoefficients
         Those of the mode families that the flow around the blades acts on.
+    turns : bool
+        Whether Coriolis forces act.
 
     Raises
     ------
@@ -156,6 +161,7 @@ class SectorModes:
     static: Array
     are_softly_held: bool = False
     influence: tuple[InfluenceCoefficients, ...] = ()
+    turns: bool = False
     _known: dict[int, ModalModel] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -306,6 +312,25 @@ class SectorModes:
                 flow[:, row, :count] = each.flow
         return WaveModes(frequency, damping, relative, flow)
 
+    @property
+    def without_coriolis(self) -> "SectorModes":
+        """The same without Coriolis forces."""
+        return replace(self, turns=False) if self.turns else self
+
+    def in_motion(self, waves: WaveModes, phases: Array, moves: Sequence[bool]) -> WaveModes:
+        """What vibrates in several waves: their modes, or with Coriolis forces their poles.
+
+        Parameters
+        ----------
+        waves : WaveModes
+            The modes, (J, m).
+        phases : (J,) array
+            Phases from one blade to the next, rad, multiples of 2 pi / N_b.
+        moves : (J,) sequence of bool
+            Where it vibrates. Elsewhere the motion is static, and the modes stay what they are.
+        """
+        return with_coriolis(waves, [self.at_phase(float(phase)) for phase in phases], moves) if self.turns else waves
+
     def wave_outputs(self, name: str, phases: Array) -> ComplexArray:
         """An output of the modes in several waves, (J, m); 0 in those that fill a row up.
 
@@ -340,7 +365,8 @@ class SectorModes:
         wave = self.model.wave(phase)
         assert wave is not None
         real = 2 * n % self.n_blades == 0
-        found = projected_modes(self.model, self.modal_damping, self.static, wave.real if real else wave, phase)
+        wave = wave.real if real else wave
+        found = projected_modes(self.model, self.modal_damping, self.static, wave, phase, self.turns)
         if self.influence:
             found = replace(found, flow=flow_in_wave(self.influence, found.angular_frequency, phase))
         return found.softly_held if self.are_softly_held else found
@@ -359,6 +385,7 @@ class SectorModes:
             outputs={name: row.conj() for name, row in modes.outputs.items()},
             harmonic_forces={h: adjoint @ vector for h, vector in model.force_harmonics.items()},
             flow=None if modes.flow is None else modes.flow.conj(),
+            coriolis=None if modes.coriolis is None else modes.coriolis.conj(),
         )
 
 
@@ -372,6 +399,7 @@ def modal_model(
     rayleigh: tuple[float, float] | None = None,
     speed_rpm: float | None = None,
     influence: Sequence[InfluenceCoefficients] = (),
+    coriolis: bool = False,
 ) -> RingModes:
     """Solve K phi = w^2 M phi of the reduced system for all its modes.
 
@@ -390,6 +418,8 @@ def modal_model(
         0 where the model does not say.
     influence : sequence of InfluenceCoefficients
         Those of the mode families that the flow around the blades acts on.
+    coriolis : bool
+        Whether Coriolis forces act, those of the speed of the model.
 
     Returns
     -------
@@ -401,7 +431,8 @@ def modal_model(
     ReducedModelError
         The mass or the stiffness is not positive definite (a rigid-body mode of a blade has no static response);
         damping is given twice, not at all, or negative; the model was stiffened for another speed than `speed_rpm`,
-        or has no centrifugal force; the number of sectors is missing, or a static force pushes a disk that floats.
+        or has no centrifugal force; the number of sectors is missing, or a static force pushes a disk that floats;
+        Coriolis forces without their matrix or a speed.
 
     Examples
     --------
@@ -413,8 +444,8 @@ def modal_model(
     """
     damping, static = ModalDamping(damping_ratio, rayleigh), _static_force(model, speed_rpm)
     if model.has_disk:
-        return SectorModes(model, damping, static, influence=tuple(influence))
-    found = projected_modes(model, damping, static)
+        return SectorModes(model, damping, static, influence=tuple(influence), turns=coriolis)
+    found = projected_modes(model, damping, static, turns=coriolis)
     if influence:
         flow_in_wave(
             influence, found.angular_frequency, 0.0

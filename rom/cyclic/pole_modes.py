@@ -1,0 +1,80 @@
+"""Modes with Coriolis forces: each pole by itself, as what turns forward moves otherwise than what turns backward."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rom.cyclic.reduced_model import ComplexArray, ReducedModel
+from rom.errors import ReducedModelError
+from rom.units import angular_speed
+
+
+@dataclass(frozen=True)
+class PoleModes:
+    """The 2 m poles of eta'' + D eta' + K eta = f in m modal coordinates, with D and K of any form.
+
+    The receptance is the sum of shape_k dual_k / (abs(s_k)^2 - conj(s_k) s), whose terms have the poles s = s_k.
+
+    Attributes
+    ----------
+    poles : (..., 2 m) complex array
+        Poles s_k, rad/s.
+    shapes : (..., m, 2 m) complex array
+        Modal coordinates of each.
+    dual : (..., 2 m, m) complex array
+        What each takes of modal forces; without Coriolis forces the conjugate transpose of `shapes`.
+
+    Examples
+    --------
+    Two modes of 1000 rad/s that Coriolis forces of 2 W = 200 rad/s join, (w0^2 + W^2)^(1/2) +- W:
+
+    >>> from rom import PoleModes
+    >>> found = PoleModes.of(np.full(2, 1e6), np.array([[0.0, -200.0], [200.0, 0.0]]))
+    >>> np.sort(found.poles.imag).round(3).tolist()
+    [-1104.988, -904.988, 904.988, 1104.988]
+    """
+
+    poles: ComplexArray
+    shapes: ComplexArray
+    dual: ComplexArray
+
+    @classmethod
+    def of(cls, stiffness: NDArray[Any], damping: NDArray[Any]) -> PoleModes:
+        """Solve the eigenproblem of one wave.
+
+        Parameters
+        ----------
+        stiffness : (m,) array
+            K, (rad/s)^2, real or complex, with positive real part.
+        damping : (m, m) array
+            D, 1/s: damping, and the skew part of the Coriolis forces.
+        """
+        size, frequency = len(damping), np.sqrt(np.abs(stiffness))
+        system = np.zeros((2 * size, 2 * size), dtype=np.result_type(stiffness, damping))
+        # in w eta and eta': skew but for damping and the flow, so that the eigenvectors are nearly orthogonal
+        system[:size, size:] = np.diag(frequency)
+        system[size:, :size] = -np.diag(stiffness / frequency)
+        system[size:, size:] = -damping
+        values, vectors = np.linalg.eig(system)
+        poles = values + 0.0j
+        shapes = vectors[:size] / frequency[:, None] + 0.0j
+        dual = np.linalg.inv(vectors)[:, size:] * -poles.conj()[:, None]
+        balance = np.sqrt(np.linalg.norm(dual, axis=1) / np.linalg.norm(shapes, axis=0))
+        return cls(poles, shapes * balance, dual / balance[:, None])
+
+
+def coriolis_forces(model: ReducedModel, shapes: NDArray[Any]) -> NDArray[Any]:
+    """Coriolis forces of the velocities of mass-normalised shapes (n, m) at the speed, skew-Hermitian, (m, m), 1/s.
+
+    Raises
+    ------
+    ReducedModelError
+        The model has no Coriolis matrix, or no speed.
+    """
+    if model.coriolis is None or model.speed_rpm is None:
+        raise ReducedModelError("coriolis: missing, allowed: a model at a known speed with its Coriolis matrix")
+    return np.asarray(angular_speed(model.speed_rpm) * (shapes.conj().T @ (model.coriolis @ shapes)))
