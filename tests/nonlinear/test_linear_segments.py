@@ -133,7 +133,8 @@ def test_the_motion_between_springs_solves_the_equations_of_the_structure(stiffn
     springs = stiffness * np.append(rng.uniform(0.5, 1.0, nodes - 1), 0.0)
     force = rng.normal(size=modes) + 1j * rng.normal(size=modes)
     squares, damping = rng.uniform(1.0, 30.0, modes), rng.uniform(0.01, 0.1, modes)
-    structure = SprungHarmonic(relative, np.ascontiguousarray(relative.conj().T), springs, force, squares, damping, h)
+    adjoint = np.ascontiguousarray(relative.conj().T)
+    structure = SprungHarmonic(relative, adjoint, springs, force, squares, damping, 1.0, h)
 
     def solved(frequency):
         dynamic = np.diag(squares - (h * frequency) ** 2 + 1j * h * frequency * damping)
