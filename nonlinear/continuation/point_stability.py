@@ -35,12 +35,14 @@ def least_damped_pole(modal: RingModes, phase: float, springs: Array) -> complex
 
     With the modal coordinates q and the relative contact motion B = right - exp(i phase) left of the modes,
 
-        s^2 q + diag(c_m) s q + (diag(omega_m^2) + B^H k B) q = 0.
+        s^2 q + diag(c_m) s q + (diag(omega_m^2) + B^H k B) q = 0,
+
+    with the Coriolis forces beside diag(c_m).
 
     Shapes: `springs` (n_c, 3).
     """
     own = modal.at_phase(phase)
-    if not springs.any():
+    if not springs.any() and own.coriolis is None:
         elastic = own.angular_frequency > 0.0
         half, squared = own.total_damping[elastic] / 2.0, own.total_stiffness[elastic]
         apart = np.sqrt((half**2 - squared).astype(complex))
@@ -73,12 +75,13 @@ def least_damped_of_ring(modal: RingModes, springs: Array) -> tuple[complex, int
             decays[n] = _undamped_decay(modal, n * pitch, springs)
         return decays[n]
 
-    first = np.arange(last + 1) if modal.influence else np.unique(np.linspace(0, last, SAMPLED).round().astype(int))
+    one_way = bool(modal.influence) or modal.turns  # forward and backward poles differ
+    first = np.arange(last + 1) if one_way else np.unique(np.linspace(0, last, SAMPLED).round().astype(int))
     best = min(first.tolist(), key=decay)
     while (lower := min(range(max(best - 1, 0), min(best + 1, last) + 1), key=decay)) != best:
         best = lower
     pole = least_damped_pole(modal, best * pitch, springs)
-    backward = bool(modal.influence) and pole.imag < 0.0
+    backward = one_way and pole.imag < 0.0
     return (pole.conjugate(), -best) if backward else (complex(pole.real, abs(pole.imag)), best)
 
 
@@ -86,7 +89,7 @@ def _undamped_decay(modal: RingModes, phase: float, springs: Array) -> float:
     """The least x^H diag(c_m) x / 2 over the undamped modes x at one phase, 1/s.
 
     The part of the stiffness that is not Hermitian, of the flow, takes as much from one sense of rotation as it adds
-    to the other.
+    to the other. Coriolis forces change the frequencies.
     """
     stiffness, damping = _sprung(modal.at_phase(phase), phase, springs)
     squared, shapes = np.linalg.eigh((stiffness + stiffness.conj().T) / 2.0)
@@ -102,6 +105,8 @@ def _sprung(own: ModalModel, phase: float, springs: Array) -> tuple[ComplexArray
     """
     felt = own.is_felt
     motion, damping = _relative_motion(own, phase)[:, felt], np.diag(own.total_damping[felt])
+    if own.coriolis is not None:
+        damping = damping + own.coriolis[np.ix_(felt, felt)]
     stiffness = np.diag(own.total_stiffness[felt]) + spring_stiffness(motion, springs)
     if own.floating:
         values, shapes = np.linalg.eigh(stiffness)

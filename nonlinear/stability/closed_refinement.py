@@ -203,7 +203,7 @@ class ClosedRefinement:
         """T(sigma) d, (S, n)."""
         modes = self.structure.modes
         s = self.contact.omega * (sigma + 1j * self.structure.pencils.harmonics)[:, None]
-        receptance = 1.0 / (s**2 + modes.total_damping * s + modes.total_stiffness)
+        receptance = 1.0 / (modes.inertia * s**2 + modes.total_damping * s + modes.total_stiffness)
         force = self._forces(sigma, d)
         amplitude = receptance[:, :, None] * (self._adjoint @ force[:, :, None])
         return np.asarray(d - (self._relative @ amplitude)[:, :, 0])
@@ -233,7 +233,7 @@ class ClosedRefinement:
 
     @cached_property
     def _adjoint(self) -> ComplexArray:
-        return np.ascontiguousarray(self._relative.conj().transpose(0, 2, 1))
+        return np.ascontiguousarray(self.structure.modes.adjoint[:, :, self.closed.motions.active])
 
 
 @dataclass(frozen=True)

@@ -93,8 +93,9 @@ class HillProblem:
         harmonics = self.harmonics
         if self.conjugate_pairs:
             harmonics = harmonics[harmonics >= 0.0]
+        phases = harmonics * self.phase + self.kappa
         return ContactFreeModel(
-            self.modal.waves(harmonics * self.phase + self.kappa),
+            self.modal.in_motion(self.modal.waves(phases), phases, [True] * phases.size),
             harmonics,
             self.retention_radius,
             self.retention_harmonic,

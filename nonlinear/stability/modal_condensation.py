@@ -145,6 +145,7 @@ class ContactFreeModel:
     """Modes of a blade without contact that move as e^(s t), s = lambda + i h omega, in the harmonics h.
 
     Each mode, 1 / (s^2 + c_m s + omega_m^2), has two poles: one rotates in the sense of h, one in the opposite sense.
+    With Coriolis forces each pole has a motion of its own: there are q = 2 m of them, in one row in place of two.
     The first is retained as a state where its abs(s) is below (abs(h) + rho) omega, the second where it is below
     (rho - abs(h)) omega. A condensed pole is more than rho omega away from lambda = 0, and a contact, which stiffens,
     moves it farther away. Slow ones, abs(s) < omega / 2, are always retained: contacts move them past any harmonic.
@@ -166,16 +167,25 @@ class ContactFreeModel:
     @cached_property
     def poles(self) -> tuple[ComplexArray, ComplexArray]:
         """Poles s and their residues, first those that rotate as h does (or decay slower): (n_h, 2, m) each."""
-        return poles_and_residues(self.modes.total_stiffness, self.modes.total_damping, self.harmonics)
+        modes = self.modes
+        return poles_and_residues(modes.total_stiffness, modes.total_damping, self.harmonics, modes.inertia)
 
     def retained(self, omega: float) -> NDArray[np.bool_]:
         """Which poles are states, (n_h, 2, m)."""
         h, size = np.abs(self.harmonics)[:, None], np.abs(self.poles[0]) / omega
-        rho, h_r = self.retention_radius, self.retention_harmonic
-        same_sense = (size[:, 0] <= np.minimum(h, h_r) + rho) & ((h <= h_r) | (size[:, 0] >= h - rho))
-        retained = np.stack([same_sense, size[:, 1] <= rho - h], axis=1)
+        rho = self.retention_radius
+        if size.shape[1] == 1:
+            same = np.where(self.harmonics < 0.0, -1.0, 1.0)[:, None] * self.poles[0][:, 0].imag >= 0.0
+            retained = np.where(same, self._same_sense(size[:, 0], h), size[:, 0] <= rho - h)[:, None]
+        else:
+            retained = np.stack([self._same_sense(size[:, 0], h), size[:, 1] <= rho - h], axis=1)
         retained[: self._first] = size[: self._first, :1] <= rho  # both or none
         return retained | (size < SLOW)
+
+    def _same_sense(self, size: Array, h: Array) -> NDArray[np.bool_]:
+        """Which poles of that `size`, in units of omega, are states where they rotate as h does."""
+        rho, h_r = self.retention_radius, self.retention_harmonic
+        return np.asarray((size <= np.minimum(h, h_r) + rho) & ((h <= h_r) | (size >= h - rho)))
 
     def condensed(self, omega: float, active: NDArray[np.bool_]) -> CondensedModes:
         """The model near lambda = 0.
@@ -190,16 +200,24 @@ class ContactFreeModel:
         g_0 = np.where(retained, 0.0, residues / distance)
         g_1 = np.where(np.abs(distance) < self.retention_radius, 0.0, -g_0 / distance)
         relative = np.ascontiguousarray(self.modes.relative[:, active])
-        adjoint = relative.conj().transpose(0, 2, 1)
+        adjoint = np.ascontiguousarray(self.modes.adjoint[:, :, active])
         first = self._first
         row, pole, mode = np.nonzero(retained[first:])
         dynamic = self._dynamic(
             poles[first:][row, pole, mode],
             residues[first:][row, pole, mode],
             relative[first:].transpose(0, 2, 1)[row, mode],
+            adjoint[first:][row, mode],
             row,
         )
-        static = self._static(omega, retained[0, 0], relative[0]) if first else (np.zeros((0, 0)),) * 3
+        static: tuple[Matrix, Matrix, Matrix] = (np.zeros((0, 0)),) * 3
+        if first and self.modes.inertia:
+            static = self._static(omega, retained[0, 0], relative[0])
+        elif first:
+            chosen = np.flatnonzero(retained[0, 0])
+            static = self._static_of_poles(
+                poles[0, 0, chosen], residues[0, 0, chosen, None] * adjoint[0, chosen], relative[0][:, chosen]
+            )
         a, b, c = (_block_diagonal(one, other) for one, other in zip(static, dynamic, strict=True))
         return CondensedModes(
             a,
@@ -225,20 +243,40 @@ class ContactFreeModel:
         input_matrix[count:] = motion.conj().T / omega**2
         return state_matrix, input_matrix, np.concatenate([motion, np.zeros_like(motion)], axis=1)
 
-    def _dynamic(
-        self, poles: ComplexArray, residues: ComplexArray, motion: ComplexArray, row: NDArray[np.int64]
+    def _static_of_poles(
+        self, poles: ComplexArray, inputs: ComplexArray, outputs: ComplexArray
     ) -> tuple[Matrix, Matrix, Matrix]:
-        """A, B, C of the other harmonics, from pole, residue, motion and harmonic of each state: (k,), (k, n)."""
+        """A, B, C of harmonic 0 from poles (k,) each by itself; in real form of pairs, z of one with Im s > 0.
+
+        Shapes: `inputs` (k, n), `outputs` (n, k).
+        """
+        if not self.real_form:
+            return np.diag(poles), inputs, outputs
+        alone, pairs = poles.imag == 0.0, poles.imag > 0.0
+        a = _block_diagonal(np.diag(poles[alone].real), _folded(real_form(np.diag(poles[pairs]))))
+        b = np.concatenate([inputs[alone].real, inputs[pairs].real, inputs[pairs].imag])
+        c = [outputs[:, alone].real, 2.0 * outputs[:, pairs].real, -2.0 * outputs[:, pairs].imag]
+        return a, b, np.concatenate(c, axis=1)
+
+    def _dynamic(
+        self,
+        poles: ComplexArray,
+        residues: ComplexArray,
+        motion: ComplexArray,
+        adjoint: ComplexArray,
+        row: NDArray[np.int64],
+    ) -> tuple[Matrix, Matrix, Matrix]:
+        """A, B, C of the other harmonics, from pole, residue, motions and harmonic of each state: (k,), (k, n)."""
         count, harmonics, every = poles.size, len(self.harmonics) - self._first, np.arange(poles.size)
         size = harmonics * motion.shape[1]
         input_matrix = np.zeros((count, harmonics, motion.shape[1]), dtype=complex)
-        input_matrix[every, row] = residues[:, None] * motion.conj()
+        input_matrix[every, row] = residues[:, None] * adjoint
         output_matrix = np.zeros((harmonics, motion.shape[1], count), dtype=complex)
         output_matrix[row, :, every] = motion
         if not self.real_form:
             return np.diag(poles), input_matrix.reshape(count, size), output_matrix.reshape(size, count)
         return (
-            real_form(np.diag(poles)).reshape(2 * count, 2 * count),
+            _folded(real_form(np.diag(poles))),
             real_form(input_matrix.transpose(1, 0, 2)).transpose(1, 2, 0, 3, 4).reshape(2 * count, 2 * size),
             real_form(output_matrix).reshape(2 * size, 2 * count),
         )
@@ -253,11 +291,17 @@ class ContactFreeModel:
         return HarmonicBlocks(static.real, real_form(values[first:]).reshape(count - first, 2 * size, 2 * size))
 
 
-def poles_and_residues(stiffness: Matrix, damping: Matrix, harmonics: Array) -> tuple[ComplexArray, ComplexArray]:
+def poles_and_residues(
+    stiffness: Matrix, damping: Matrix, harmonics: Array, inertia: float = 1.0
+) -> tuple[ComplexArray, ComplexArray]:
     """Poles s and residues of 1 / (s^2 + c s + k) in the `harmonics`: (n_h, 2, m) each, as in `ContactFreeModel`.
 
+    Without `inertia` those of 1 / (c s + k), (n_h, 1, m).
     Shapes: `stiffness` k (m,) or (n_h, m), `damping` c alike, `harmonics` (n_h,).
     """
+    if not inertia:
+        poles, residues = np.asarray(-stiffness / damping), np.asarray(1.0 / damping)
+        return poles[..., None, :].astype(complex), residues[..., None, :].astype(complex)
     half = damping / 2.0
     under = stiffness - half**2
     apart = np.where(np.abs(under) < CRITICAL * np.abs(stiffness), CRITICAL * stiffness, under)
@@ -278,6 +322,11 @@ def real_form(matrix: ComplexArray) -> Array:
     result[..., 0, :, 1, :] = -matrix.imag
     result[..., 1, :, 0, :] = matrix.imag
     return result
+
+
+def _folded(blocks: Array) -> Array:
+    """A real form (2, n, 2, m) as a matrix, (2 n, 2 m)."""
+    return blocks.reshape(2 * blocks.shape[1], 2 * blocks.shape[3])
 
 
 def _block_diagonal(one: Matrix, other: Matrix) -> Matrix:

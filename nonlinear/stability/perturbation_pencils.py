@@ -99,30 +99,47 @@ def series(terms: Matrix, s: ComplexArray, omega: float) -> tuple[ComplexArray, 
 
 
 class WeightedModes(NamedTuple):
-    """Some modes: natural frequency, stiffness and damping (m,) and weighted motion (n, m), of contacts or a face."""
+    """Some modes: natural frequency, stiffness and damping (m,) and weighted motion (n, m), of contacts or a face.
+
+    With Coriolis forces they are poles, each by itself, and `adjoint` (m, n) is what they take of forces.
+    """
 
     frequency: Array
     stiffness: Matrix
     damping: Matrix
     motion: Matrix
+    adjoint: Matrix
+    inertia: float = 1.0
 
     @classmethod
-    def of(cls, own: ModalModel, some: NDArray[np.bool_], motion: Matrix) -> "WeightedModes":
-        """Some of the modes of a wave or of a blade.
+    def of(cls, own: ModalModel, motion: Matrix) -> "WeightedModes":
+        """The modes of a wave or of a blade.
 
-        Shapes: `some` (m,), `motion` (n, m).
+        Shapes: `motion` (n, m).
         """
-        return cls(own.angular_frequency[some], own.total_stiffness[some], own.total_damping[some], motion[:, some])
+        if own.coriolis is None:
+            motions = motion, motion.conj().T
+            return cls(own.angular_frequency, own.total_stiffness, own.total_damping, *motions)
+        poles, motions = own.turning.poles, (motion @ own.turning.shapes, own.turning.dual @ motion.conj().T)
+        return cls(np.abs(poles), np.abs(poles) ** 2, -poles.conj(), *motions, 0.0)
+
+    def chosen(self, some: NDArray[np.bool_]) -> "WeightedModes":
+        """Some of them, (m,)."""
+        rows = self.frequency[some], self.stiffness[some], self.damping[some]
+        return WeightedModes(*rows, self.motion[:, some], self.adjoint[some], self.inertia)
 
     def in_motions(self, vectors: Array) -> "WeightedModes":
         """The same in the motions that are the columns of `vectors` (n, p)."""
-        return self._replace(motion=vectors.T @ self.motion)
+        return self._replace(motion=vectors.T @ self.motion, adjoint=self.adjoint @ vectors)
 
     def term(self, number: int, other: "WeightedModes | None" = None) -> Matrix:
         """A factor of the series (`series`), (n, n); with the motion of the same modes of an `other` face, across."""
-        squared = self.stiffness
-        factor = (1.0 / squared, 1.0 / squared**2, self.damping / squared**2, 1.0 / squared**3)[number]
-        return np.asarray((self.motion * factor) @ (self if other is None else other).motion.conj().T)
+        squared, c = self.stiffness, self.damping
+        if self.inertia:
+            factor = (1.0 / squared, 1.0 / squared**2, c / squared**2, 1.0 / squared**3)[number]
+        else:  # of 1 / (k + c s)
+            factor = (1.0 / squared, -(c**2) / squared**3, c / squared**2, c**4 / squared**5)[number]
+        return np.asarray((self.motion * factor) @ (self if other is None else other).adjoint)
 
     def terms(self, other: "WeightedModes | None" = None) -> Matrix:
         """All factors, (4, n, n)."""
@@ -195,10 +212,12 @@ class PerturbationPencils:
     """The eigenvalue problems of K perturbations, in the shared motions of all waves (`SharedMotions`)."""
 
     harmonics: Array  # (S,), h
-    # `poles`, `residues`: (K, S, 2, q), of the lowest modes in the wave of each harmonic
+    # `poles`, `residues`: (K, S, 2, q), of the lowest modes in the wave of each harmonic; (K, S, 1, q) of poles that
+    # each have a motion of their own
     poles: ComplexArray
     residues: ComplexArray
     motion: ComplexArray  # (K, S, p, q), contact motions of these modes
+    adjoint: ComplexArray  # (K, S, q, p), what they take of contact forces
     rise: Array  # (K, S, 1, q), how far contacts raise the natural frequencies at most, rad/s
     # (K, S, 1, q), what contact springs add at most to the squares of the natural frequencies, (rad/s)^2
     stiffening: Array
@@ -227,7 +246,7 @@ class PerturbationPencils:
         """
         state = self._states(shift, omega, highest_pole, above)
         blocks = (HarmonicBlocks(NO_BLOCK, part) for part in self._flexibilities(state, shift, omega))
-        inputs = state.residue[:, :, None] * state.output.conj().transpose(0, 2, 1)
+        inputs = state.residue[:, :, None] * state.input
         poles = state.pole[:, :, None] * np.eye(state.pole.shape[1])
         loop = ContactFeedback.closed(CondensedModes(poles, inputs, state.output, *blocks), contact[0])
         return state.retained, loop.pencil(contact[1])
@@ -238,9 +257,8 @@ class PerturbationPencils:
         resonance = 1.0 / (s[:, None, None] - self.poles)
         modes = np.sum(self.residues * resonance, axis=2), -omega * np.sum(self.residues * resonance**2, axis=2)
         others = series(self.deviation, np.broadcast_to(s, self.poles.shape[:2]), omega)
-        adjoint = self.motion.conj().transpose(0, 1, 3, 2)
         value, change = (
-            (self.motion * one[:, :, None]) @ adjoint + other for one, other in zip(modes, others, strict=True)
+            (self.motion * one[:, :, None]) @ self.adjoint + other for one, other in zip(modes, others, strict=True)
         )
         return value, change
 
@@ -254,33 +272,35 @@ class PerturbationPencils:
         error = np.abs(residues) * self.stiffening * (WIDTH / 2.0) ** 2
         beside = near_poles(poles, middle, BESIDE, BESIDE + self.rise / omega, highest_pole)
         retained |= beside & (error > NEGLIGIBLE_ERROR * np.abs(distance) ** 3)
-        count, q = len(retained), retained.shape[-1]
+        count, (slots, q) = len(retained), retained.shape[-2:]
         flat = retained.reshape(count, -1)
         order = np.argsort(~flat, axis=1, kind="stable")[:, : flat.sum(axis=1).max()]
         own = np.arange(count)[:, None]
         true = flat[own, order]
-        harmonic, mode = order // (2 * q), order % q
+        harmonic, mode = order // (slots * q), order % q
         output = np.zeros((count, *self.motion.shape[1:3], order.shape[1]), dtype=complex)
         column = np.arange(order.shape[1])
         output[own, harmonic, :, column] = np.where(true[:, :, None], self.motion[own, harmonic, :, mode], 0.0)
+        inputs = np.zeros((count, order.shape[1], *self.motion.shape[1:3]), dtype=complex)
+        inputs[own, column, harmonic] = np.where(true[:, :, None], self.adjoint[own, harmonic, mode], 0.0)
         return _States(
             retained,
             distance,
             np.where(true, distance.reshape(count, -1)[own, order], OUTSIDE),
             np.where(true, residues.reshape(count, -1)[own, order], 0.0),
             output.reshape(count, output.shape[1] * output.shape[2], order.shape[1]),
+            inputs.reshape(count, order.shape[1], output.shape[1] * output.shape[2]),
         )
 
     def _flexibilities(
         self, state: "_States", shift: ComplexArray, omega: float
     ) -> tuple[ComplexArray, ComplexArray]:
         """G_0 and G_1 less the mean, of what is no state, (K, S, p, p)."""
-        adjoint = self.motion.conj().transpose(0, 1, 3, 2)
         s = np.asarray(omega * (1j * self.harmonics + shift[:, None]), dtype=complex)
         modes = condensed_flexibility(state.distance, self.residues / omega, state.retained, NEAREST)
         others = series(self.deviation, s, omega)
         g_0, g_1 = (
-            (self.motion * one[:, :, None]) @ adjoint + other for one, other in zip(modes, others, strict=True)
+            (self.motion * one[:, :, None]) @ self.adjoint + other for one, other in zip(modes, others, strict=True)
         )
         return g_0, g_1
 
@@ -294,3 +314,4 @@ class _States(NamedTuple):
     pole: ComplexArray
     residue: ComplexArray
     output: ComplexArray  # (K, S p, n_z), contact motion of the states
+    input: ComplexArray  # (K, n_z, S p), what they take of contact forces

@@ -274,7 +274,10 @@ def near_poles(
     distance = np.where(poles.imag >= 0.0, distance, -distance)
     size = np.abs(poles)
     slow = size < SLOW
-    near = (distance <= above) & (distance >= -np.where(slow, below, np.minimum(below, farthest))) & (size <= highest)
+    reach = np.where(slow, below, np.minimum(below, farthest))
+    near = (distance <= above) & (distance >= -reach) & (size <= highest)
+    if poles.shape[-2] == 1:  # the other one of a pair is elsewhere in the row
+        return np.asarray(near | (slow & (-distance <= above) & (-distance >= -reach)))
     return np.asarray(near | (slow & near[..., ::-1, :]))
 
 

@@ -46,6 +46,8 @@ class WaveFlexibility(SharedMotions):
     stiffness: Matrix
     damping: Matrix
     motion: ComplexArray  # (N_b, p, q), their contact motions, in y
+    adjoint: ComplexArray  # (N_b, q, p), what they take of contact forces
+    inertia: float  # 1; 0 with Coriolis forces, of poles in place of modes
     # (N_b, 4, p, p), terms of the flexibility in y of the other modes of each wave, less the mean
     deviation: ComplexArray
 
@@ -59,29 +61,34 @@ class WaveFlexibility(SharedMotions):
         shares = np.array([1.0 if 2 * n % n_blades == 0 else 2.0 for n in range(last + 1)]) / n_blades
         mean, vectors = _shared_motions(waves, shares)
         lowest = max(wave.low.frequency.size for wave in waves)
-        kind = np.result_type(*(wave.low.stiffness for wave in waves))
+        kind = np.result_type(*(part for wave in waves for part in (wave.low.stiffness, wave.low.damping)))
         stiffness = np.full((n_blades, lowest), (ABOVE * highest) ** 2, dtype=kind)
         damping = np.full((n_blades, lowest), ABOVE * highest, dtype=kind)
+        adjoint = np.zeros((n_blades, lowest, vectors.shape[1]), dtype=complex)
         motion = np.zeros((n_blades, vectors.shape[1], lowest), dtype=complex)
         deviation = np.empty((n_blades, TERMS, vectors.shape[1], vectors.shape[1]), dtype=complex)
         common = vectors.T @ mean @ vectors
         for n, wave in enumerate(waves):
             low, count = wave.low, wave.low.frequency.size
-            own = low.stiffness, low.damping, vectors.T @ low.motion, wave.high.in_motions(vectors).terms() - common
+            low, others = low.in_motions(vectors), wave.high.in_motions(vectors).terms() - common
+            own = low.stiffness, low.damping, low.motion, low.adjoint, others
             for place in {n, -n % n_blades}:
                 parts = own if place == n else tuple(part.conj() for part in own)
-                stiffness[place, :count], damping[place, :count], motion[place, :, :count], deviation[place] = parts
-        return cls(*unweighted(mean, vectors, weight), stiffness, damping, motion, deviation)
+                stiffness[place, :count], damping[place, :count], motion[place, :, :count] = parts[:3]
+                adjoint[place, :count], deviation[place] = parts[3:]
+        shared = unweighted(mean, vectors, weight)
+        return cls(*shared, stiffness, damping, motion, adjoint, waves[0].low.inertia, deviation)
 
     @cached_property
     def poles(self) -> tuple[ComplexArray, ComplexArray]:
         """Poles and residues of the lowest modes of each wave, (N_b, 2, q)."""
-        return poles_and_residues(self.stiffness, self.damping, np.ones(len(self.damping)))
+        return poles_and_residues(self.stiffness, self.damping, np.ones(len(self.damping)), self.inertia)
 
     @cached_property
     def stiffening(self) -> Array:
         """What contact springs add at most to the squares of the natural frequencies, (N_b, q) (rad/s)^2."""
-        return np.asarray(np.sum(np.abs(self.motion) ** 2, axis=1))
+        found = np.asarray(np.sum(np.abs(self.motion) ** 2, axis=1))
+        return found if self.inertia else 2.0 * found  # each pole has half of the square of a mode
 
     @cached_property
     def rise(self) -> Array:
@@ -102,6 +109,7 @@ class WaveFlexibility(SharedMotions):
             poles,
             residues,
             self.motion[number],
+            self.adjoint[number],
             self.rise[number][:, :, None],
             self.stiffening[number][:, :, None],
             self.deviation[number],
@@ -116,10 +124,10 @@ class _Wave(NamedTuple):
 
     @classmethod
     def of(cls, own: ModalModel, phase: float, weight: Array, highest: float) -> "_Wave":
-        motion = weight[:, None] * relative_contact_motion(own.right, own.left, phase)
-        frequency = own.angular_frequency
+        every = WeightedModes.of(own, weight[:, None] * relative_contact_motion(own.right, own.left, phase))
+        frequency = every.frequency
         low = (frequency > 0.0) & (frequency <= highest)  # rigid motions of a disk do not move the contacts
-        return cls(*(WeightedModes.of(own, some, motion) for some in (low, frequency > highest)))
+        return cls(every.chosen(low), every.chosen(frequency > highest))
 
 
 def _shared_motions(waves: list[_Wave], shares: Array) -> tuple[Array, Array]:
@@ -165,7 +173,7 @@ class FaceFlexibility(SharedMotions):
         low = frequency <= highest
         faces = [weight[:, None] * face for face in (modal.right, modal.left)]
         (low_r, high_r), (low_l, high_l) = (
-            [WeightedModes.of(modal, some, face) for some in (low, ~low)] for face in faces
+            [WeightedModes.of(modal, face).chosen(some) for some in (low, ~low)] for face in faces
         )
         static = np.concatenate([low_r.motion, low_l.motion], axis=1) / np.tile(low_r.frequency, 2)
         across = high_r.term(0, high_l)
@@ -199,12 +207,13 @@ class FaceFlexibility(SharedMotions):
             np.broadcast_to(part, (len(phases), *part.shape))
             for part in poles_and_residues(self.angular_frequency**2, self.damping, harmonics)
         )
-        across = self.across
+        across, motion = self.across, self.right - ahead * self.left
         return PerturbationPencils(
             harmonics,
             poles,
             residues,
-            self.right - ahead * self.left,
+            motion,
+            motion.conj().transpose(0, 1, 3, 2),
             np.broadcast_to(self.rise, (*shape[:3], self.rise.size)),
             np.broadcast_to(self.stiffening, (*shape[:3], self.rise.size)),
             -ahead[..., None] * across.transpose(0, 2, 1) - ahead.conj()[..., None] * across,
@@ -275,7 +284,8 @@ class RingStructure:
         if k not in self._modes:
             if len(self._modes) >= KEPT:
                 self._modes.clear()
-            self._modes[k] = self.problem.modal.waves(self.phases(np.array([2.0 * np.pi * k / self.n_blades]))[0])
+            phases, modal = self.phases(np.array([2.0 * np.pi * k / self.n_blades]))[0], self.problem.modal
+            self._modes[k] = modal.in_motion(modal.waves(phases), phases, [True] * phases.size)
         structure = PerturbationStructure(self.motions(omega), self.pencils(np.array([k]), omega), self._modes[k])
         real = 2 * k % self.n_blades == 0
         return ClosedRefinement(structure, contact, self.closed(contact), real)

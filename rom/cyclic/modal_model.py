@@ -264,6 +264,11 @@ class ModalModel(ModalCoefficients):
         return bool(self.influence) or self.coriolis is not None
 
     @property
+    def turns(self) -> bool:
+        """Whether Coriolis forces act."""
+        return self.coriolis is not None
+
+    @property
     def blades_may_differ(self) -> bool:
         """Whether mistuning of the blades can be described: with a disk only where their own stiffness is known."""
         return not self.influence

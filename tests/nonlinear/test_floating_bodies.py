@@ -203,8 +203,8 @@ def whole_ring(model, contact):
     return ring, ContactParameters.joined(*[contact] * N)
 
 
-def solved(model, contact, excitation, harmonics):
-    modal = modal_model(model, damping_ratio=0.02)
+def solved(model, contact, excitation, harmonics, coriolis=False):
+    modal = modal_model(model, damping_ratio=0.02, coriolis=coriolis)
     options = SolverOptions((0.1, 0.4), harmonics=harmonics)
     balance = build_harmonic_balance(modal, contact, excitation, options)
     start = periodic_start(
@@ -223,6 +223,26 @@ def test_the_wave_is_that_of_all_blades_and_dampers(law, harmonics):
     assert balance.forces_of(own).state.max() == 1  # slip
     assert (balance.receptance.floating, whole.receptance.floating) == (2, 2 * N)
     assert found[:, :2] == pytest.approx(own, abs=1e-9)
+
+
+def test_coriolis_forces_act_on_a_blade_and_its_damper():
+    """The relative motion of harmonic 1 under its contact forces, from the matrices of the blade and its damper."""
+    model, contact, excitation = sector("two_sliders")
+    skew = np.random.default_rng(3).normal(size=(model.size, model.size))
+    root, speed = np.sqrt(np.diag(model.mass)), 0.08
+    model = replace(model, coriolis=(skew - skew.T) * np.outer(root, root), force_centrifugal=np.zeros(model.size))
+    model = replace(model, speed_rpm=30.0 / np.pi * speed)
+    balance, own = solved(model, contact, excitation, 3, coriolis=True)
+    modal, phase = balance.receptance.modal, balance.receptance.phase
+    inertia = model.mass @ modal.shapes
+    damping = inertia @ np.diag(modal.damping) @ inertia.T + speed * model.coriolis
+    dynamic = model.stiffness + 1j * OMEGA * damping - OMEGA**2 * model.mass
+    relative = model.contact_right - np.exp(1j * phase) * model.contact_left
+    force = balance.forces_of(own).force.reshape(7, -1)
+    force = relative.conj().T @ (force[1] + 1j * force[2]) + excitation.force * model.force_excitation
+    found = own.reshape(7, -1)
+    expected = relative @ np.linalg.solve(dynamic, force)
+    assert found[1] + 1j * found[2] == pytest.approx(expected, abs=1e-5 * np.abs(expected).max())
 
 
 def test_the_ring_in_time_stays_on_the_wave_and_its_damper_where_it_is():
