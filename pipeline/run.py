@@ -27,6 +27,7 @@ from pipeline.results.run_folder import SUMMARY, TABLE_HASH, provenance
 from pipeline.scene.consistency import check_scene, check_scene_for_model, free_bore
 from pipeline.scene.plausibility import plausibility_warnings
 from pipeline.scene.schema import STUDIES
+from pipeline.stages.cache_keys import rotation_of_response
 from pipeline.stages.code_fingerprint import remember_code
 from pipeline.stages.curve.curve_table import NOT_COMPUTED, table_of
 from pipeline.stages.curve.respond import CurveResult
@@ -217,7 +218,7 @@ def _check(request: Request) -> ReducedModel | None:
     tried = set()
     for member in request.scene.members:
         response, aero = member.scene.response, json.dumps(member.scene.aero_inputs())
-        case = (response.damping_ratio, response.rayleigh, member.scene.load.speed_rpm, aero)
+        case = (response.damping_ratio, response.rayleigh, *rotation_of_response(member.scene).values(), aero)
         if case not in tried:
             tried.add(case)
             try:

@@ -368,7 +368,7 @@ def _alike(before: SolutionPoint, after: SolutionPoint, one: PatternExponent, ot
 
 def _similar_decay(point: SolutionPoint, one: PatternExponent, other: PatternExponent) -> float:
     """Relative difference of two rates of decay, beside a point, between which one is interpolated."""
-    free_decay = float(point.balance.receptance.waves.damping.min()) / 2.0
+    free_decay = float(point.balance.receptance.modes.damping.min()) / 2.0
     slowest = max(one.exponent.real, other.exponent.real)
     return STEADY_DECAY if slowest > -AMPLIFIED * free_decay else SIMILAR_DECAY
 

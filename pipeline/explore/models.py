@@ -134,7 +134,7 @@ class LiveModels:
 
         response, wave, contact = scene.response, scene.excitation, contact_on_model(scene, loaded.model)
         case: tuple[object, ...] = (kind, loaded.key, wave.harmonic)
-        case += (response.damping_ratio, response.rayleigh, response.frequency)
+        case += (response.damping_ratio, response.rayleigh, response.frequency, scene.load.coriolis)
         if kind == "stuck" or loaded.model.has_disk:
             case += (wave.engine_order,)
         if kind == "stuck":

@@ -80,6 +80,7 @@ def _case(curve: PlottedCurve, kind: str) -> object:
         response.damping_ratio,
         response.rayleigh,
         response.frequency,
+        scene.load.coriolis,
     )
     if scene.excitation.harmonic:
         case = (*case, scene.excitation.harmonic)
@@ -141,7 +142,7 @@ def linear_limit(
     counts: tuple[int, int] = FINE,
 ) -> tuple[Array, Array]:
     """Frequency, Hz, and amplitude, m, of the linear response with free or stuck contacts, (F,) each."""
-    from rom import RelativeReceptance, linear_response, natural_frequencies
+    from rom import RelativeReceptance, gyroscopic_frequencies, linear_response, natural_frequencies
 
     modal, contact, wave = problem
     stuck = kind == "stuck"
@@ -150,9 +151,10 @@ def linear_limit(
         "tangential": contact.tangential_stiffness if stuck else 0.0,
     }
     phase = modal.phase(wave.engine_order)
-    resonances = natural_frequencies(model, phase, count=min(10, model.size), **springs)
+    frequencies = gyroscopic_frequencies if modal.turns else natural_frequencies
+    resonances = frequencies(model, phase, count=min(10, model.size), **springs)
     excited = RelativeReceptance(modal, phase, (1,), wave.force, wave.factors).excited_harmonics
-    own = [natural_frequencies(model, h * phase, count=min(10, model.size), **springs) / h for h in excited if h > 1]
+    own = [frequencies(model, h * phase, count=min(10, model.size), **springs) / h for h in excited if h > 1]
     frequency = _grid(frequency_hz, np.concatenate([resonances, *own]), counts)
     given = {"phase": phase, "force": wave.force, "harmonic_factors": wave.factors, **springs}
     harmonics = [linear_response(modal, frequency, harmonic=h, **given) for h in excited]

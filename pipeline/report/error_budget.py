@@ -18,7 +18,7 @@ import numpy as np
 from nonlinear import TRUNCATION_TOLERATED as TOLERATED
 from pipeline.figures.data import PlottedCurve, SweepKey, SweepPoint, sweep_keys
 from pipeline.report.report_source import ReportSource
-from pipeline.results.certainty import error_sentences, search_sentences
+from pipeline.results.certainty import error_sentences, has_coriolis, search_sentences
 from pipeline.results.overview import MOST_ROWS
 from pipeline.results.tables import (
     TOLERATED_SAMPLING,
@@ -276,17 +276,21 @@ def _estimated(source: ReportSource) -> tuple[float, float] | None:
 
 
 def _coriolis(source: ReportSource) -> list[ErrorRow]:
-    errors = [row["coriolis_error"] for row in source.model_rows]
-    if not any(error is None or error > 0.0 for error in errors):
-        return []  # nothing rotates
+    left_out = [row["coriolis_error"] for row in source.model_rows if not has_coriolis(row)]
+    acting = [row["coriolis_error"] for row in source.model_rows if has_coriolis(row)]
     meaning = (
         "Largest change of a natural frequency in the range by the Coriolis forces, which the response leaves out. "
         "Near resonance a relative frequency error e changes the amplitude at a fixed frequency by about e / zeta."
     )
-    if None in errors:
+    if None in left_out:
         return [ErrorRow("Coriolis forces", "not known: the model has no Coriolis matrix", UNKNOWN, meaning)]
-    worst = max(errors)
-    return [ErrorRow("Coriolis forces", f"{share(worst)} of a frequency", _verdict(worst, 0.01, TOLERATED), meaning)]
+    if (worst := max(left_out, default=0.0)) > 0.0:
+        verdict = _verdict(worst, 0.01, TOLERATED)
+        return [ErrorRow("Coriolis forces", f"{share(worst)} of a frequency", verdict, meaning)]
+    if not acting:
+        return []  # nothing rotates
+    meaning = f"Without them a natural frequency in the range would change by at most {share(max(acting))}."
+    return [ErrorRow("Coriolis forces", "included", SMALL, meaning)]
 
 
 def _stability(source: ReportSource, shown: Sequence[PlottedCurve]) -> ErrorRow:

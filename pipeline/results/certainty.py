@@ -86,11 +86,18 @@ def _of_models(models: Sequence[Mapping[str, Any]]) -> Iterator[str]:
         )
     if said := coriolis_said(models):
         yield f"Coriolis forces are neglected: {said}."
+    if included := [float(model["coriolis_error"]) for model in models if has_coriolis(model)]:
+        yield f"Coriolis forces are included; they change natural frequencies in the range by {share(max(included))}."
+
+
+def has_coriolis(model: Mapping[str, Any]) -> bool:
+    """Whether Coriolis forces act in the curves of a model; not in files of earlier versions."""
+    return bool(model.get("coriolis_included", False))
 
 
 def coriolis_said(models: Sequence[Mapping[str, Any]], tolerated: float = 0.0) -> str:
     """What neglected Coriolis forces change; "" where that is not more than `tolerated`."""
-    errors: list[Any] = [model.get("coriolis_error") for model in models]
+    errors: list[Any] = [model.get("coriolis_error") for model in models if not has_coriolis(model)]
     if None in errors:
         return "their effect is not known, the reduced model has no dataset coriolis"
     largest = max(errors, default=0.0)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from pipeline.codec import plain, restored
 from pipeline.scene.contact_section import FaceField
-from pipeline.stages.cache_keys import stiffness_inputs
+from pipeline.stages.cache_keys import rotation_of_response, stiffness_inputs
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.model.modal_truncation import HELD
 from pipeline.store.fingerprints import fingerprint
@@ -180,7 +180,7 @@ def resonance_key(reduced_model: str, scene: Scene) -> str:
             "reduce": reduced_model,
             "excitation": scene.excitation.model_dump(),
             "damping": [response.damping_ratio, response.rayleigh],
-            "load": scene.load.model_dump(),
+            "load": rotation_of_response(scene),
             "stiffness": stiffness_inputs(scene),
             "material": scene.material.model_dump() if scene.material else None,
             "code": code_fingerprint(__name__),
@@ -207,7 +207,13 @@ def _write(path: Path, rom: Path, scene: Scene) -> None:
 def resonances_of(rom: Path, scene: Scene) -> list[Resonance]:
     """First resonances of a reduced model with free and with stuck contacts, for every excited harmonic."""
     from pipeline.stages.scene_to_solver import contact_on_model, excitation, scene_modes
-    from rom import RelativeReceptance, linear_response, natural_frequencies, read_reduced_model
+    from rom import (
+        RelativeReceptance,
+        gyroscopic_frequencies,
+        linear_response,
+        natural_frequencies,
+        read_reduced_model,
+    )
 
     model = read_reduced_model(rom, with_basis=False)
     modal, contact, wave = (
@@ -219,13 +225,14 @@ def resonances_of(rom: Path, scene: Scene) -> list[Resonance]:
     given: dict[str, Any] = {"phase": phase, "force": wave.force, "harmonic_factors": wave.factors}
     springs = {"normal": contact.normal_stiffness, "tangential": contact.tangential_stiffness}
     states: dict[str, dict[str, Any]] = {FREE: {}, STUCK: springs}
+    frequencies = gyroscopic_frequencies if modal.turns else natural_frequencies
     found = []
     receptance = RelativeReceptance(modal, phase, (1,), wave.force, wave.factors)
     if receptance.pushes_floating_bodies:
         del states[FREE]
     for h in receptance.excited_harmonics:
         for state, stiffness in states.items():
-            own = natural_frequencies(model, h * phase, count=min(COUNT, model.size), **stiffness) / h
+            own = frequencies(model, h * phase, count=min(COUNT, model.size), **stiffness) / h
             amplitude = abs(linear_response(modal, own, harmonic=h, **given, **stiffness))
             order = h * scene.excitation.engine_order
             found += [

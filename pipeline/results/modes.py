@@ -152,7 +152,8 @@ def _wave(order: int, limits: tuple[float, float], found: dict[str, Any], speed_
 def _static_case(store: Store, model: BuiltModel, member: Member) -> StaticCase:
     """The static contact of a member, from the store or computed."""
     scene = member.scene
-    sections = {name: getattr(scene, name).model_dump() for name in ("load", "response")} | contact_inputs(scene)
+    response, load = scene.response.model_dump(), scene.load.model_dump(exclude={"coriolis"})
+    sections = {"response": response, "load": load, **contact_inputs(scene)}
     material = scene.material.model_dump() if scene.material else None
     key = fingerprint({"reduce": model.key, **sections, "material": material, "code": code_fingerprint(__name__)})
     entry = store.get(KIND, key, lambda folder: _write_static(folder / FILE, model.rom, scene))

@@ -283,6 +283,11 @@ class Load(Section):
         "{words}",
         "nonlinear",
     )
+    coriolis: Truth = _key(
+        "whether Coriolis forces act in the vibration at speed, where the model has their matrix",
+        "true or false",
+        False,
+    )
     force: tuple[StaticForce, ...] = _key("static forces", "tables [[load.force]]", ())
     pressure: tuple[Pressure, ...] = _key("static pressures", "tables [[load.pressure]]", ())
     temperature: Temperature | None = _key("temperature field", "a table [load.temperature]", None)

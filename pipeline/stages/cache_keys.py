@@ -153,6 +153,12 @@ def rotation_inputs(scene: Scene) -> dict[str, Any]:
     return {"speed_rpm": speed, "equilibrium": scene.load.equilibrium if speed else None}
 
 
+def rotation_of_response(scene: Scene) -> dict[str, Any]:
+    """What a response depends on beside the blade: the speed, and Coriolis forces where they may act."""
+    load = scene.load
+    return {"speed_rpm": load.speed_rpm, **({"coriolis": True} if load.coriolis and load.speed_rpm else {})}
+
+
 def load_inputs(scene: Scene) -> dict[str, Any]:
     """Loads and outputs that a reduced model depends on, with the content of their files; none: nothing."""
     excitation, load = scene.excitation, scene.load
@@ -206,7 +212,7 @@ def _curve_inputs(scene: Scene) -> dict[str, Any]:
         **contact_inputs(scene),
         "excitation": {"engine_order": scene.excitation.engine_order, "force": scene.excitation.force},
         "response": scene.response.model_dump(),
-        "load": scene.load.model_dump(exclude={"equilibrium", "force", "pressure", "temperature"}),
+        "load": rotation_of_response(scene),
     }
     if scene.excitation.harmonic:
         values["harmonics"] = [item.model_dump() for item in scene.excitation.harmonic]

@@ -201,14 +201,17 @@ def nonlinear_problem(
 
 
 def scene_modes(scene: Scene, model: ReducedModel) -> RingModes:
-    """The modal model of a reduced model with the damping, the speed and the flow of a scene."""
+    """The modal model of a reduced model with the damping, the speed, Coriolis forces and the flow of a scene."""
     return damped_modes(model, scene.response, scene.load, scene.aero_families())
 
 
 def damped_modes(
     model: ReducedModel, response: Response, load: Load, families: Sequence[AeroFamily] = ()
 ) -> RingModes:
-    """The modal model of a reduced model with damping, speed and flow; `families` hold their coefficients."""
+    """The modal model of a reduced model with damping, speed and flow; `families` hold their coefficients.
+
+    Coriolis forces act where the loads ask for them, at a speed other than 0, and the model has their matrix.
+    """
     from rom import modal_model
 
     return modal_model(
@@ -217,6 +220,7 @@ def damped_modes(
         rayleigh=response.rayleigh,
         speed_rpm=load.speed_rpm,
         influence=[influence_of(each, model.n_blades or 1, load.speed_rpm) for each in families],
+        coriolis=load.coriolis and model.has_coriolis,
     )
 
 

@@ -69,7 +69,7 @@ def aeroelastic_modes(
     damping = share.conj().T @ (free.total_damping[:, None] * share)
     if free.flow is not None:
         stiffness += share.conj().T @ (free.flow[0][:, None] * share)
-    if model.coriolis is not None and model.speed_rpm is not None:
+    if model.has_coriolis:
         damping = damping + coriolis_forces(model, shapes)
     zero = np.zeros_like(stiffness)
     values = np.linalg.eigvals(np.block([[zero, np.eye(len(zero))], [-stiffness, -damping]]))

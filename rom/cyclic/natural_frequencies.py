@@ -126,7 +126,7 @@ def linear_response(
     omegas = 2.0 * np.pi * np.asarray(frequency_hz, dtype=float)
     contact_force = np.zeros((omegas.size, 1, springs.size), dtype=complex)
     if np.any(springs):
-        free = receptance.coordinates(omegas, contact_force)[:, 0] @ receptance.relative[0].T
+        free = receptance.coordinates(omegas, contact_force)[:, 0] @ receptance.modes.relative[0].T
         for index, omega in enumerate(omegas.tolist()):
             motion = SpringSupportedMotion(receptance.matrix(omega)[0] * springs).solve(free[index])
             contact_force[index, 0] = -springs * motion
@@ -135,6 +135,7 @@ def linear_response(
 
 
 COUPLED_MODES = 300  # modes between which the Coriolis forces act, at most or as many as are asked for
+ROUND_OFF = 1e-12  # of the highest frequency
 
 
 def natural_frequencies(
@@ -272,8 +273,9 @@ def frequencies_without_and_with_coriolis(
     omega = _omega(squared)
     still = np.diag(omega)
     turning = 1j * coriolis_forces(model, shapes)
-    values = eigvalsh(np.block([[np.zeros_like(still), still], [still, turning]]))
-    return omega[:count] / (2 * np.pi), values[len(still) :][:count] / (2 * np.pi)
+    values = eigvalsh(np.block([[np.zeros_like(still), still], [still, turning]]))[len(still) :]
+    values[np.abs(values) <= ROUND_OFF * values[-1]] = 0.0  # rigid motions
+    return omega[:count] / (2 * np.pi), values[:count] / (2 * np.pi)
 
 
 def mode_shapes(

@@ -259,6 +259,11 @@ class ReducedModel:
         return cls(n_blades=n_blades, **{"producer": "arrays", **_with_defaults(known)})
 
     @property
+    def has_coriolis(self) -> bool:
+        """Whether its Coriolis forces are known and not 0: their matrix, at a speed other than 0."""
+        return self.coriolis is not None and bool(self.speed_rpm)
+
+    @property
     def n_contacts(self) -> int:
         """Number of contact nodes on a face."""
         return self.contact_position.shape[0]

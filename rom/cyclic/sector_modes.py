@@ -5,6 +5,7 @@ A sector has other modes in each wave, as its cut faces follow the neighbours. E
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -312,7 +313,7 @@ class SectorModes:
                 flow[:, row, :count] = each.flow
         return WaveModes(frequency, damping, relative, flow)
 
-    @property
+    @cached_property
     def without_coriolis(self) -> "SectorModes":
         """The same without Coriolis forces."""
         return replace(self, turns=False) if self.turns else self

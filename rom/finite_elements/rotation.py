@@ -19,7 +19,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -340,7 +340,7 @@ def centrifugal_displacement(
     return displacement
 
 
-def coriolis_acceleration(velocity: NDArray[np.float64]) -> NDArray[np.float64]:
+def coriolis_acceleration(velocity: NDArray[Any]) -> NDArray[Any]:
     """2 w x v at 1 rad/s of velocities (3k,) or (3k, m), node-major x, y, z: 2 (0, v_z, -v_y) at each node.
 
     The ring turns towards +y, w = -e_x: blade j+1 meets a disturbance at rest before blade j, which is the phase

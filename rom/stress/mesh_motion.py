@@ -3,15 +3,16 @@
 The reduced model gives the coordinates under the external and the contact forces of the point. Its expansion lacks
 the static response of the modes left out. One static solution for each harmonic adds it (mode acceleration),
 
-    u = K^-1 (f + (h w)^2 M u_r - i h w C u_r),
+    u = K^-1 (f + (h w)^2 M u_r - i h w (C + W G) u_r),
 
 which for harmonic 0 is the exact static displacement. With a disk K is that of the wave of the harmonic. Where
 contacts alone hold a body, K + S and f + S u_r take their place, with springs S at these contacts. The solution of
 the full model itself,
 
-    (K - (h w)^2 M + i h w C) u = f,    C = M Phi diag(2 zeta_m w_m) Phi^T M,
+    (K - (h w)^2 M + i h w (C + W G)) u = f,    C = M Phi diag(2 zeta_m w_m) Phi^T M,
 
-is found by GMRES with K^-1 as preconditioner. C is the damping of the modes of the reduced model.
+is found by GMRES with K^-1 as preconditioner. C is the damping of the modes of the reduced model, W G the Coriolis
+matrix of the mesh at the speed W where Coriolis forces act in the response.
 
 References
 ----------
@@ -37,7 +38,7 @@ from rom.cyclic_sector.cyclic_faces import CyclicFaces
 from rom.cyclic_sector.cyclic_modes import WaveProblem
 from rom.errors import FactorisationError
 from rom.finite_elements.full_model import FullModel
-from rom.finite_elements.rotation import on_springs
+from rom.finite_elements.rotation import coriolis_acceleration, on_springs
 from rom.linear_algebra.factorisation import Factor, factorise
 from rom.linear_algebra.threads import one_blas_thread
 from rom.reduction.boundary_dofs import BoundaryChoice, LoadVectors, choose_boundary_dofs
@@ -238,11 +239,12 @@ class MeshMotion:
         """Displacement (H+1, N) with the static correction, m; harmonic 0 is that of the full model."""
         coordinates, reduced, found = self._coordinates(point), self.expanded(point), self.forces(point)
         for row, h in enumerate(point.harmonics):
-            modes = self.modal.at_phase(h * point.phase)
+            modes, x = self.modal.at_phase(h * point.phase), h * point.omega
             if h or modes.flow is not None:
-                resisted = _resistance(modes, h * point.omega) * coordinates[row, : modes.damping.size]
-                inertia = (h * point.omega) ** 2 * reduced[row] - self._expand(modes, resisted)
-                found[row] += self.full.mass @ inertia
+                resisted = _resistance(modes, x) * coordinates[row, : modes.damping.size]
+                inertia = self.full.mass @ reduced[row]
+                found[row] += x**2 * inertia - self.full.mass @ self._expand(modes, resisted)
+                found[row] -= self._coriolis(reduced[row], inertia, x)
             if self.springs is not None:  # the motion of the contacts is that of the reduced model
                 found[row] += self.springs @ reduced[row]
             found[row] = self.statics.solve(found[row], h * point.phase)
@@ -290,7 +292,15 @@ class MeshMotion:
         inertia = self.full.mass @ displacement
         resisted = _resistance(modes, omega) * self._pushed(modes, inertia)
         damped = self.full.mass @ self._expand(modes, resisted)
-        return np.asarray(self.full.stiffness @ displacement - omega**2 * inertia + damped)
+        found = self.full.stiffness @ displacement - omega**2 * inertia + damped
+        return np.asarray(found + self._coriolis(displacement, inertia, omega))
+
+    def _coriolis(self, displacement: Complex, inertia: Complex, omega: float) -> Complex | float:
+        """i w W G u, from u and M u, with G = (M A + A M) / 2, A u the Coriolis accelerations at 1 rad/s."""
+        if not self.modal.turns:
+            return 0.0
+        force = (self.full.mass @ coriolis_acceleration(displacement) + coriolis_acceleration(inertia)) / 2.0
+        return np.asarray(1j * omega * angular_speed(self.full.speed_rpm) * force)
 
     def _expand(self, modes: ModalModel, coordinates: NDArray[Any]) -> NDArray[Any]:
         """Displacement (N,) of modal coordinates (m,)."""

@@ -8,11 +8,21 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from pipeline_support import shroud, small_scene, summary_of, write_scene
+from pipeline_support import (
+    ground_scene,
+    shroud,
+    small_scene,
+    summary_of,
+    write_ground_model,
+    write_scene,
+)
 
+from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response
 from pipeline.report import error_budget
 from pipeline.results.certainty import error_sentences
 from pipeline.scene.reading import read_scene
+from pipeline.stages.cache_keys import curve_key, model_keys
+from pipeline.stages.curve.curve_file import modes_of_curve
 from pipeline.stages.model.modal_truncation import stored_coriolis_error
 from pipeline.stages.model.model_chain import BuiltModel
 from pipeline.store.content_store import Store
@@ -23,6 +33,7 @@ from rom import (
     inter_blade_phase,
     load_full_model,
     load_sector,
+    modal_model,
     natural_frequencies,
     read_reduced_model,
     stiffen_by_rotation,
@@ -31,6 +42,7 @@ from rom import (
 SPEED = 9000.0
 CHANGES = {
     "load__speed_rpm": SPEED,
+    "load__coriolis": False,
     "blade__twist": 25.0,
     "mesh__size": 0.012,
     "contact__interference": -1e-3,
@@ -117,6 +129,63 @@ def test_of_a_given_model_without_its_coriolis_matrix_the_effect_is_not_known(
     assert stored_coriolis_error(store, BuiltModel("other", rom, None, {}), scene) is None
     said = error_sentences({}, [{"coriolis_error": 1e-3}, {"coriolis_error": None}])
     assert said[-1].startswith("Coriolis forces are neglected: their effect is not known")
+
+
+def test_coriolis_forces_act_where_the_scene_asks_for_them(tmp_path: Path) -> None:
+    skew = np.zeros((12, 12))
+    skew[9, 11], skew[6, 8], skew[3, 5] = 1.0, 2.0, 2.0
+    turning: Any = {"coriolis": skew - skew.T, "speed_rpm": 3.0, "force_centrifugal": np.zeros(12)}
+    model = read_reduced_model(rom := write_ground_model(tmp_path / "rom.h5", **turning))
+    scene = {**ground_scene(), "load": {"speed_rpm": 3.0}}
+    contact = ContactParameters(
+        **{name: np.array(scene["contact"][name]) for name in ("friction", "preload")},
+        normal_stiffness=np.array([0.8, 0.7, 0.9]),
+        tangential_stiffness=np.array([0.4, 0.5, 0.3]),
+        interference=np.zeros(3),
+        law="two_sliders",
+    )
+    options = SolverOptions(frequency_hz=(0.1, 0.3), integration="sampled", samples=128, stability="folds")
+    scene["response"] |= {"stability": "folds", "search": "off"}
+    path = write_scene(tmp_path / "scene.toml", {**scene, "sweep": {"load.coriolis": [True, False]}})
+    assert shroud("respond", path, "--rom", rom, "--out", tmp_path / "out", "--quiet")[0] == 0
+    peaks = []
+    with h5py.File(tmp_path / "out" / "response.h5") as file:
+        for curve, acts in (("curve/0", True), ("curve/1", False)):
+            modal = modal_model(model, rayleigh=(0.0, 0.02), coriolis=acts)
+            direct = forced_response(modal, contact, Excitation(engine_order=0, force=0.5), options)
+            np.testing.assert_allclose(file[curve]["amplitude_m"][()], direct.amplitude_m, rtol=1e-12)
+            peaks.append(direct.peak.amplitude_m)
+            attributes = dict(file[curve].attrs)
+            assert modes_of_curve(model, attributes).turns == acts
+            attributes.pop("load.coriolis")
+            assert not modes_of_curve(model, attributes).turns  # a file of an earlier version
+    assert abs(peaks[1] / peaks[0] - 1.0) > 0.01
+    (entry,) = summary_of(tmp_path / "out")["models"]
+    assert entry["coriolis_error"] > 0.0
+    assert not entry["coriolis_included"]  # not in all curves
+
+
+def test_keys_change_with_coriolis_forces_where_these_act(tmp_path: Path) -> None:
+    def keys(speed: float, coriolis: bool) -> tuple[str, str]:
+        changes = {"load__speed_rpm": speed, "load__coriolis": coriolis}
+        scene = read_scene(write_scene(tmp_path / "scene.toml", small_scene(**changes))).first
+        return model_keys(scene).reduce, curve_key(scene, "model")
+
+    assert keys(0.0, True) == keys(0.0, False)
+    assert keys(SPEED, True)[0] == keys(SPEED, False)[0]
+    assert keys(SPEED, True)[1] != keys(SPEED, False)[1]
+
+
+def test_it_is_said_whether_coriolis_forces_are_included() -> None:
+    acting, left_out = {"coriolis_error": 2e-3, "coriolis_included": True}, {"coriolis_error": 1e-3}
+    included = "Coriolis forces are included; they change natural frequencies in the range by 0.2 %."
+    assert error_sentences({}, [acting])[1:] == [included]
+    both = error_sentences({}, [acting, left_out])[1:]
+    assert both == ["Coriolis forces are neglected: they change natural frequencies in the range by 0.1 %.", included]
+    source: Any = SimpleNamespace(model_rows=[acting])
+    assert [(row.found, row.verdict) for row in error_budget._coriolis(source)] == [("included", "small")]
+    source.model_rows = [acting, {"coriolis_error": None}]
+    assert [row.verdict for row in error_budget._coriolis(source)] == ["not known"]
 
 
 @pytest.mark.parametrize(

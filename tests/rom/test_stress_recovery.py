@@ -282,6 +282,32 @@ def test_the_motion_of_the_mesh_is_that_of_a_direct_solution_of_the_full_model()
             np.testing.assert_allclose(start[h][free], exact, atol=1e-10 * np.abs(exact).max())
 
 
+def test_coriolis_forces_act_in_the_motion_of_the_mesh():
+    """(K - x^2 M + i x (C + W G)) u = f with G u = M (2 w x u) of the mesh, and nearly so where it is corrected."""
+    sector, speed = box_sector((3, 3, 4)), 20000.0
+    full = stiffen_by_rotation(assemble(sector, STEEL, element="hex8"), sector, STEEL, speed)
+    turn = np.kron(np.eye(len(full.positions)), 2.0 * np.array([[0, 0, 0], [0, 0, 1], [0, -1, 0]]))  # w = -e_x
+    model = reduce_sector(full, sector, ReductionOptions(modes=20), NODAL).model
+    modal = modal_model(model, rayleigh=(30.0, 2e-7), coriolis=True)
+    lowest = float(modal.angular_frequency[0]) / (2.0 * np.pi)
+    motion, point = MeshMotion(full, sector, (model, modal), NODAL), point_of(model, 2, 0.5 * lowest)
+    start = motion.corrected(point)
+    found, residual = motion.solved(point, start)
+    assert residual < 1e-9
+    free = motion.free
+    shapes = (model.basis @ modal.shapes)[free]
+    mass, stiffness = full.mass[free][:, free].toarray(), full.stiffness[free][:, free].toarray()
+    damping = mass @ shapes @ np.diag(modal.damping) @ shapes.T @ mass
+    turned = damping + speed * np.pi / 30.0 * mass @ turn[np.ix_(free, free)]
+    for h in (1, 2):
+        x, force = h * point.omega, motion.forces(point)[h][free]
+        exact, without = (
+            np.linalg.solve(stiffness - x**2 * mass + 1j * x * each, force) for each in (turned, damping)
+        )
+        np.testing.assert_allclose(found[h][free], exact, atol=1e-8 * np.abs(exact).max())
+        assert np.abs(start[h][free] - exact).max() < 0.02 * np.abs(without - exact).max()
+
+
 def test_forces_on_the_mesh_are_those_of_the_reduced_model():
     """Loads as vectors, several harmonics with factors, forces on modes: the projection on the modes is the same."""
     sector = box_sector((3, 3, 4))

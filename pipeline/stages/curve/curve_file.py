@@ -21,6 +21,7 @@ from pipeline.scene.contact_section import OF_INTERFACE, Contact
 from pipeline.scene.dotted_keys import CONTACT, INTERFACE
 from pipeline.scene.loads_section import ExcitationHarmonic
 from pipeline.scene.schema import MAIN_INTERFACE, Load, Response
+from pipeline.stages.cache_keys import rotation_of_response
 from pipeline.stages.curve.curve_summary import (
     RESIDUAL_BOUNDS,
     CurveSummary,
@@ -99,7 +100,7 @@ def used_parameters(
         values[HARMONICS] = json.dumps([item.model_dump() for item in scene.excitation.harmonic])
     if scene.aero is not None:
         values[FLOW] = json.dumps(scene.aero_inputs())
-    values["load.speed_rpm"] = scene.load.speed_rpm
+    values |= {f"load.{key}": value for key, value in rotation_of_response(scene).items()}
     return {key: value for key, value in parameters.items() if key not in values} | values
 
 
@@ -115,9 +116,11 @@ def section_from_attributes(kind: type[S], attributes: Mapping[str, Any]) -> S:
 
 
 def modes_of_curve(model: ReducedModel, attributes: Mapping[str, Any]) -> RingModes:
-    """The modal model with the damping, the speed and the flow that a curve was solved with."""
+    """The modal model with damping, speed, Coriolis forces and flow that a curve was solved with."""
     families = [AeroFamily.model_construct(**each) for each in json.loads(attributes.get(FLOW, "[]"))]
-    response, load = section_from_attributes(Response, attributes), section_from_attributes(Load, attributes)
+    # files of earlier versions do not speak of Coriolis forces, which were left out
+    load = section_from_attributes(Load, {"load.coriolis": False, **attributes})
+    response = section_from_attributes(Response, attributes)
     return damped_modes(model, response, load, families)
 
 

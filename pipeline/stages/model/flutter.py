@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipeline.codec import plain, restored
-from pipeline.stages.cache_keys import stiffness_inputs
+from pipeline.stages.cache_keys import rotation_of_response, stiffness_inputs
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.scene_to_solver import contact_on_model, scene_modes, springs_by_state
 from pipeline.store.fingerprints import fingerprint
@@ -56,7 +56,7 @@ def stored_flutter(store: Store, model: BuiltModel, scene: Scene) -> LinearFlutt
     if scene.aero is None:
         return None
     given = {"damping_ratio": scene.response.damping_ratio, "rayleigh": scene.response.rayleigh}
-    own = {"aero": scene.aero_inputs(), "damping": given, "load": scene.load.model_dump()}
+    own = {"aero": scene.aero_inputs(), "damping": given, "load": rotation_of_response(scene)}
     material = scene.material.model_dump() if scene.material else None
     parts = {"reduce": model.key, **stiffness_inputs(scene), "material": material, **own}
     key = fingerprint({**parts, "code": code_fingerprint(__name__)})
@@ -84,6 +84,7 @@ def linear_flutter(rom: Path, scene: Scene) -> LinearFlutter | None:
     states = []
     with one_blas_thread():
         modal = scene_modes(scene, model)
+        model = model if modal.turns else replace(model, coriolis=None)
         for name, springs in springs_by_state(contact_on_model(scene, model)).items():
             values = np.array([aeroelastic_modes(model, modal, n, count=count, **springs) for n in diameters])
             hertz, ratio = values.imag.T / (2.0 * np.pi), (-values.real / np.abs(values)).T

@@ -1,4 +1,4 @@
-"""Errors of a reduced model, cached in the store: modal truncation, and neglected Coriolis forces."""
+"""Errors of a reduced model, cached in the store: modal truncation, and what Coriolis forces change."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ from pipeline.scene.labels import member_label
 from pipeline.scene.reading import Member, parameter_error
 from pipeline.scene.schema import Scene
 from pipeline.scene.size_limits import estimated_elements
-from pipeline.stages.cache_keys import ModelKeys, linear_operation_inputs, model_keys
+from pipeline.stages.cache_keys import ModelKeys, linear_operation_inputs, model_keys, rotation_of_response
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.engine_orders import excited_orders
 from pipeline.stages.model.build_from_matrices import (
@@ -309,6 +309,7 @@ def model_summaries(run: Run, models: Models, outcome: RunOutcome) -> list[dict[
         try:
             values = stored_frequencies(run.store, model, member.scene)
             coriolis = stored_coriolis_error(run.store, model, member.scene)
+            included = member.scene.load.coriolis and coriolis is not None and member.scene.load.speed_rpm != 0.0
             errors = {**stored_truncation_error(run.store, model, member.scene), "coriolis_error": coriolis}
             case = model.key, fingerprint(values["interfaces"])
             excited = (case, member.scene.load.speed_rpm, *excited_orders(member.scene))
@@ -321,6 +322,7 @@ def model_summaries(run: Run, models: Models, outcome: RunOutcome) -> list[dict[
         order = str(member.scene.excitation.engine_order)
         entry = entries.setdefault(case, {**_entry(run.request.out, model, values, member.scene), **errors})
         entry |= larger(entry, errors)
+        entry["coriolis_included"] = included and entry.get("coriolis_included", True)
         entry["sliding_hz"][order] = values["sliding_hz"]
         entry["stuck_hz"][order] = values["stuck_hz"]
         entry["crossings"] += crossings
@@ -336,7 +338,7 @@ def model_summaries(run: Run, models: Models, outcome: RunOutcome) -> list[dict[
 def _linear_inputs(model: BuiltModel, scene: Scene) -> str:
     """Hash of what the natural frequencies of a model, their errors and crossings depend on."""
     material = None if scene.material is None else scene.material.model_dump()
-    more = {"speed": scene.load.speed_rpm, "orders": excited_orders(scene), "material": material}
+    more = {"orders": excited_orders(scene), "material": material, **rotation_of_response(scene)}
     return fingerprint({"model": model.key, **linear_operation_inputs(scene), **more})
 
 
