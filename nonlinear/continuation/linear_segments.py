@@ -82,8 +82,9 @@ class LinearSegmentSystem:
 
     @cached_property
     def _at_rest(self) -> RelativeReceptance:
-        """The receptance of harmonic 0."""
-        return replace(self.balance.receptance, harmonics=(0,))
+        """The receptance of harmonic 0, where nothing moves that Coriolis forces act on."""
+        receptance = self.balance.receptance
+        return replace(receptance, harmonics=(0,), modal=receptance.modal.without_coriolis)
 
     @cached_property
     def _weighted(self) -> tuple[Array, Array]:

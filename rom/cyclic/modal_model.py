@@ -311,11 +311,6 @@ class ModalModel(ModalCoefficients):
         return PoleModes.of(self.total_stiffness + soft, np.diag(self.total_damping) + self.coriolis)
 
     @property
-    def turns(self) -> bool:
-        """Whether Coriolis forces act."""
-        return self.coriolis is not None
-
-    @property
     def without_coriolis(self) -> "ModalModel":
         """The same without Coriolis forces."""
         return self if self.coriolis is None else replace(self, coriolis=None)
