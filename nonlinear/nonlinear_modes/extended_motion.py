@@ -8,8 +8,9 @@ with the relative contact displacements d = B q: the damping ratio zeta is that 
 stands in feeds back what structure and contacts dissipate [1]_. In modal coordinates the dynamic stiffness of mode m
 in harmonic h is
 
-    D_m^(h) = omega_m^2 + i h omega (c_m - 2 zeta_h omega) - (h omega)^2.
+    D_m^(h) = omega_m^2 + i h omega (c_m - 2 zeta_h omega) - (h omega)^2,
 
+and with Coriolis forces a full matrix, i h omega times these beside it.
 zeta_h = zeta in all harmonics ("all_harmonics") is the motion of [1]_. With zeta_1 = zeta alone, zeta_h = 0 above
 ("first_harmonic", the default), the motion solves the forced equations exactly, under a force
 2 i zeta omega^2 M q^(1) e^(i omega t) in phase with its velocity. That is the one to compare with a forced response:
@@ -33,6 +34,7 @@ References
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -84,9 +86,22 @@ class ExtendedMotion:
     carrier: int  # mode k whose coordinate is an unknown
     every_harmonic: bool = False  # whether the negative damping acts in all harmonics, and not in harmonic 1 alone
 
+    @cached_property
+    def _coriolis(self) -> ComplexArray | None:
+        """i h times the Coriolis forces of the wave of each harmonic, (H+1, m, m); None: there are none."""
+        if not self.receptance.modal.turns:
+            return None
+        size = self.receptance.modes.angular_frequency.shape[1]
+        found = np.zeros((len(self.receptance.harmonics), size, size), dtype=complex)
+        for h, matrix in zip(self.receptance.harmonics, found, strict=True):
+            own = self.receptance.modal.at_phase(h * self.receptance.phase).coriolis
+            assert own is not None
+            matrix[: len(own), : len(own)] = 1j * h * own
+        return found
+
     def stiffness(self, omega: float, damping: float) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-        """D (H+1, m) and its derivatives by omega and by zeta."""
-        modes, h = self.receptance.waves, np.asarray(self.receptance.harmonics, dtype=float)[:, None]
+        """D (H+1, m), without Coriolis forces, and its derivatives by omega and by zeta."""
+        modes, h = self.receptance.modes, np.asarray(self.receptance.harmonics, dtype=float)[:, None]
         turned, fed = 1j * h * omega, 2.0 * (1.0 if self.every_harmonic else h == 1.0)
         lost = modes.total_damping
         value = modes.total_stiffness + turned * (lost - fed * damping * omega) - (h * omega) ** 2
@@ -97,40 +112,45 @@ class ExtendedMotion:
     def evaluate(self, state: MotionState) -> LinearisedMotion:
         """The equations and their derivatives at a state."""
         contact, k = self.element.evaluate(state.displacement), self.carrier
-        receptance, rows = self.receptance, len(state.displacement)
+        modes, rows = self.receptance.modes, len(state.displacement)
         force = to_complex(contact.force.reshape(rows, -1))
         value, by_omega, by_damping = self.stiffness(state.omega, state.damping)
-        pushed = (receptance.adjoint @ force[..., None])[..., 0]
-        own_stiffness, value[1, k] = value[1, k], np.inf
-        inverse = 1.0 / value
-        coordinates = pushed * inverse
-        coordinates[0] += receptance.modal_force[0] * inverse[0]
-        rates = np.stack([-by_omega * inverse * coordinates, -by_damping * inverse * coordinates], axis=-1)
-        coordinates[1, k] = state.carrier
-        unit = np.zeros_like(coordinates)
+        dynamic = _Dynamics.of(value, self._coriolis, state.omega, k)
+        pushed = (modes.adjoint @ force[..., None])[..., 0]
+        external = pushed.copy()
+        external[0] += self.receptance.modal_force[0]
+        unit = np.zeros_like(pushed)
         unit[1, k] = 1.0
-        moved = receptance.relative @ np.concatenate([coordinates[..., None], rates, unit[..., None]], axis=-1)
+        unit -= dynamic.solved(dynamic.beside(unit))
+        coordinates = dynamic.solved(external) + state.carrier * unit
+        changes = by_omega * coordinates, by_damping * coordinates
+        if self._coriolis is not None:
+            changes = changes[0] + (self._coriolis @ coordinates[..., None])[..., 0], changes[1]
+        rates = [-dynamic.solved(each) for each in changes]
+        moved = modes.relative @ np.stack([coordinates, *rates, unit], axis=-1)
         columns = to_real(moved).reshape(-1, 4)
-        n, omega2 = columns.shape[0], receptance.waves.angular_frequency[1, k] ** 2
+        n, omega2 = columns.shape[0], modes.angular_frequency[1, k] ** 2
         residual, jacobian = np.zeros(n + 3), np.zeros((n + 3, n + EXTRA))
         residual[:n] = state.displacement.reshape(-1) - columns[:, 0]
-        matrix = (receptance.relative * inverse[:, None, :]) @ receptance.adjoint
-        jacobian[:n, :n] = np.eye(n) - self._by_displacement(matrix, contact)
+        followed = dynamic.solved_all(modes.adjoint)
+        jacobian[:n, :n] = np.eye(n) - self._by_displacement(modes.relative @ followed, contact)
         jacobian[:n, n], jacobian[:n, n + 1], jacobian[:n, n + 2] = -columns[:, 3], -columns[:, 1], -columns[:, 2]
-        own = own_stiffness * state.carrier - pushed[1, k]
+        own = dynamic.row @ coordinates[1] - pushed[1, k]
         residual[n : n + 2] = np.array([own.real, own.imag]) / omega2
         by_force = self._force_derivative(contact)  # of f^(1), (3 n_c, n)
-        row = -receptance.adjoint[1, k] @ by_force / omega2
-        parts = [own_stiffness, by_omega[1, k] * state.carrier, by_damping[1, k] * state.carrier]
+        row = (dynamic.row @ followed[1] - modes.adjoint[1, k]) @ by_force / omega2
+        parts = [
+            dynamic.row @ unit[1],
+            *(each[1, k] + dynamic.row @ rate[1] for each, rate in zip(changes, rates, strict=True)),
+        ]
         for i, part in enumerate((np.real, np.imag)):
             jacobian[n + i, :n] = part(row)
             jacobian[n + i, n : n + 3] = [part(each) / omega2 for each in parts]
         size = float(np.sum(np.abs(coordinates[1]) ** 2))
         residual[n + 2] = 0.5 * np.log(size) - state.level
-        weights = coordinates[1].conj() * inverse[1]
-        jacobian[n + 2, :n] = np.real((weights @ receptance.adjoint[1]) @ by_force) / size
-        slopes = np.real(coordinates[1].conj()[:, None] * rates[1]).sum(axis=0) / size
-        jacobian[n + 2, n:] = [state.carrier / size, *slopes, -1.0]
+        along = coordinates[1].conj()
+        jacobian[n + 2, :n] = np.real((along @ followed[1]) @ by_force) / size
+        jacobian[n + 2, n:] = [*(float((along @ each[1]).real) / size for each in (unit, *rates)), -1.0]
         return LinearisedMotion(residual, jacobian, contact, coordinates)
 
     def _by_displacement(self, matrix: ComplexArray, contact: ContactForces) -> Array:
@@ -149,6 +169,45 @@ class ExtendedMotion:
         return found.reshape(3 * nodes, rows * nodes * 3)
 
 
+@dataclass(frozen=True)
+class _Dynamics:
+    """The dynamic stiffness Z of the modes in each harmonic, the carrier held in harmonic 1."""
+
+    inverse: ComplexArray  # (H+1, m), 1 / D; or (H+1, m, m), Z^-1; 0 of the carrier in harmonic 1
+    row: ComplexArray  # (m,), row of Z of the carrier in harmonic 1
+    coupling: ComplexArray | None  # (H+1, m, m), what Coriolis forces make of Z; None: there are none
+
+    @classmethod
+    def of(cls, value: ComplexArray, coriolis: ComplexArray | None, omega: float, k: int) -> _Dynamics:
+        """From D (H+1, m), i h times the Coriolis forces and the carrier k."""
+        row = np.zeros(value.shape[1], dtype=complex)
+        row[k], value[1, k] = value[1, k], np.inf
+        if coriolis is None:
+            return cls(1.0 / value, row, None)
+        coupling, value[1, k] = omega * coriolis, 1.0
+        row += coupling[1, k]
+        every = coupling + value[:, :, None] * np.eye(row.size)
+        every[1, k], every[1, :, k] = 0.0, 0.0
+        every[1, k, k] = 1.0
+        inverse = np.linalg.inv(every)
+        inverse[1, k, k] = 0.0
+        return cls(np.asarray(inverse, dtype=complex), row, coupling)
+
+    def beside(self, coordinates: ComplexArray) -> ComplexArray:
+        """What Coriolis forces make of coordinates, (H+1, m)."""
+        if self.coupling is None:
+            return np.zeros_like(coordinates)
+        return (self.coupling @ coordinates[..., None])[..., 0]
+
+    def solved(self, force: ComplexArray) -> ComplexArray:
+        """Z^-1 times modal forces (H+1, m)."""
+        return self.inverse * force if self.coupling is None else (self.inverse @ force[..., None])[..., 0]
+
+    def solved_all(self, forces: ComplexArray) -> ComplexArray:
+        """Z^-1 times columns of modal forces (H+1, m, r)."""
+        return self.inverse[..., None] * forces if self.coupling is None else self.inverse @ forces
+
+
 def linear_mode(
     receptance: RelativeReceptance, contact: ContactParameters, share: Array, number: int
 ) -> tuple[float, float, ComplexArray]:
@@ -158,20 +217,42 @@ def linear_mode(
     """
     from scipy.linalg import eigh
 
-    waves, relative = receptance.waves, receptance.relative[1]
+    waves, relative = receptance.modes, receptance.modes.relative[1]
     springs = contact_springs(
         receptance.modal.n_contacts,
         contact.normal_stiffness * share,
         contact.tangential_stiffness * share * (contact.friction > 0.0),
     )
-    matrix = np.diag(waves.angular_frequency[1] ** 2).astype(complex)
-    matrix += spring_stiffness(relative, springs)
+    added = spring_stiffness(relative, springs)
+    if receptance.modal.turns:
+        return _turning_mode(receptance, added, number)
+    matrix = np.diag(waves.angular_frequency[1] ** 2).astype(complex) + added
     squared, shapes = eigh(matrix, subset_by_index=(number - 1, number - 1))
     shape = np.asarray(shapes[:, 0], dtype=complex)
     omega = float(np.sqrt(squared[0]))
     lost = waves.total_damping[1].real + waves.total_stiffness[1].imag / omega
     damping = float(lost @ np.abs(shape) ** 2) / (2.0 * omega)
     return omega, damping, shape
+
+
+def _turning_mode(
+    receptance: RelativeReceptance, added: ComplexArray, number: int
+) -> tuple[float, float, ComplexArray]:
+    """As `linear_mode`, of the poles that turn forward with Coriolis forces and with stiffness `added` (m, m)."""
+    own, waves = receptance.modal.at_phase(receptance.phase), receptance.modes
+    assert own.coriolis is not None
+    size, unit = len(added), float(waves.angular_frequency[1].max())
+    damping = np.diag(waves.total_damping[1]).astype(complex)
+    damping[: len(own.coriolis), : len(own.coriolis)] += own.coriolis
+    system = np.zeros((2 * size, 2 * size), dtype=complex)
+    system[:size, size:] = unit * np.eye(size)
+    system[size:, :size] = -(np.diag(waves.total_stiffness[1]) + added) / unit
+    system[size:, size:] = -damping
+    poles, vectors = np.linalg.eig(system)
+    forward = np.flatnonzero(poles.imag > 0.0)
+    place = forward[np.argsort(poles[forward].imag, kind="stable")[number - 1]]
+    omega, shape = float(poles[place].imag), vectors[:size, place]
+    return omega, -float(poles[place].real) / omega, shape / np.linalg.norm(shape)
 
 
 def first_state(
@@ -183,7 +264,7 @@ def first_state(
     shape = shape * (abs(shape[carrier]) / shape[carrier]) * np.exp(level)
     motion = np.zeros((len(receptance.harmonics), static.size), dtype=complex)
     motion[0] = static.reshape(-1)
-    motion[1] = receptance.relative[1] @ shape
+    motion[1] = receptance.modes.relative[1] @ shape
     displacement = to_real(motion).reshape(-1, *static.shape)
     return carrier, MotionState(displacement, float(shape[carrier].real), omega, damping, level)
 

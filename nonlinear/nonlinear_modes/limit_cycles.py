@@ -268,7 +268,7 @@ class _CycleStability:
         rate, diameter = self._growth(state) if self.in_ring else (np.nan, -1)
         coordinates = linearised.coordinates
         order = np.asarray(receptance.harmonics, dtype=float)
-        flow, damping = receptance.waves.works(coordinates, order, state.omega)
+        flow, damping = receptance.modes.works(coordinates, order, state.omega)
         nodes = (len(coordinates), -1, 3)
         force, motion = (
             to_complex(part.reshape(len(part), -1)).reshape(nodes)

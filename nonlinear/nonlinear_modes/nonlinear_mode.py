@@ -92,7 +92,7 @@ class FirstMotion:
         contact, held = self.contact, self._pressed()
         kt = contact.tangential_stiffness * held * (contact.friction > 0.0)
         springs = contact_springs(len(held), contact.normal_stiffness * held, kt)
-        return -springs * (self.receptance.relative[1] @ shape).reshape(-1, 3)
+        return -springs * (self.receptance.modes.relative[1] @ shape).reshape(-1, 3)
 
     def _from_springs(self, springs: list[Array], harmonics: int) -> tuple[MotionPoint, ModeContinuation] | None:
         """From linear modes with some springs (n_c,) after others."""
@@ -160,7 +160,7 @@ class FirstMotion:
 
     def modal_limit(self, shape: ComplexArray) -> float:
         """Modal amplitude at which the motion of a linear mode ceases to be linear."""
-        motion = (self.receptance.relative[1] @ shape).reshape(-1, 3)
+        motion = (self.receptance.modes.relative[1] @ shape).reshape(-1, 3)
         return end_of_linear_motion(self.contact, self.static, motion)
 
     def output(self, shape: ComplexArray) -> float:

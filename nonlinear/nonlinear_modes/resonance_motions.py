@@ -49,7 +49,7 @@ def resonance_motions(
     holds = (contact.normal_load(static[:, 2]) > 0.0).astype(float)
     for number in _numbers(receptance, contact, holds, omega_range):
         mode = linear_mode(receptance, contact, holds, number)
-        limit = end_of_linear_motion(contact, static, (receptance.relative[1] @ mode[2]).reshape(-1, 3))
+        limit = end_of_linear_motion(contact, static, (receptance.modes.relative[1] @ mode[2]).reshape(-1, 3))
         if not 0.0 < limit < np.inf:
             continue
         carrier, state = first_state(receptance, mode, static, np.log(limit) - BEFORE)
@@ -78,7 +78,7 @@ def _passing(continuation: ModeContinuation, state: MotionState, force: ComplexA
     start = continuation.solve_at_level(state)
     if start is None:
         return
-    damping = continuation.motion.receptance.waves.damping[1]
+    damping = continuation.motion.receptance.modes.damping[1]
 
     def excess(point: MotionPoint, structure_only: bool = False) -> float:
         q, omega = point.linearised.coordinates[1], point.state.omega

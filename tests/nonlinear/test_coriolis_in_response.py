@@ -1,10 +1,11 @@
 """Response of a ring with Coriolis forces: physical matrices, a speed of zero, forward and backward waves."""
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 import pytest
-from turning import SPEED, turning
+from turning import SPEED, circling, turning
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response
 from rom import InfluenceCoefficients, PoleModes, RelativeReceptance, gyroscopic_frequencies, modal_model
@@ -78,6 +79,24 @@ def test_a_mass_on_springs_in_a_turning_frame_has_circular_modes():
     by_pole = (found.shapes / (np.abs(found.poles) ** 2 - found.poles.conj() * 0.5j)) @ found.dual
     dynamic = (w0**2 - speed**2 - 0.25) * np.eye(2) + 0.5j * 2.0 * speed * np.array([[0.0, -1.0], [1.0, 0.0]])
     assert by_pole == pytest.approx(np.linalg.inv(dynamic), rel=1e-12)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_circles_under_a_friction_cone_are_in_closed_form(sense):
+    """|T| = mu N at every instant: kt s^2 / X^2 of the stretch s adds to w0^2, and the rest takes energy."""
+    speed, stretch, kt, force = 0.1, 1.0, 0.5, 0.3
+    contact = ContactParameters.shared(
+        1, normal_stiffness=0.0, tangential_stiffness=kt, friction=1.0, preload=stretch * kt, law="cone"
+    )
+    modal = modal_model(circling(speed, sense), damping_ratio=1e-13, coriolis=True)
+    options = replace(OPTIONS, frequency_hz=(0.15, 0.21), harmonics=1)
+    curve = forced_response(modal, contact, Excitation(0, force), options)
+    size, w = np.abs(curve.relative_displacement[:, 1, 0, 0]), 2.0 * np.pi * curve.frequency_hz
+    slips = size > 1.01 * stretch
+    along = 1.0 - speed**2 - w**2 + sense * 2.0 * speed * w + kt * stretch**2 / size**2
+    across = kt * stretch * np.sqrt(np.maximum(size**2 - stretch**2, 0.0)) / size**2
+    assert slips.sum() > 10
+    assert (np.hypot(along, across) * size)[slips] == pytest.approx(force, rel=1e-9)
 
 
 @pytest.mark.parametrize("disk", [False, True], ids=["blade", "disk"])

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from lumped import lumped_blade, oscillator
 from scipy.optimize import brentq
+from turning import turning
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance, self_excitation
 from nonlinear.contact.fourier import to_complex, to_real
@@ -25,12 +26,11 @@ def fed_oscillator(fed):
     return modal, slider
 
 
-def shrouded(strength=1.0, **contact):
+def shrouded(strength=1.0, coriolis=False, **contact):
     """A ring whose first family the flow feeds in backward waves."""
-    values = strength * np.array([-0.03, 0.02j, 0.03])
-    modal = modal_model(
-        lumped_blade(N), damping_ratio=0.005, influence=[InfluenceCoefficients(1, np.array([-1, 0, 1]), values)]
-    )
+    flow = InfluenceCoefficients(1, np.array([-1, 0, 1]), strength * np.array([-0.03, 0.02j, 0.03]))
+    model = turning(N) if coriolis else lumped_blade(N)
+    modal = modal_model(model, damping_ratio=0.005, influence=[flow], coriolis=coriolis)
     return modal, ContactParameters.shared(2, **(SHROUD | contact))
 
 
@@ -65,9 +65,9 @@ def test_more_than_friction_can_take_up_grows_for_ever():
     assert (found.cycles, found.outcome) == ((), "grows for ever")
 
 
-@pytest.mark.parametrize("n", [3, -4])
-def test_cycles_of_a_ring_solve_the_balance_without_excitation_and_keep_the_energy(n):
-    modal, contact = shrouded()
+@pytest.mark.parametrize(("n", "coriolis"), [(3, False), (-4, False), (3, True)])
+def test_cycles_of_a_ring_solve_the_balance_without_excitation_and_keep_the_energy(n, coriolis):
+    modal, contact = shrouded(coriolis=coriolis)
     found = self_excitation(modal, contact, 3 if n > 0 else n, IN_RING)
     if n < 0:  # forward waves are damped
         assert (found.damping_ratio > 0.0, found.outcome) == (True, "decays")
@@ -77,7 +77,7 @@ def test_cycles_of_a_ring_solve_the_balance_without_excitation_and_keep_the_ener
     assert cycle.attracting
     assert cycle.flow_j == pytest.approx(cycle.damping_j + cycle.friction_j, rel=1e-9)
     balance = build_harmonic_balance(modal, contact, Excitation(n, 0.0), IN_RING)
-    motion = np.einsum("hrm,hm->hr", balance.receptance.relative, cycle.coordinates)
+    motion = np.einsum("hrm,hm->hr", balance.receptance.modes.relative, cycle.coordinates)
     at = balance.evaluate(to_real(motion).reshape(-1), 2.0 * np.pi * cycle.frequency_hz)
     assert np.abs(at.residual).max() < 1e-9 * np.abs(motion).max()
     assert np.abs(to_complex(to_real(motion))[1]).max() > 0.0
@@ -94,17 +94,19 @@ def test_cycles_scale_with_the_interference():
         assert large.friction_j == pytest.approx(4.0 * small.friction_j, rel=1e-8)
 
 
-def test_flutter_begins_where_the_stuck_wave_has_no_damping():
+@pytest.mark.parametrize("coriolis", [False, True])
+def test_flutter_begins_where_the_stuck_wave_has_no_damping(coriolis):
     def leading(strength):
-        modal, contact = shrouded(strength)
+        modal, contact = shrouded(strength, coriolis)
         springs = {"normal": contact.normal_stiffness, "tangential": contact.tangential_stiffness}
-        values = aeroelastic_modes(lumped_blade(N), modal, 3, count=4, **springs)
+        model = turning(N) if coriolis else lumped_blade(N)
+        values = aeroelastic_modes(model, modal, 3, count=4, **springs)
         frequency = 2.0 * np.pi * self_excitation(modal, contact, 3, QUIET).frequency_hz
         return float(values[np.argmin(np.abs(values.imag - frequency))].real)
 
     onset = brentq(leading, 0.01, 1.0, xtol=1e-12)
     for strength, flutters in ((onset * (1.0 - 1e-6), False), (onset * (1.0 + 1e-6), True)):
-        found = self_excitation(*shrouded(strength), 3, QUIET)
+        found = self_excitation(*shrouded(strength, coriolis), 3, QUIET)
         assert (found.damping_ratio < 0.0) == flutters
         assert abs(found.damping_ratio) < 1e-6
 

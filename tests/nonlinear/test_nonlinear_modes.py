@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from lumped import lumped_blade, oscillator
+from turning import circling, turning
 
 from nonlinear import (
     ContactParameters,
@@ -55,6 +56,33 @@ def test_closed_form_of_a_mass_with_a_slider(amplitude: float) -> None:
     assert found.state.damping == pytest.approx(-b1 / (2.0 * omega**2 * amplitude), rel=1e-11)
 
 
+@pytest.mark.parametrize("number", [1, 2])
+def test_closed_form_of_circles_in_a_turning_frame(number: int) -> None:
+    """A mass on an isotropic spring under a friction cone: |T| = mu N at every instant, one harmonic is exact.
+
+    Of the stretch s = mu N / kt of the contact spring s^2 / X is along the displacement, s (X^2 - s^2)^(1/2) / X is
+    along the velocity: w^2 +- 2 W w = w0^2 - W^2 + kt s^2 / X^2, zeta = kt s (X^2 - s^2)^(1/2) / (2 w^2 X^2).
+    """
+    speed, stretch, kt = 0.1, 1.0, 0.5
+    contact = ContactParameters.shared(
+        1, normal_stiffness=0.0, tangential_stiffness=kt, friction=1.0, preload=stretch * kt, law="cone"
+    )
+    modal = modal_model(circling(speed), damping_ratio=1e-13, coriolis=True)
+    options = SolverOptions((0.05, 0.5), harmonics=1)
+    mode = nonlinear_mode(modal, contact, 0, (1.2, 6.0), options, number=number)
+    assert mode.complete
+    size = np.abs(mode.coordinates[:, 1, 0])
+    squared = 1.0 - speed**2 + kt * stretch**2 / size**2
+    sense = 1.0 if number == 1 else -1.0
+    omega = np.sqrt(squared + speed**2) - sense * speed
+    assert 2.0 * np.pi * mode.frequency_hz == pytest.approx(omega, rel=1e-9)
+    across = kt * stretch * np.sqrt(size**2 - stretch**2)
+    assert mode.damping_ratio == pytest.approx(across / (2.0 * omega**2 * size**2), rel=1e-7)
+    assert np.abs(mode.coordinates[:, 1, 1]) == pytest.approx(size, rel=1e-9)
+    assert size[0] < 1.5
+    assert size[-1] > 5.0
+
+
 def test_many_harmonics_of_a_mass_with_a_slider() -> None:
     """Values of another program with 21 harmonics: 1.225969 rad/s, damping ratio 0.105734."""
     modal, contact = modal_model(oscillator(), damping_ratio=1e-13), ContactParameters.shared(1, **SLIDER)
@@ -80,9 +108,10 @@ def test_resonances_with_damping_in_harmonic_1_are_nearer_to_the_peak() -> None:
     assert default == pytest.approx(peak, rel=2e-5)
 
 
+@pytest.mark.parametrize("coriolis", [False, True])
 @pytest.mark.parametrize("every_harmonic", [False, True])
-def test_derivatives(every_harmonic: bool) -> None:
-    blade = modal_model(lumped_blade(), damping_ratio=0.01)
+def test_derivatives(every_harmonic: bool, coriolis: bool) -> None:
+    blade = modal_model(turning(12), damping_ratio=0.01, coriolis=coriolis)
     contact = ContactParameters.shared(
         2, normal_stiffness=4.0, tangential_stiffness=3.0, friction=0.4, interference=0.2
     )
@@ -184,10 +213,11 @@ def test_without_friction_the_contacts_slide() -> None:
 SPRINGS = {"normal_stiffness": 0.25, "tangential_stiffness": 0.05, "friction": 0.3, "interference": 0.1}
 
 
-@pytest.mark.parametrize("law", ["two_sliders", "cone"])
-def test_a_mode_is_a_forced_response_in_phase_with_its_velocity(law: str) -> None:
+@pytest.mark.parametrize(("law", "coriolis"), [("two_sliders", False), ("cone", False), ("two_sliders", True)])
+def test_a_mode_is_a_forced_response_in_phase_with_its_velocity(law: str, coriolis: bool) -> None:
     """The force 2 i zeta omega^2 q on the modes in harmonic 1 makes the balance of the forced response vanish."""
-    modal, options = modal_model(lumped_blade(), damping_ratio=0.01), SolverOptions((0.05, 0.9), harmonics=3)
+    modal = modal_model(turning(12), damping_ratio=0.01, coriolis=coriolis)
+    options = SolverOptions((0.05, 0.9), harmonics=3)
     contact = ContactParameters.shared(2, **SPRINGS, law=law)
     mode = nonlinear_mode(modal, contact, 5, (0.05, 2.0), options)
     for place in (0, len(mode.force) // 2, -1):

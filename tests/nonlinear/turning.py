@@ -22,3 +22,19 @@ def turning(n_blades, disk=False, speed=SPEED, seed=3) -> ReducedModel:
         speed_rpm=speed * 30.0 / np.pi,
         force_centrifugal=np.zeros(model.size),
     )
+
+
+def circling(speed, sense=0.0) -> ReducedModel:
+    """1 kg on an isotropic spring of 1 N/m against the ground, in a frame that turns; a force turns in a `sense`."""
+    skew = np.array([[0.0, -2.0], [2.0, 0.0]])
+    return ReducedModel(
+        np.eye(2),
+        (1.0 - speed**2) * np.eye(2),
+        np.eye(3, 2),
+        np.zeros((1, 3)),
+        np.array([1.0, 1j * sense]) if sense else np.eye(2)[0],
+        {"tip": np.eye(2)[0]},
+        coriolis=skew,
+        speed_rpm=speed * 30.0 / np.pi,
+        force_centrifugal=np.zeros(2),
+    )
