@@ -437,7 +437,6 @@ def first_motion(
     """The search for the first motion of a mode about its equilibrium; the amplitude is not chosen yet."""
     if options.method != "coupled":
         raise OptionsError(f'method: {options.method!r}, allowed for a nonlinear mode: "coupled"')
-    modal = modal.without_coriolis  # the damping that keeps a mode going is one of natural modes
     modes = modal.at(nodal_diameter).angular_frequency.size
     if not 1 <= number <= modes:
         raise OptionsError(f"number: {number}, allowed: 1 to {modes}, the modes of the model")

@@ -43,7 +43,7 @@ def resonance_motions(
 
     Shapes: `static` (n_c, 3).
     """
-    receptance = replace(balance.receptance, modal=balance.receptance.modal.without_coriolis)
+    receptance = balance.receptance
     if balance.frozen_static is not None or not np.any(receptance.modal_force[1]):
         return
     holds = (contact.normal_load(static[:, 2]) > 0.0).astype(float)
