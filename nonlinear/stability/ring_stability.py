@@ -107,17 +107,19 @@ class RingStability:
         return best if best is None or any_growing else self._climbed(point, best)
 
     def _leading_of(self, point: PointContact, slices: ScannedSlices, any_growing: bool) -> PatternExponent | None:
-        """The least stable exponent; one that grows from some of the nodal diameters, else from all."""
+        """The least stable exponent; where any that grows suffices, some of the nodal diameters are looked at first."""
         every = np.arange(1, self.n_blades // 2 + 1)
+        if not any_growing:
+            return self._least_stable(point, slices.eigenvalues(every), False, {})
         coarse = every % COARSE == 1
         known: Known = {}
         scanned = slices.eigenvalues(every[coarse])
         if scanned and scanned[0][0].real > CLEARLY_GROWING:
-            best = self._least_stable(point, scanned, any_growing, known)
+            best = self._least_stable(point, scanned, True, known)
             if best is not None and best.grows(point.omega):
                 return best
         scanned += slices.eigenvalues(every[~coarse])
-        return self._least_stable(point, sorted(scanned, key=lambda item: -item[0].real), any_growing, known)
+        return self._least_stable(point, sorted(scanned, key=lambda item: -item[0].real), True, known)
 
     def _least_stable(
         self, point: PointContact, scanned: list[tuple[complex, int]], any_growing: bool, known: Known
