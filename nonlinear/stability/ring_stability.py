@@ -107,7 +107,7 @@ class RingStability:
         return best if best is None or any_growing else self._climbed(point, best)
 
     def _leading_of(self, point: PointContact, slices: ScannedSlices, any_growing: bool) -> PatternExponent | None:
-        """The least stable exponent; where any that grows suffices, some of the nodal diameters are looked at first."""
+        """The least stable exponent; where any that grows suffices, some nodal diameters are looked at first."""
         every = np.arange(1, self.n_blades // 2 + 1)
         if not any_growing:
             return self._least_stable(point, slices.eigenvalues(every), False, {})
