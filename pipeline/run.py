@@ -214,7 +214,7 @@ def _check(request: Request) -> ReducedModel | None:
         allowed = "one contact node or more: without contact the response is linear"
         raise input_error(request.rom_said, "contact/right", "no contact nodes", allowed)
     has_area, has_frame = model.contact_area is not None, model.contact_frame is not None
-    check_scene_for_model(request.scene, model.interfaces, has_area, has_frame)
+    check_scene_for_model(request.scene, model.interfaces, model.n_blades, has_area, has_frame)
     tried = set()
     for member in request.scene.members:
         response, aero = member.scene.response, json.dumps(member.scene.aero_inputs())

@@ -47,6 +47,7 @@ def with_more_harmonics(ring: Ring, omega: float, displacement: Array, harmonics
 MOST_DENSE = 128  # contact displacements of a pair of faces, up to which its forces are solved at once
 MOST_HALVED = 3  # times that the step is halved
 # the excitation adds as much to a motion in each period as in the first; so many times more no step is to be trusted
+STRAIGHT = 1e-15  # bend of three samples, of the largest, from which no parabola is drawn through them
 RUNAWAY = 10.0
 LARGEST_EXPONENT = 600.0  # of the growth that a flow can feed
 NOT_FOUND = "the contact forces of a step were not found"
@@ -108,8 +109,8 @@ class RingRecord:
         middle = np.clip(at, 1, size.shape[1] - 2)
         low, high, next_one = (np.take_along_axis(size, middle + shift, axis=1)[:, 0] for shift in (-1, 0, 1))
         bend = 2.0 * high - low - next_one
-        curvature = np.maximum(bend, 1e-300)
-        inside = high + np.minimum((next_one - low) ** 2 / (8.0 * curvature), 0.125 * bend)
+        curvature = np.maximum(bend, STRAIGHT * np.maximum(high, 1e-300))
+        inside = high + np.minimum((next_one - low) / 8.0 * ((next_one - low) / curvature), 0.125 * bend)
         aside = (at - middle)[:, 0]
         vertex = (next_one - low) / (2.0 * curvature)
         at_end = np.where(np.abs(vertex - aside) <= 0.5, high + (next_one - low) * vertex / 4.0, size.max(axis=1))

@@ -203,7 +203,7 @@ class LiveScene:
         else:
             model = self.models.of(file, member).model
             has_area, has_frame = model.contact_area is not None, model.contact_frame is not None
-            check_scene_for_model(file, model.interfaces, has_area, has_frame)
+            check_scene_for_model(file, model.interfaces, model.n_blades, has_area, has_frame)
 
     def _check_nodes(self, member: Member, given: Mapping[str, Any]) -> None:
         """Refuse lists node by node that are not as long as the face of the model, where that is in memory."""

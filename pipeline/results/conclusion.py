@@ -363,14 +363,15 @@ def _remarks(curve: ShownCurve, factor: float, is_lowest: bool) -> Iterator[str]
         yield f"INCOMPLETE: {curve.reason}"
     if is_lowest:
         yield "lowest"
-    if facts.at_end:
+    if GROWS_SAID in facts.worst_unresolved:
+        yield "FLUTTER, can grow without bound"
+    elif facts.at_end:
         yield "end of the range, no peak; may be higher"
     elif facts.worst_unstable:
         yield UNSTABLE_SAID
     elif facts.worst_unresolved:
         short = any(reason in facts.worst_unresolved for reason in SHORT_OF_TIME)
-        grows = GROWS_SAID in facts.worst_unresolved
-        yield "FLUTTER, can grow without bound" if grows else f"{'NOT SETTLED, ' * short}may be higher"
+        yield f"{'NOT SETTLED, ' * short}may be higher"
     elif not math.isfinite(facts.worst_amplitude_m):
         yield "peak of the response curve; the worst motion is not known"
     yield from _beside_peak(facts, factor)

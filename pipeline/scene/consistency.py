@@ -218,13 +218,18 @@ def _raised(check: Callable[..., Any], *arguments: Any) -> Unfit:
         yield error
 
 
-def check_scene_for_model(file: SceneFile, interfaces: Mapping[str, int], has_area: bool, has_frame: bool) -> None:
+def check_scene_for_model(
+    file: SceneFile, interfaces: Mapping[str, int], n_blades: int | None, has_area: bool, has_frame: bool
+) -> None:
     """Check every member of a scene that runs on a given reduced model, whose `interfaces` have so many nodes."""
     for error in _unfit_studies(file, given_model=True):
         raise error
     for member in file.members:
-        for error in _unfit_keys(file.path, member, set()):
+        for error in _unfit_keys(file.path, member, {"aero"}):
             raise error
+        if member.scene.aero is not None:
+            for error in _unfit_aero(file.path, member.scene.aero, member.scene, n_blades):
+                raise error
         check_contacts(file.path, member, interfaces)
         if (key := member.scene.punch_key) and (member.scene.material is None or not has_area):
             allowed = "numbers (the punch formula needs [material] and contact/area in the reduced model)"
@@ -336,7 +341,7 @@ def _unfit_keys(path: Path, member: Member, wrong: Set[str]) -> Unfit:
             allowed = f'{highest} or more, the highest harmonic of the excitation, or "auto"'
             yield input_error(path, member.key_in_file("response.harmonics"), str(scene.response.harmonics), allowed)
     if "aero" not in wrong and scene.aero is not None:
-        yield from _unfit_aero(path, scene.aero, scene)
+        yield from _unfit_aero(path, scene.aero, scene, scene.n_blades)
     if not wrong & {"response", "contact"}:
         harmonics = scene.response.harmonics
         least = least_samples(1 if harmonics == "auto" else harmonics)
@@ -345,9 +350,8 @@ def _unfit_keys(path: Path, member: Member, wrong: Set[str]) -> Unfit:
             yield input_error(path, member.key_in_file("contact.samples"), shown(scene.contact.samples), allowed)
 
 
-def _unfit_aero(path: Path, aero: Aero, scene: Scene) -> Unfit:
+def _unfit_aero(path: Path, aero: Aero, scene: Scene, blades: int | None) -> Unfit:
     """Mode families of [aero] whose places are not those of the ring."""
-    blades = scene.n_blades
     if blades is None:
         yield input_error(path, "aero", "given", "nothing for a single structure: the flow acts on a ring of blades")
         return

@@ -148,7 +148,8 @@ class StudyContext:
             if self.run.request.rom is None:
                 check_scene(file, self.run.request.force)
             else:
-                check_scene_for_model(file, self.model.facts["interfaces"], has_area=True, has_frame=True)
+                facts = self.model.facts
+                check_scene_for_model(file, facts["interfaces"], facts["n_blades"], has_area=True, has_frame=True)
         except InputError as error:
             return str(error)
         return ""

@@ -117,6 +117,20 @@ def test_the_answer_in_words_and_its_picture(pair: list[Any], checked: dict[str,
     assert before == {path: path.read_bytes() for path in out.iterdir() if path.is_file()}
 
 
+def test_a_motion_that_a_flow_feeds_without_bound_is_said(pair: list[Any], tmp_path: Path) -> None:
+    """Blades that do not touch, each fed by more than its damping."""
+    fed = {"family": [{"mode": 1, "offset": [0], "real": [0.0], "imaginary": [0.1]}]}
+    tables = pair_scene(harmonics=1, search="off")
+    tables["contact"] |= {"interference": -100.0}
+    scene = write_scene(tmp_path / "fed.toml", tables | {"aero": fed})
+    arguments = ["check", scene, "--rom", pair[3], "--out", tmp_path / "out", "--frequency", 0.12]
+    status, said, _ = shroud(*arguments)
+    assert status == 0
+    assert "the ring leaves this motion for one that grows without bound" in said
+    found = json.loads(shroud(*arguments, "--quiet", "--json")[1])
+    assert (found["unbounded"], found["stays"], found["settled"]) == (True, False, False)
+
+
 @pytest.mark.parametrize(
     ("question", "names"),
     [

@@ -1,17 +1,18 @@
 """[aero] in a scene: damping of the waves in `shroud modes`, its numbers and figure, what does not fit."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from pipeline_support import ground_model, shroud, small_scene, write_scene
+from pipeline_support import ground_model, ground_scene, shroud, small_scene, write_scene
 
 from pipeline.scene.reading import read_scene
 from pipeline.stages.curve.curve_file import FLOW, modes_of_curve
 from pipeline.stages.scene_to_solver import influence_of
-from rom import ReducedModelError
+from rom import ReducedModelError, write_reduced_model
 
 N = 12
 FAMILY: dict[str, Any] = {"mode": 1, "offset": [-1, 0, 1], "real": [-0.01, 0.0, 0.01], "imaginary": [0.0, -0.01, 0.0]}
@@ -75,6 +76,25 @@ def test_waves_that_are_missing_are_said(tmp_path: Path) -> None:
         "aero.family[0].nodal_diameter: a list of 3, allowed: each wave of 12 blades once"
         in shroud("validate", path)[2]
     )
+
+
+@pytest.mark.parametrize(
+    ("n_blades", "said"),
+    [
+        (2, "aero.family[0].nodal_diameter: a list of 3, allowed: "),
+        (None, "aero: given, allowed: nothing for a single"),
+    ],
+)
+def test_a_reduced_model_from_elsewhere_says_how_many_waves_there_are(
+    tmp_path: Path, n_blades: int | None, said: str
+) -> None:
+    write_reduced_model(tmp_path / "own.h5", replace(ground_model(), n_blades=n_blades))
+    family = {"mode": 1, "nodal_diameter": [0, 1, 2], "real": [0.0] * 3, "imaginary": [0.1] * 3}
+    path = write_scene(tmp_path / "own.toml", ground_scene() | {"aero": {"family": [family]}})
+    status, _, error = shroud("respond", path, "--rom", tmp_path / "own.h5", "--out", tmp_path / "out")
+    assert status == 2
+    assert said in error
+    assert not (tmp_path / "out").exists()
 
 
 def test_coefficients_from_a_file(tmp_path: Path) -> None:

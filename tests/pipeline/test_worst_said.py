@@ -24,7 +24,7 @@ from pipeline.results.conclusion import (
 )
 from pipeline.results.outputs import curve_summary
 from pipeline.results.overview import overview_lines, statistics
-from pipeline.results.worst import height_mark, worst_cells
+from pipeline.results.worst import GROWS_SAID, height_mark, worst_cells
 from pipeline.scene.reading import read_scene
 from pipeline.stages.curve.curve_summary import NO_WORST, CurveSummary
 from pipeline.stages.curve.curve_table import table_of
@@ -114,6 +114,10 @@ def test_an_end_of_the_range_is_marked_and_its_inner_peak_named(curves: list[Cur
     assert height_mark(end) == " (end)"
     (line,) = screen([replace(curves[0], facts=end)])
     assert line.endswith("end of the range, no peak; may be higher")
+    grows = f"the contacts do not hold {GROWS_SAID}"
+    for at_end in (True, False):  # nothing matters more
+        (line,) = screen([replace(curves[0], facts=replace(end, worst_at_end=at_end, worst_unresolved=grows))])
+        assert "FLUTTER, can grow without bound" in line
     row = curve_summary(replace(curves[0], facts=end), Path())
     assert (row["peak_at_end"], row["worst_at_end"]) == (True, True)
 

@@ -258,7 +258,13 @@ def models_from_file(run: Run, model: ReducedModel) -> Models:
             kept = touching(scene, model)
             key = given_model_key(kept)
             entry = run.store.get("rom", key, partial(_write_given, kept))
-            facts = {"dofs": dofs, "reduced_dofs": model.size, **interface_facts(scene, model), "modes": None}
+            facts = {
+                "dofs": dofs,
+                "reduced_dofs": model.size,
+                **interface_facts(scene, model),
+                "modes": None,
+                "n_blades": model.n_blades,
+            }
             built[chosen] = BuiltModel(key, entry.file(REDUCED_MODEL), None, facts)
     return {member.index: built[member.scene.contact.interfaces] for member in run.request.scene.members}
 
