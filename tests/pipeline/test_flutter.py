@@ -81,7 +81,7 @@ def test_waves_that_are_missing_are_said(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("n_blades", "said"),
     [
-        (2, "aero.family[0].nodal_diameter: a list of 3, allowed: "),
+        (12, "a list of 3, allowed: each wave of 12 blades"),
         (None, "aero: given, allowed: nothing for a single"),
     ],
 )
