@@ -31,7 +31,7 @@ which is integrated: the excitation has no error of integration.
 Sectors joined at a disk have arrays wave by wave. The q real waves are the wave 0, the cosine and the sine of the
 waves 1, 2, ..., and the wave q / 2. With the cosine a and the sine b of a wave l, z = (a - i b) / 2^(1/2), a matrix M
 of the wave takes a to Re M a + Im M b and b to Re M b - Im M a. Matrices are kept transposed, real and imaginary part
-by themselves. So are the coefficients of a step of z, complex in a flow.
+by themselves. So are the coefficients of a step of z, complex in a flow and with Coriolis forces.
 
 References
 ----------
@@ -176,10 +176,14 @@ class DiskSystem(NamedTuple):
 
 
 class TurningWaves(NamedTuple):
-    """How cosine and sine of the waves turn into each other over a step in a flow, for k modes in a wave."""
+    """How cosine and sine of the waves turn into each other over a step, for k modes or poles in a wave.
 
-    imaginary: Array  # (2, 4, q k): imaginary parts of `position` and `rate`; (2, 4, 0) without a flow
+    A real wave, 0 or q / 2, has poles in pairs: real and imaginary part stand half of k apart and turn so too.
+    """
+
+    imaginary: Array  # (2, 4, q k): imaginary parts of `position` and `rate`; (2, 4, 0) where there are none
     before: Array  # (2, q k): scratch, coordinates and rates at the beginning of the step
+    half: int  # half of k, 0 for modes
 
 
 class DiskWork(NamedTuple):

@@ -405,7 +405,8 @@ class RetainedModes:
     def fastest(self) -> float:
         """Highest natural frequency of the retained modes with all contacts stuck, rad/s.
 
-        The springs k act in series with the residual flexibility G: (I + k G)^-1 k. The flow is left out.
+        The springs k act in series with the residual flexibility G: (I + k G)^-1 k. The flow is left out. Coriolis
+        forces of norm 2 c raise no frequency w above c + (w^2 + c^2)^(1/2).
         """
         modal, contact = self.ring.modal, self.ring.contact
         stiffest = (
@@ -413,9 +414,10 @@ class RetainedModes:
             for each in (contact.normal_stiffness, contact.tangential_stiffness)
         )
         springs = contact_springs(modal.n_contacts, *stiffest)
-        waves = modal.waves(self.ring.sampled_phases(), rigid=True)
-        highest = 0.0
-        for frequency, motion in zip(waves.angular_frequency, waves.relative, strict=True):
+        phases = self.ring.sampled_phases()
+        waves = modal.waves(phases, rigid=True)
+        highest = turning = 0.0
+        for phase, frequency, motion in zip(phases, waves.angular_frequency, waves.relative, strict=True):
             chosen = self.are_retained(frequency)
             residual = (motion * residual_flexibility(frequency**2, chosen)) @ motion.conj().T
             size = len(residual)
@@ -423,7 +425,11 @@ class RetainedModes:
             kept = motion[:, chosen]
             stiffness = np.diag(frequency[chosen] ** 2) + kept.conj().T @ series @ kept
             highest = max(highest, float(np.linalg.eigvalsh(stiffness)[-1]))
-        return math.sqrt(highest) * float(self.ring.frequency_ratio.max())
+            own = modal.at_phase(float(phase)).coriolis
+            if own is not None:
+                also = chosen[: len(own)]
+                turning = max(turning, 0.5 * float(np.linalg.norm(own[also][:, also], 2)))
+        return (turning + math.sqrt(highest + turning**2)) * float(self.ring.frequency_ratio.max())
 
     def steps(self, omega: float, finer: float = 1.0) -> int:
         """Steps a period: enough for the fastest mode, and a multiple of the blades of the wave, or `finer` times."""

@@ -5,6 +5,7 @@ and its distance from that of the ring would count as a disturbance.
 """
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,8 @@ from nonlinear.harmonic_balance.residual import HarmonicBalance, has_odd_harmoni
 from nonlinear.options import SolverOptions
 from nonlinear.time_integration.contact_step import RingWork, padded
 from nonlinear.time_integration.ring import RETENTION, RetainedModes, Ring, RingState
-from nonlinear.time_integration.ring_structure import Kernel, RingStructure, ring_structure
+from nonlinear.time_integration.ring_structure import Kernel, RingStructure
+from nonlinear.time_integration.turning_sectors import ring_structure
 
 HARMONICS = 15
 SAME_MOTION = 0.2  # largest relative change of the displacement by the harmonics added
@@ -135,7 +137,7 @@ class RingIntegrator:
         Modes that are integrated.
     halved : int
         How often the step was halved, see `march`.
-    structure : ClampedBlades or JoinedSectors
+    structure : ClampedBlades, JoinedSectors or TurningSectors
         Coordinates of the blades, their contact motions and forces.
 
     Examples
@@ -341,8 +343,8 @@ class RingIntegrator:
                 finer = self._finer(self._stored(before), 1, NOT_FOUND)
                 work, output[period] = self._loaded(finer.final), finer.output_m[0]
                 scale = float(np.abs(work.force).max())
-            both = work.coordinates, work.rates / self.omega
-            ends.append(np.concatenate([self.structure.unpacked(part)[:, :last] for part in both], axis=1))
+            both = self.structure.unpacked_state(work.coordinates, work.rates / self.omega)
+            ends.append(np.concatenate([part[:, :last] for part in both], axis=1))
         first, largest = (np.abs(part).max(initial=0.0) for part in (output[:1], output))
         fed = np.exp(min(self.structure.feeding * self.period * periods, LARGEST_EXPONENT))
         if not largest <= RUNAWAY * (periods + 1) * fed * first:
@@ -398,7 +400,7 @@ class RingIntegrator:
         coordinates, rates : (q, m) float
             Modal coordinates and their rates.
         """
-        coordinates = self._padded(self.ring.free_response(self.omega))  # (n_h, s, m)
+        coordinates = self._free_response
         angle = theta + self.ring.phase * np.arange(self.n_blades)
         turn = np.exp(1j * angle)[:, None]
         position = coordinates[0].real + (turn * coordinates[1]).real
@@ -409,6 +411,11 @@ class RingIntegrator:
             rate += (1j * h * self.omega * turn * coordinates[h]).real
         return position, rate
 
+    @cached_property
+    def _free_response(self) -> ComplexArray:
+        """Modal coordinates without contact, (n_h, s, m)."""
+        return self._padded(self.ring.free_response(self.omega))
+
     def _padded(self, coordinates: ComplexArray) -> ComplexArray:
         """Modal coordinates (n_h, s, m) of a wave with as many modes as the waves of the ring have."""
         missing = self.structure.angular_frequency.shape[-1] - coordinates.shape[-1]
@@ -418,10 +425,10 @@ class RingIntegrator:
         """Arrays of the kernels at a state."""
         structure = self.structure
         free, free_rate = self.contact_free(0.0)
-        coordinates = structure.packed(state.coordinates - free)
+        coordinates, rates = structure.packed_state(state.coordinates - free, state.rates - free_rate)
         force = state.force.reshape(self.n_blades, -1)
         contact_driven = structure.modal_force(force)
-        moved = structure.unpacked(coordinates) + self._residual(contact_driven) + free
+        moved = structure.unpacked_state(coordinates, rates)[0] + structure.following(contact_driven)[0] + free
         motion, nodes = structure.motion(moved), state.slider.shape[:2]
         packed_force, packed_motion = padded(force, 1), padded(motion, 1)
         width = packed_force.shape[1]
@@ -430,7 +437,7 @@ class RingIntegrator:
         closed = np.tile(own, (self.n_blades // len(own), 1, 1))
         return RingWork(
             coordinates=coordinates,
-            rates=structure.packed(state.rates - free_rate),
+            rates=rates,
             modal_force=structure.packed(contact_driven),
             slider=state.slider.copy(),
             keeps=np.zeros((*nodes, 2), dtype=bool),
@@ -451,17 +458,16 @@ class RingIntegrator:
             moved=np.zeros(width),
         )
 
-    def _residual(self, modal_force: Array) -> Array:
-        """Coordinates (q, m) of the modes that are not integrated under modal forces (q, m)."""
-        return self.structure.scaled(modal_force, self.structure.flexibility)
-
     def _stored(self, work: RingWork, theta: float = 0.0) -> RingState:
         """The state that the arrays of the kernels hold."""
         structure = self.structure
         coordinates, rates = self.contact_free(theta)
-        coordinates += structure.unpacked(work.coordinates)
         flat = work.force[:, : 3 * work.load.shape[1]]
-        coordinates += self._residual(structure.modal_force(flat))
-        rates += structure.unpacked(work.rates)
+        kept = structure.unpacked_state(work.coordinates, work.rates)
+        for total, part, follows in zip(
+            (coordinates, rates), kept, structure.following(structure.modal_force(flat)), strict=True
+        ):
+            total += part
+            total += follows
         force = flat.reshape(*work.load.shape, 3).copy()
         return RingState(coordinates, rates, work.slider.copy(), force)

@@ -328,33 +328,43 @@ def pass_far(disk: DiskSystem, work: RingWork, scratch: DiskWork) -> None:
     add_in_time(disk, scratch, work.guess)
 
 
-@inner
-def add_turned(position: Array, rate: Array, values: Array, work: RingWork, size: int) -> None:
-    """Add values times the imaginary parts of their coefficients: cosine and sine of a wave turn into each other.
+@inlined
+def turn_pairs(
+    position: Array, rate: Array, values: Array, work: RingWork, slots: tuple[int, int], apart: int
+) -> None:
+    """Add values times the imaginary parts of their coefficients, between slots (from, to) and others `apart`."""
+    for a in range(slots[0], slots[1]):
+        b = a + apart
+        work.coordinates[0, a] += position[a] * values[b]
+        work.coordinates[0, b] -= position[b] * values[a]
+        work.rates[0, a] += rate[a] * values[b]
+        work.rates[0, b] -= rate[b] * values[a]
 
-    `size`: number of modes of a wave.
-    """
+
+@inner
+def add_turned(position: Array, rate: Array, values: Array, work: RingWork, size: int, half: int) -> None:
+    """Cosine and sine of a wave turn into each other: see `TurningWaves`; `size`: number k of a wave."""
     sectors = values.size // size
     for wave in range(1, sectors - sectors // 2):
         first = (2 * wave - 1) * size
-        for a in range(first, first + size):
-            b = a + size
-            work.coordinates[0, a] += position[a] * values[b]
-            work.coordinates[0, b] -= position[b] * values[a]
-            work.rates[0, a] += rate[a] * values[b]
-            work.rates[0, b] -= rate[b] * values[a]
+        turn_pairs(position, rate, values, work, (first, first + size), size)
+    if half > 0:
+        turn_pairs(position, rate, values, work, (0, half), half)
+        if sectors % 2 == 0:
+            last = values.size - size
+            turn_pairs(position, rate, values, work, (last, last + half), half)
 
 
 @inner
-def advance_in_flow(system: RingSystem, turning: TurningWaves, work: RingWork, size: int) -> None:
-    """As `advance_modes` in a flow; `size`: number of modes of a wave."""
+def advance_turning(system: RingSystem, turning: TurningWaves, work: RingWork, size: int) -> None:
+    """As `advance_modes` where waves turn; `size`: number k of a wave."""
     position, rate, before = turning.imaginary[0], turning.imaginary[1], turning.before
     for m in range(before.shape[1]):
         before[0, m], before[1, m] = work.coordinates[0, m], work.rates[0, m]
     advance_modes(system, work)
     for part in range(2):
-        add_turned(position[part], rate[part], before[part], work, size)
-    add_turned(position[2], rate[2], work.modal_force[0], work, size)
+        add_turned(position[part], rate[part], before[part], work, size, turning.half)
+    add_turned(position[2], rate[2], work.modal_force[0], work, size, turning.half)
 
 
 @inner
@@ -413,11 +423,11 @@ def march_sectors(
 
     Coordinates, rates and modal forces in `work` are rows (1, q k).
     """
-    steps, size, in_flow = len(output), scratch.coordinates.shape[1], turning.imaginary.size > 0
+    steps, size, turns = len(output), scratch.coordinates.shape[1], turning.imaginary.size > 0
     for step in range(part[0], part[1]):
         theta = 2.0 * math.pi * (step + 1) / steps
-        if in_flow:
-            advance_in_flow(system, turning, work, size)
+        if turns:
+            advance_turning(system, turning, work, size)
         else:
             advance_modes(system, work)
         begin_all(system, work)
@@ -434,8 +444,9 @@ def march_sectors(
             return -1.0
         scale = largest
         apply_in_waves(system, disk, work, scratch)
-        if in_flow:
-            add_turned(turning.imaginary[0, 3], turning.imaginary[1, 3], work.modal_force[0], work, size)
+        if turns:
+            at_end = turning.imaginary[0, 3], turning.imaginary[1, 3]
+            add_turned(at_end[0], at_end[1], work.modal_force[0], work, size, turning.half)
         output_in_waves(disk, scratch)
         for j in range(len(work.force)):
             total = free_output(j, theta, system)

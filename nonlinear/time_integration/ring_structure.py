@@ -24,7 +24,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,12 +91,24 @@ class RingStructure(ABC):
         """Coordinates (..., q, m) times a factor of each mode, of the shape of `angular_frequency`."""
 
     @abstractmethod
-    def packed(self, coordinates: Array) -> Array:
-        """The retained ones of coordinates (q, m), as the kernels hold them."""
+    def packed(self, values: Array) -> Array:
+        """Modal forces (q, m) as the kernels hold them, and coordinates where these are those of modes."""
 
     @abstractmethod
     def unpacked(self, kept: Array) -> Array:
         """Coordinates (q, m) from those of the kernels; 0 where a mode is not retained."""
+
+    def packed_state(self, coordinates: Array, rates: Array) -> tuple[Array, Array]:
+        """The retained part of coordinates (q, m) and rates, as the kernels hold them."""
+        return self.packed(coordinates), self.packed(rates)
+
+    def unpacked_state(self, kept: Array, rates: Array) -> tuple[Array, Array]:
+        """Coordinates (q, m) and rates from those of the kernels."""
+        return self.unpacked(kept), self.unpacked(rates)
+
+    def following(self, force: Array) -> tuple[Array, Array]:
+        """Coordinates and rates (q, m) of what is not integrated and follows modal forces (q, m) at once."""
+        return self.scaled(force, self.flexibility), np.zeros_like(force)
 
     @abstractmethod
     def motion(self, coordinates: Array) -> Array:
@@ -190,9 +202,9 @@ class ClampedBlades(RingStructure):
         """Coordinates (..., q, m) times a factor (m,) of each mode."""
         return coordinates * factor
 
-    def packed(self, coordinates: Array) -> Array:
-        """The retained ones of coordinates (q, m), as the kernels hold them."""
-        return padded(coordinates[:, self.retained], 1)
+    def packed(self, values: Array) -> Array:
+        """The retained ones of coordinates or forces (q, m), as the kernels hold them."""
+        return padded(values[:, self.retained], 1)
 
     def unpacked(self, kept: Array) -> Array:
         """Coordinates (q, m) from those of the kernels; 0 where a mode is not retained."""
@@ -257,6 +269,20 @@ class BladeKernel:
         return float(march_steps(self.system, self.blades, work, first, last, scale, output))
 
 
+class WavesOverStep(NamedTuple):
+    """How J waves move over a step: k modes in each, or with Coriolis forces poles."""
+
+    position: NDArray[Any]  # (4, J, k), see `propagation`
+    rate: NDArray[Any]  # (4, J, k)
+    motion: ComplexArray  # (J, r, k), relative contact motion
+    force: ComplexArray  # (J, k, r), what contact forces give to each
+    at_end: ComplexArray  # (J, r, r), flexibility of the contacts at the end of the step, m/N
+    output: ComplexArray  # (J, 1, k)
+    residual_output: ComplexArray  # (J, 1, r), of what follows contact forces at once, m/N
+    push: Array  # (k,), static force on bodies that contacts alone hold
+    half: int  # see `TurningWaves`
+
+
 @dataclass(frozen=True)
 class JoinedSectors(RingStructure):
     """Coordinates (q, m) of q sectors: the sums of the waves.
@@ -312,10 +338,10 @@ class JoinedSectors(RingStructure):
         """Coordinates (..., q, m) times a factor (J, m) of each mode."""
         return self._in_time(self._in_waves(coordinates) * factor)
 
-    def packed(self, coordinates: Array) -> Array:
-        """The retained ones of coordinates (q, m) as the kernels hold them: real waves, (1, q k)."""
+    def packed(self, values: Array) -> Array:
+        """The retained ones of coordinates or forces (q, m) as the kernels hold them: real waves, (1, q k)."""
         count = self._kept.shape[1]
-        return ((self._turn @ coordinates)[:, :count] * self._kept[self._wave]).reshape(1, -1)
+        return ((self._turn @ values)[:, :count] * self._kept[self._wave]).reshape(1, -1)
 
     def unpacked(self, kept: Array) -> Array:
         """Coordinates (q, m) from those of the kernels; 0 where a mode is not retained."""
@@ -334,32 +360,48 @@ class JoinedSectors(RingStructure):
 
     def kernel(self, omega: float, steps: int) -> "SectorKernel":
         """The kernel that marches the ring at `omega` (rad/s) with `steps` a period."""
-        count = self._kept.shape[1]
-        stiffness, damping = (
-            np.where(self._kept, each[:, :count], 0.0)[self._wave].ravel() for each in (self.stiffness, self.damping)
-        )
-        position, rate = propagation(stiffness, damping, 2.0 * np.pi / omega / steps)
-        imaginary = np.stack([position.imag, rate.imag]) if np.iscomplexobj(position) else np.zeros((2, 4, 0))
-        residual = self.flexibility
-        at_end = residual.copy()
-        cosine = np.maximum(2 * np.arange(len(self.phases)) - 1, 0)  # of each wave, among the real waves
-        at_end[:, :count][self._kept] = position[3].reshape(-1, count)[cosine][self._kept]
-        relative, adjoint = self.waves.relative, self.waves.relative.conj().transpose(0, 2, 1)
-        near, far = self._near_and_far((relative * at_end[:, None]) @ adjoint)
-        kept = relative[:, :, :count] * self._kept[:, None]
+        moved = self.over_step(2.0 * np.pi / omega / steps)
+        near, far = self._near_and_far(moved.at_end)
+        rows = self.n_blades * moved.motion.shape[2]
+        position, rate = (part[:, self._wave].reshape(4, rows) for part in (moved.position, moved.rate))
         disk = DiskSystem(
             turn=self._turn,
             turn_back=np.ascontiguousarray(self._turn.T),
-            motion=wave_matrices(kept),
-            force=wave_matrices(kept.conj().transpose(0, 2, 1)),
+            motion=wave_matrices(moved.motion),
+            force=wave_matrices(moved.force),
             far=wave_matrices(far),
-            output=wave_matrices((self.output[:, :count] * self._kept)[:, None]),
-            residual_output=wave_matrices((self.output * residual)[:, None] @ adjoint),
-            push=np.sqrt(self.n_blades) * self.push[:count],
+            output=wave_matrices(moved.output),
+            residual_output=wave_matrices(moved.residual_output),
+            push=np.sqrt(self.n_blades) * moved.push,
             is_far=self.n_blades > 3,
         )
         each = [part[None] for part in near]
-        return SectorKernel(self.system(omega, (position.real[None], rate.real[None]), each), disk, imaginary)
+        imaginary = np.stack([position.imag, rate.imag]) if np.iscomplexobj(position) else np.zeros((2, 4, 0))
+        system = self.system(omega, (position.real[None], rate.real[None]), each)
+        return SectorKernel(system, disk, imaginary, moved.half)
+
+    def over_step(self, step: float) -> "WavesOverStep":
+        """How the waves move over a step, s."""
+        count = self._kept.shape[1]
+        stiffness, damping = (np.where(self._kept, each[:, :count], 0.0) for each in (self.stiffness, self.damping))
+        parts = propagation(stiffness.ravel(), damping.ravel(), step)
+        position, rate = (part.reshape(4, *stiffness.shape) for part in parts)
+        residual = self.flexibility
+        at_end = residual.copy()
+        at_end[:, :count][self._kept] = position[3][self._kept]
+        relative, adjoint = self.waves.relative, self.waves.relative.conj().transpose(0, 2, 1)
+        kept = relative[:, :, :count] * self._kept[:, None]
+        return WavesOverStep(
+            position=position,
+            rate=rate,
+            motion=kept,
+            force=kept.conj().transpose(0, 2, 1),
+            at_end=(relative * at_end[:, None]) @ adjoint,
+            output=(self.output[:, :count] * self._kept)[:, None],
+            residual_output=(self.output * residual)[:, None] @ adjoint,
+            push=self.push[:count],
+            half=0,
+        )
 
     def _near_and_far(self, flexibility: ComplexArray) -> tuple[list[Array], ComplexArray]:
         """Flexibility (J, r, r) of the waves as that of a pair of faces and what is left.
@@ -407,11 +449,12 @@ class JoinedSectors(RingStructure):
 
 @dataclass(frozen=True)
 class SectorKernel:
-    """Marches a ring of sectors; `system`, `disk` and `imaginary` (see `TurningWaves`) are the arrays."""
+    """Marches a ring of sectors; `system`, `disk`, `imaginary` and `half` (see `TurningWaves`) are the arrays."""
 
     system: RingSystem
     disk: DiskSystem
     imaginary: Array
+    half: int
 
     def __call__(self, work: RingWork, first: int, last: int, scale: float, output: Array) -> float:
         """March steps of a period, see `march_sectors`."""
@@ -424,13 +467,8 @@ class SectorKernel:
             output=np.zeros((sectors, 1)),
             change=np.zeros((sectors, rows)),
         )
-        turning = TurningWaves(self.imaginary, np.zeros((2, work.coordinates.size)))
+        turning = TurningWaves(self.imaginary, np.zeros((2, work.coordinates.size)), self.half)
         return float(march_sectors(self.system, self.disk, work, scratch, turning, (first, last), scale, output))
 
 
 Kernel = BladeKernel | SectorKernel
-
-
-def ring_structure(modes: RetainedModes, n_blades: int) -> RingStructure:
-    """The structure of q blades."""
-    return (JoinedSectors if modes.ring.modal.waves_differ else ClampedBlades)(modes, n_blades)

@@ -306,9 +306,15 @@ class ModalModel(ModalCoefficients):
     def turning(self) -> PoleModes:
         """The poles in this wave with Coriolis forces; rigid motions are softly held."""
         assert self.coriolis is not None
+        return PoleModes.of(self.held_stiffness, np.diag(self.total_damping) + self.coriolis)
+
+    @property
+    def held_stiffness(self) -> NDArray[Any]:
+        """`total_stiffness` with soft springs on rigid motions, (m,), (rad/s)^2."""
         frequency = self.angular_frequency
         soft = np.where(frequency > 0.0, 0.0, (SOFT * frequency[frequency > 0.0].min()) ** 2)
-        return PoleModes.of(self.total_stiffness + soft, np.diag(self.total_damping) + self.coriolis)
+        held: NDArray[Any] = self.total_stiffness + soft
+        return held
 
     @property
     def without_coriolis(self) -> "ModalModel":
