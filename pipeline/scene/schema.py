@@ -286,7 +286,7 @@ class Load(Section):
     coriolis: Truth = _key(
         "whether Coriolis forces act in the vibration at speed, where the model has their matrix",
         "true or false",
-        False,
+        True,
     )
     force: tuple[StaticForce, ...] = _key("static forces", "tables [[load.force]]", ())
     pressure: tuple[Pressure, ...] = _key("static pressures", "tables [[load.pressure]]", ())

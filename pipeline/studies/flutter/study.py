@@ -190,6 +190,10 @@ def _free_damping(modal: RingModes, n: int, mode: int) -> float:
     own = modal.at(n)
     if mode > own.angular_frequency.size:
         return math.nan
+    if own.turns:
+        poles = own.turning.poles[own.turning.poles.imag > 0.0]
+        pole = poles[np.argsort(poles.imag)[mode - 1]]
+        return float(-pole.real / abs(pole))
     stiffness, damping = complex(own.total_stiffness[mode - 1]), complex(own.total_damping[mode - 1])
     half = damping / 2.0
     pole = max(-half + np.sqrt(half**2 - stiffness), -half - np.sqrt(half**2 - stiffness), key=lambda s: s.imag)
