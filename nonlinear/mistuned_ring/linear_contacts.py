@@ -21,7 +21,7 @@ from nonlinear.options import OptionsError
 from rom import (
     ModalModel,
     RelativeReceptance,
-    SectorModes,
+    RingModes,
     contact_springs,
     relative_contact_motion,
     spring_stiffness,
@@ -112,7 +112,6 @@ def strain_directions(tuned: RelativeReceptance, contact: ContactParameters, hig
     Shapes: returns (t, n).
     """
     modal = tuned.modal
-    assert isinstance(modal, SectorModes)  # clamped blades have no strains
     rows = blade_strain(modal)
     found = [rows @ each for each in _motions(modal, tuned, contact, HIGHEST * highest)]
     columns = np.concatenate([part for each in found for part in (each.real, each.imag)], axis=1)
@@ -124,26 +123,33 @@ def strain_directions(tuned: RelativeReceptance, contact: ContactParameters, hig
     return np.pad(chosen, ((0, -count % 3), (0, 0)))
 
 
-def blade_strain(modal: SectorModes) -> Array:
-    """S (r, n), S^T S the stiffness of the blade."""
+def blade_strain(modal: RingModes) -> Array:
+    """S (r, n), S^T S the stiffness of the blade: of a blade alone the whole one, whose modes have the strain w_m."""
+    if isinstance(modal, ModalModel):
+        return np.asarray(modal.angular_frequency[:, None] * np.linalg.pinv(modal.shapes))
     stiffness = modal.model.blade_stiffness
     assert stiffness is not None  # asked for before
     return strain_rows(stiffness)
 
 
 def _motions(
-    modal: SectorModes, tuned: RelativeReceptance, contact: ContactParameters, highest: float
+    modal: RingModes, tuned: RelativeReceptance, contact: ContactParameters, highest: float
 ) -> Iterator[ComplexArray]:
     """Motions (n, k) of unit strain energy: modes of all waves, and responses to the forces."""
-    n_contacts = contact.n_contacts
+    n_contacts, n_blades = contact.n_contacts, modal.n_blades or 1
     states = [springs_in_state(contact, state) for state in ("free", "sliding", "stuck")]
-    phase = modal.phase(round(tuned.phase * modal.n_blades / (2.0 * np.pi)))
+    phase = modal.phase(round(tuned.phase * n_blades / (2.0 * np.pi)))
     for springs in states:
-        for n in range(modal.n_blades // 2 + 1):
+        for n in range(n_blades // 2 + 1):
             modes = modal.at(n)
-            squared, shapes = np.linalg.eigh(supported_stiffness(modes, 2.0 * np.pi * n / modal.n_blades, springs))
-            elastic = (squared > _NONE * squared[-1]) & (squared <= highest**2)
-            yield modes.shapes @ shapes[:, elastic] / np.sqrt(squared[elastic])
+            squared, shapes = np.linalg.eigh(supported_stiffness(modes, 2.0 * np.pi * n / n_blades, springs))
+            felt = squared > _NONE * squared[-1]
+            elastic = felt & (squared <= highest**2)
+            own = shapes[:, elastic] / np.sqrt(squared[elastic])
+            yield modes.shapes @ own
+            if modes.coriolis is not None:  # what follows the Coriolis forces of these modes
+                pushed = shapes[:, felt].conj().T @ (modes.coriolis @ (own * np.sqrt(squared[elastic])))
+                yield modes.shapes @ (shapes[:, felt] @ (pushed / squared[felt, None]))
         still, excited = modal.at(0), modal.at_phase(phase)
         pressed = np.zeros((n_contacts, 3))
         pressed[:, 2] = contact.normal_load(np.zeros(n_contacts))

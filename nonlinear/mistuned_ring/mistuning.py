@@ -64,7 +64,8 @@ class Mistuning:
     ----------
     frequency : (N_b,) array
         Relative deviation delta_j of the natural frequencies of blade j, clamped and with free contacts: all its
-        frequencies are (1 + delta_j) times the tuned ones, with the tuned mode shapes and damping coefficients.
+        frequencies are (1 + delta_j) times the tuned ones, with the tuned mode shapes, damping coefficients, forces of
+        a flow and Coriolis forces.
     friction, stiffness : (N_b,) array
         Relative deviations of the friction coefficient, and of kn and kt, at the pair of the right face of blade j
         with the left face of blade j+1.
@@ -242,8 +243,6 @@ class Mistuning:
 
 def check_blades(modal: RingModes, mistuning: Mistuning) -> None:
     """Check that a model knows the stiffness of blades that differ."""
-    if mistuning.frequency.any() and modal.influence:
-        raise MistuningError("frequency: blades that differ in a flow, allowed: deviations of the contacts")
     if mistuning.frequency.any() and not modal.blades_may_differ:
         raise MistuningError(
             "frequency: blades on a disk that differ, allowed: with blade_stiffness in the reduced model"

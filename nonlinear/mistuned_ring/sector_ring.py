@@ -33,7 +33,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -95,50 +95,61 @@ class SectorRing(RingStructure):
         return self._harmonics[:, None] * self.tuned.phase + own
 
     @cached_property
+    def modes(self) -> WaveModes:
+        """Modes of all waves of all harmonics, n_h N rows, their strains below their relative contact motion.
+
+        Rigid motions have no static response but on a support.
+        """
+        modal, support = self.tuned.modal, self.tuned.support
+        waves = modal.waves(self._phases.ravel(), self._moving)
+        frequency, relative = waves.angular_frequency.copy(), waves.relative
+        strain = np.zeros((len(relative), len(self.strain), relative.shape[2]), complex)
+        for row, phase in enumerate(self._phases.ravel().tolist()):
+            own = modal.at_phase(phase)
+            if len(self.strain):
+                strain[row, :, : own.shapes.shape[1]] = self.strain @ own.shapes
+            if support is not None and not self._moving[row]:
+                frequency[row, : own.floating] = np.sqrt(support.stiffness)
+        return replace(waves, angular_frequency=frequency, relative=np.concatenate([relative, strain], axis=1))
+
+    @cached_property
     def waves(self) -> WaveModes:
-        """Modes of all waves of all harmonics, n_h N rows; rigid motions have no static response but on a support."""
-        moving = np.repeat(self._harmonics != 0.0, self.n_blades)
-        waves, support = self.tuned.modal.waves(self._phases.ravel(), moving.tolist()), self.tuned.support
-        if support is None:
-            return waves
-        frequency = waves.angular_frequency.copy()
-        for row in np.flatnonzero(~moving):
-            floating = self.tuned.modal.at_phase(float(self._phases.ravel()[row])).floating
-            frequency[row, :floating] = np.sqrt(support.stiffness)
-        return replace(waves, angular_frequency=frequency)
+        """What the sums are over: `modes`, or with Coriolis forces the poles, in harmonic 0 still the modes."""
+        return self.tuned.modal.in_motion(self.modes, self._phases.ravel(), self._moving)
+
+    @cached_property
+    def _moving(self) -> list[bool]:
+        """In which of the waves of all harmonics the ring vibrates."""
+        return [bool(h) for h in self._harmonics for _ in range(self.n_blades)]
 
     @cached_property
     def motion(self) -> ComplexArray:
         """B_l: relative contact motion and strain of the modes, (n_h, N, 3 n_nodes, m)."""
-        waves = self.waves
-        found = np.zeros((len(waves.relative), 3 * self.n_nodes, waves.relative.shape[2]), complex)
-        found[:, : waves.relative.shape[1]] = waves.relative
-        if len(self.strain):
-            for row, phase in zip(found[:, waves.relative.shape[1] :], self._phases.ravel(), strict=True):
-                shapes = self.tuned.modal.at_phase(float(phase)).shapes
-                row[:, : shapes.shape[1]] = self.strain @ shapes
-        return found.reshape(*self._phases.shape, *found.shape[1:])
+        return self._by_harmonic(self.waves.relative)
 
     @cached_property
     def adjoint(self) -> ComplexArray:
-        """B_l^H, (n_h, N, m, 3 n_nodes)."""
-        return np.ascontiguousarray(self.motion.conj().transpose(0, 1, 3, 2))
+        """B_l^H, (n_h, N, m, 3 n_nodes); with Coriolis forces what the poles take of forces at the nodes."""
+        return self._by_harmonic(self.waves.adjoint)
+
+    def _by_harmonic(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Values (n_h, N, ...) of those of all waves, (n_h N, ...)."""
+        return values.reshape(*self._phases.shape, *values.shape[1:])
 
     @cached_property
     def modal_force(self) -> ComplexArray:
         """Modal forces of the waves, (n_h, N, m): the wave 0 holds those of the tuned sector."""
-        found = np.zeros((*self._phases.shape, self.motion.shape[-1]), complex)
-        own = self.tuned.modal_force[:, : found.shape[2]]
-        found[:, 0, : own.shape[1]] = np.sqrt(self.n_blades) * own
-        return found
+        own, size = self.tuned.modal_force, self.modes.angular_frequency.shape[1]
+        found = np.zeros((*self._phases.shape, size), complex)
+        found[:, 0, : own.shape[1]] = np.sqrt(self.n_blades) * own[:, :size]
+        return self._by_harmonic(self.waves.pushed(found.reshape(-1, size)))
 
     def denominators(self, omega: float) -> tuple[ComplexArray, ComplexArray]:
         """D_l and its derivative in omega, (n_h, N, m)."""
-        shape = (*self._phases.shape, -1)
-        h = self._harmonics[:, None, None]
-        rate = 1j * h * self.waves.total_damping.reshape(shape)
-        value = rate * omega + (self.waves.total_stiffness.reshape(shape) - (h * omega) ** 2)
-        return np.asarray(value, complex), np.asarray(rate - 2.0 * h**2 * omega, complex)
+        h, waves = self._harmonics[:, None, None], self.waves
+        rate, squares = 1j * h * self._by_harmonic(waves.total_damping), waves.inertia * h**2
+        value = rate * omega + (self._by_harmonic(waves.total_stiffness) - squares * omega**2)
+        return np.asarray(value, complex), np.asarray(rate - 2.0 * squares * omega, complex)
 
     def pushed(self, force: ComplexArray) -> ComplexArray:
         """B_l^H f: modal forces of the waves, (n_h, N, m), of forces at the nodes (n_h, N, 3 n_nodes)."""
@@ -159,7 +170,7 @@ class SectorRing(RingStructure):
         if name not in self._outputs:
             rows = self.tuned.modal.wave_outputs(name, self._phases.ravel())
             rows = np.broadcast_to(rows, (self._phases.size, rows.shape[-1]))  # of a blade the same in all waves
-            self._outputs[name] = rows.astype(complex).reshape(*self._phases.shape, -1)
+            self._outputs[name] = self._by_harmonic(self.waves.rows(rows).astype(complex))
         return self._outputs[name]
 
     @cached_property
@@ -368,8 +379,11 @@ def _far_reaching(ring: SectorRing, row: int, omega: float) -> WaveChoice:
     at = ring.tuned.harmonics[row] * omega
     if at == 0.0 or ring.neighbours_only:
         return WaveChoice(none, none)
-    frequency = ring.waves.angular_frequency.reshape(len(ring.tuned.harmonics), ring.n_blades, -1)[row]
-    return WaveChoice(*np.nonzero((frequency > at / NEAR) & (frequency < NEAR * at)))
+    waves = ring.waves
+    near = (waves.angular_frequency > at / NEAR) & (waves.angular_frequency < NEAR * at)
+    if waves.turning is not None:
+        near &= waves.turning.poles.imag > 0.0
+    return WaveChoice(*np.nonzero(near.reshape(len(ring.tuned.harmonics), ring.n_blades, -1)[row]))
 
 
 def _real_columns(ring: SectorRing, chosen: list[WaveChoice], rows: int) -> Array:
@@ -391,7 +405,7 @@ def _real_rows(ring: SectorRing, change: ComplexArray, chosen: list[WaveChoice],
     rows, denominators = change.shape[-1] // 3, ring.denominators(omega)[0]
     parts = [np.zeros((count, rows, 3 * nodes, 0))]
     for h, (wave, mode) in enumerate(chosen):
-        shapes = ring.motion[h, wave, :, mode].conj() / denominators[h, wave, mode][:, None]
+        shapes = ring.adjoint[h, wave, mode] / denominators[h, wave, mode][:, None]
         by_node = shapes.reshape(wave.size, nodes, 3).transpose(1, 0, 2)
         pushed = (by_node @ change[:, h]).reshape(count, nodes, wave.size, rows, 3)
         pushed = wave_turns(count, wave).conj()[:, None, :, None, None] * pushed

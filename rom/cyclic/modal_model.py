@@ -14,6 +14,7 @@ from rom.cyclic.pole_modes import PoleModes
 from rom.cyclic.reduced_model import Array, ComplexArray
 from rom.errors import ReducedModelError
 
+SAME_WAVE = 12  # decimals of a phase
 SOFT = 1e-3  # natural frequency of softly held bodies over the first one: its square is the error
 
 
@@ -88,16 +89,44 @@ class WaveModes(ModalCoefficients):
         found = self.relative.conj().transpose(0, 2, 1) if self.pole_adjoint is None else self.pole_adjoint
         return np.ascontiguousarray(found)
 
-    def poles_apart(self, turning: PoleModes) -> "WaveModes":
+    def poles_apart(self, turning: PoleModes, still: NDArray[np.bool_]) -> "WaveModes":
         """The poles of these waves with Coriolis forces, each by itself.
 
         Parameters
         ----------
         turning : PoleModes
             Those of the J waves, (J, 2 m).
+        still : (J,) bool array
+            Where they are the modes themselves, on which the flow acts apart.
         """
         relative, adjoint = self.relative @ turning.shapes, turning.dual @ self.adjoint
-        return WaveModes(np.abs(turning.poles), -2.0 * turning.poles.real, relative, None, turning, adjoint)
+        flow = None
+        if self.flow is not None:
+            own = self.flow * still[:, None]
+            flow = np.concatenate([own, np.zeros_like(own)], axis=2)
+        return WaveModes(np.abs(turning.poles), -2.0 * turning.poles.real, relative, flow, turning, adjoint)
+
+    def pushed(self, forces: NDArray[Any]) -> NDArray[Any]:
+        """What these take of modal forces, which without Coriolis forces are those of the modes.
+
+        Parameters
+        ----------
+        forces : (J, m) array
+            Forces of the modes.
+        """
+        return forces if self.turning is None else (self.turning.dual @ forces[..., None])[..., 0]
+
+    def rows(self, shapes: NDArray[Any]) -> NDArray[Any]:
+        """What these make of an output, which without Coriolis forces is that of the modes.
+
+        Parameters
+        ----------
+        shapes : (J, m) or (m,) array
+            The output of the modes.
+        """
+        if self.turning is None:
+            return shapes
+        return (np.broadcast_to(shapes, self.turning.shapes.shape[:2])[:, None] @ self.turning.shapes)[:, 0]
 
     def works(self, coordinates: ComplexArray, harmonics: Array, omega: float | Array) -> tuple[Array, Array]:
         """Work of the flow and work that damping dissipates per cycle, J.
@@ -271,7 +300,7 @@ class ModalModel(ModalCoefficients):
     @property
     def blades_may_differ(self) -> bool:
         """Whether mistuning of the blades can be described: with a disk only where their own stiffness is known."""
-        return not self.influence
+        return True
 
     @property
     def neighbours_coupled(self) -> bool:
@@ -298,9 +327,10 @@ class ModalModel(ModalCoefficients):
         """
         if not self.influence:
             return self
-        if phase not in self._known:
-            self._known[phase] = replace(self, flow=flow_in_wave(self.influence, self.angular_frequency, phase))
-        return self._known[phase]
+        wave = round(phase % (2.0 * np.pi), SAME_WAVE)
+        if wave not in self._known:
+            self._known[wave] = replace(self, flow=flow_in_wave(self.influence, self.angular_frequency, phase))
+        return self._known[wave]
 
     @cached_property
     def turning(self) -> PoleModes:
@@ -412,4 +442,4 @@ def with_coriolis(waves: WaveModes, own: Sequence[ModalModel], moves: Sequence[b
         m = len(found.shapes)
         place = np.concatenate([np.arange(m), size + np.arange(m)])
         poles[row, place], shapes[row, :m, place], dual[row, place, :m] = found.poles, found.shapes.T, found.dual
-    return waves.poles_apart(PoleModes(poles, shapes, dual))
+    return waves.poles_apart(PoleModes(poles, shapes, dual), ~np.asarray(moves))

@@ -241,8 +241,7 @@ class RelativeReceptance:
     @cached_property
     def force_of_waves(self) -> ComplexArray:
         """What the terms of the sums take of the external force, (n_h, m)."""
-        turning = self.waves.turning
-        return self.modal_force if turning is None else (turning.dual @ self.modal_force[..., None])[..., 0]
+        return self.waves.pushed(self.modal_force)
 
     @cached_property
     def modal_force(self) -> ComplexArray:
@@ -557,10 +556,7 @@ class RelativeReceptance:
         name : str
             Name of the output.
         """
-        shapes, turning = self.output_shapes(name), self.waves.turning
-        if turning is None:
-            return shapes
-        return (np.broadcast_to(shapes, turning.shapes.shape[:2])[:, None] @ turning.shapes)[:, 0]
+        return self.waves.rows(self.output_shapes(name))
 
     def output_shapes(self, name: str) -> NDArray[Any]:
         """An output of the modes of each harmonic, (n_h, m); (m,) of a blade alone, the same in all.

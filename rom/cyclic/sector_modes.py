@@ -216,7 +216,7 @@ class SectorModes:
     @property
     def blades_may_differ(self) -> bool:
         """Whether mistuning of the blades can be described: with a disk only where their own stiffness is known."""
-        return self.model.blade_stiffness is not None and not self.influence
+        return self.model.blade_stiffness is not None
 
     @property
     def neighbours_coupled(self) -> bool:
