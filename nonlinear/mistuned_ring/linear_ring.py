@@ -119,12 +119,14 @@ class LinearRing:
         Raises
         ------
         MistuningError
-            The number of blades differs from that of the model.
+            The number of blades differs from that of the model; a flow or Coriolis forces act, see `LinearSectors`.
         OptionsError
             Another state.
         """
         if mistuning.n_blades != modal.n_blades:
             raise MistuningError(f"mistuning: {mistuning.n_blades} blades, allowed: {modal.n_blades}, as the model")
+        if modal.waves_differ:
+            raise MistuningError("modal: in a flow or with Coriolis forces, allowed: LinearSectors")
         tuned = _TunedBlade(modal, springs_in_state(contact, state), excitation)
         basis = tuned.basis(2.0 * np.pi * highest_hz)
         right, left = modal.right @ basis, (np.zeros_like(modal.right) if modal.left is None else modal.left) @ basis

@@ -1,4 +1,6 @@
-"""A mistuned ring of sectors joined at a disk whose contacts are linear springs: stuck, sliding or free.
+"""A mistuned ring in its waves, with contacts that are linear springs: stuck, sliding or free.
+
+For sectors joined at a disk, and for blades in a flow or with Coriolis forces.
 
 In the wave l, each in the time of its own blade, the sectors move as V_l a_l: V_l are the modes of the tuned ring
 with the springs up to a multiple of the frequencies of interest, and in the wave 0 its response. The other modes
@@ -8,6 +10,10 @@ strains of the blades and springs whose stiffness deviates by the factors E,
     sum_k (K_lk + W_l^H Y_k) a_k,    W_l = N^(-1/2) exp(2 pi i j l / N) P V_l,    Y = (1 + E R)^-1 E W,
 
 where R is the flexibility of the other modes under forces on the strains, a block-circulant matrix.
+
+Without a flow and Coriolis forces the K are Hermitian, and the ring has undamped modes. With them it has poles. The
+other modes z follow the Coriolis forces -C v of the velocities v of the motions, z = -C v / omega_m^2, which adds the
+mass C^H C / omega_m^2 to these.
 """
 
 from __future__ import annotations
@@ -31,24 +37,27 @@ from nonlinear.mistuned_ring.linear_contacts import (
 from nonlinear.mistuned_ring.mistuning import Mistuning, MistuningError, check_blades
 from nonlinear.mistuned_ring.sector_ring import wave_turns
 from nonlinear.options import Excitation
-from rom import ModalModel, RelativeReceptance, SectorModes, relative_contact_motion
+from rom import ModalModel, PoleModes, RelativeReceptance, RingModes, relative_contact_motion
 
 NEAR = 0.9  # where the other modes are taken at, relative to the upper end of the range
 INDEPENDENT = 1e-7  # smallest part of a response that the modes do not have, relative to it
 ITERATIONS, CONVERGED = 60, 1e-13  # of the damping between modes
 BATCH = 256  # frequencies solved together
+SOFT = 1e-6  # of the squares of frequencies: rigid motions
 
 
 @dataclass(frozen=True)
 class LinearSectors:
-    """Harmonic 1 of a ring of sectors joined at a disk, with linear contacts, in the motions a of all waves.
+    """Harmonic 1 of a ring with linear contacts in the motions a of all waves: with a disk, a flow, Coriolis forces.
 
     Attributes
     ----------
     wave : (A,) int array
         Wave l of each motion.
     stiffness, damping, mass : (A, A) complex array
-        Matrices of the tuned ring.
+        Matrices of the tuned ring, the stiffness without the flow, the damping with that and with Coriolis forces.
+    flow : (A, A) complex array or None
+        Stiffness that the flow adds; None without a flow and without Coriolis forces.
     strain : (p, A) complex array
         P V: strains of the blade, then those of the contact springs.
     residual, residual_output : (N, p, p) and (N, p) complex arrays
@@ -96,11 +105,12 @@ class LinearSectors:
     mistuning: Mistuning
     bandwidth_hz: float
     n_springs: int
+    flow: ComplexArray | None = None
 
     @classmethod
     def of(
         cls,
-        modal: SectorModes,
+        modal: RingModes,
         contact: ContactParameters,
         excitation: Excitation,
         mistuning: Mistuning,
@@ -109,12 +119,12 @@ class LinearSectors:
         state: str = "stuck",
         output: str = "tip",
     ) -> LinearSectors:
-        """The ring of a sector with its contacts in one linear state.
+        """The ring of a sector or a blade with its contacts in one linear state.
 
         Parameters
         ----------
-        modal : rom.SectorModes
-            Modes of the tuned sector with free contacts, with their damping.
+        modal : rom.SectorModes or rom.ModalModel
+            Modes of the tuned sector or blade with free contacts, with their damping.
         contact : ContactParameters
             Parameters of the nodes of the tuned pair.
         excitation : Excitation
@@ -148,15 +158,15 @@ class LinearSectors:
         waves = _waves(modal, contact, excitation, springs, 2.0 * np.pi * highest_hz, output)
         motions = [wave.motions(response=number == 0) for number, wave in enumerate(waves)]
         pairs = list(zip(waves, motions, strict=True))
-        numbers = np.repeat(np.arange(modal.n_blades), [own.shape[1] for own in motions])
+        numbers = np.repeat(np.arange(mistuning.n_blades), [own.shape[1] for own in motions])
         force = np.zeros(numbers.size, complex)
-        amplitude = excitation.force * dict(excitation.factors).get(1, 1.0) * np.sqrt(modal.n_blades)
+        amplitude = excitation.force * dict(excitation.factors).get(1, 1.0) * np.sqrt(mistuning.n_blades)
         force[numbers == 0] = amplitude * (motions[0].conj().T @ waves[0].modes.force)
         return cls(
             wave=numbers,
             stiffness=_diagonal([own.conj().T @ wave.stiffness @ own for wave, own in pairs]),
-            damping=_diagonal([(own.conj().T * wave.modes.damping) @ own for wave, own in pairs]),
-            mass=_diagonal([own.conj().T @ own for own in motions]),
+            damping=_diagonal([own.conj().T @ wave.damping @ own for wave, own in pairs]),
+            mass=_diagonal([own.conj().T @ own + wave.followed_mass(own) for wave, own in pairs]),
             strain=np.concatenate([wave.strain @ own for wave, own in pairs], axis=1),
             residual=np.array([wave.residual(wave.strain, own) for wave, own in pairs]),
             residual_output=np.array([wave.residual(wave.output[None], own)[0] for wave, own in pairs]),
@@ -165,6 +175,7 @@ class LinearSectors:
             mistuning=mistuning,
             bandwidth_hz=_bandwidth_hz(waves),
             n_springs=springs.size,
+            flow=_diagonal([own.conj().T @ wave.flow @ own for wave, own in pairs]) if _has_poles(modal) else None,
         )
 
     def with_mistuning(self, mistuning: Mistuning) -> LinearSectors:
@@ -208,6 +219,23 @@ class LinearSectors:
         output = turn * self.output - np.fft.ifft(moved[:, 0], axis=0, norm="ortho")
         return squared, motions, output @ motions
 
+    @cached_property
+    def _poles(self) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+        """Poles (2 A,), what each makes of the outputs (N, 2 A), and what it takes of the force (2 A,)."""
+        squared, motions, rows = self._modes
+        found = _pole_modes(squared, motions, self.damping, self.flow)
+        return found.poles, rows @ found.shapes, found.dual @ (motions.conj().T @ self.force)
+
+    @property
+    def tuned_hz(self) -> Array:
+        """Frequencies of the tuned ring in the wave of the excitation, ascending, Hz."""
+        from scipy.linalg import eigh
+
+        own = np.ix_(self.wave == 0, self.wave == 0)
+        flow = None if self.flow is None else self.flow[own]
+        poles = _pole_modes(*eigh(self.stiffness[own], self.mass[own]), self.damping[own], flow).poles.imag
+        return np.asarray(np.sort(poles[poles > 0.0]) / (2.0 * np.pi))
+
     def vibration(self, frequency_hz: Array | list[float]) -> ComplexArray:
         """Amplitude of the output of all blades, each in its own time.
 
@@ -222,6 +250,9 @@ class LinearSectors:
             Amplitudes, m.
         """
         omega = 2.0 * np.pi * np.asarray(frequency_hz, dtype=float)
+        if self.flow is not None:
+            poles, rows, force = self._poles
+            return (force / (np.abs(poles) ** 2 - 1j * np.multiply.outer(omega, poles.conj()))) @ rows.T
         squared, motions, rows = self._modes
         damping, force = motions.conj().T @ self.damping @ motions, motions.conj().T @ self.force
         parts = [
@@ -245,8 +276,21 @@ class LinearSectors:
         return highest_peak(self.vibration, self.bandwidth_hz, frequency_hz)
 
 
+def _has_poles(modal: RingModes) -> bool:
+    return bool(modal.influence) or modal.turns
+
+
+def _pole_modes(squared: Array, motions: ComplexArray, damping: ComplexArray, flow: ComplexArray | None) -> PoleModes:
+    """Poles of a ring from its undamped modes without a flow; rigid motions are softly held."""
+    adjoint = motions.conj().T
+    stiffness = np.diag(np.maximum(squared, SOFT * squared[squared > SOFT * squared[-1]].min())).astype(complex)
+    if flow is not None:
+        stiffness += adjoint @ flow @ motions
+    return PoleModes.of(stiffness, adjoint @ damping @ motions)
+
+
 def _waves(
-    modal: SectorModes,
+    modal: RingModes,
     contact: ContactParameters,
     excitation: Excitation,
     springs: Array,
@@ -254,10 +298,11 @@ def _waves(
     output: str,
 ) -> list[_Wave]:
     """The tuned sector in all waves, each in the time of its own blade, with springs (3 n_c,)."""
-    phase, rows = modal.phase(excitation.engine_order), np.zeros((0, modal.model.size))
-    if modal.model.blade_stiffness is not None:
+    phase, n_blades = modal.phase(excitation.engine_order), modal.n_blades or 1
+    rows = np.zeros((0, len(modal.at(0).shapes)))
+    if modal.blades_may_differ:
         rows = strain_directions(RelativeReceptance(modal, phase, (0, 1), excitation.force), contact, highest)
-    phases = phase + 2.0 * np.pi * np.arange(modal.n_blades) / modal.n_blades
+    phases = phase + 2.0 * np.pi * np.arange(n_blades) / n_blades
     return [_Wave(modal.at_phase(float(own)), float(own), springs, rows, highest, output) for own in phases]
 
 
@@ -302,7 +347,7 @@ def _followed(deviation: Array, strain: ComplexArray, residual: ComplexArray) ->
 
 def _bandwidth_hz(waves: list[_Wave]) -> float:
     """Smallest half-power bandwidth of the modes up to the frequencies of interest, Hz; 0 without damping."""
-    damping = np.concatenate([wave.modes.damping[wave.modes.angular_frequency <= wave.highest] for wave in waves])
+    damping = np.concatenate([wave.decay[wave.modes.angular_frequency <= wave.highest] for wave in waves])
     smallest = float(damping[damping > 0.0].min(initial=np.inf))
     return (smallest if np.isfinite(smallest) else 0.0) / (2.0 * np.pi)
 
@@ -341,6 +386,33 @@ class _Wave:
     def stiffness(self) -> ComplexArray:
         """Stiffness in the modes with the springs, (m, m)."""
         return supported_stiffness(self.modes, self.phase, self.springs)
+
+    @property
+    def damping(self) -> ComplexArray:
+        """Damping, what the flow adds to it, and Coriolis forces, (m, m)."""
+        own, coriolis = np.diag(self.modes.total_damping).astype(complex), self.modes.coriolis
+        return own if coriolis is None else own + coriolis
+
+    @property
+    def flow(self) -> ComplexArray:
+        """Stiffness that the flow adds, (m, m)."""
+        modes = self.modes
+        return np.diag(np.zeros(modes.damping.shape, complex) if modes.flow is None else modes.flow[0])
+
+    @property
+    def decay(self) -> Array:
+        """Damping coefficients of the modes with what the flow adds, one by one, of either sign: sizes (m,)."""
+        modes, flow = self.modes, self.flow.diagonal().imag
+        frequency = np.where(modes.angular_frequency > 0.0, modes.angular_frequency, np.inf)
+        return np.asarray(np.abs(modes.total_damping.real + flow / frequency))
+
+    def followed_mass(self, motions: ComplexArray) -> ComplexArray:
+        """Mass that the other modes add to motions (m, k), whose Coriolis forces they follow, (k, k)."""
+        squared, shapes, count = self._solved
+        if self.modes.coriolis is None:
+            return np.zeros((motions.shape[1],) * 2, complex)
+        others = shapes[:, count:].conj().T @ (self.modes.coriolis @ motions)
+        return np.asarray(others.conj().T @ (others / squared[count:, None]))
 
     @cached_property
     def _solved(self) -> tuple[Array, ComplexArray, int]:

@@ -35,7 +35,7 @@ PERIODS = 1000  # of the time integration of a whole ring with the standard sear
 WHOLE, ALONE = "stability of the whole ring", "stability by time integration alone"  # of a small and a large ring
 NONE = "no stability"  # where waves have modes of their own
 OTHERS = "other deviations of blades and contacts"
-NOT_IN_TIME = "a mistuned ring on a disk or in a flow is not integrated in time"
+NOT_IN_TIME = "a mistuned ring on a disk, in a flow or with Coriolis forces is not integrated in time"
 
 
 def mistuned_curve(

@@ -48,16 +48,17 @@ class PoleModes:
 
         Parameters
         ----------
-        stiffness : (m,) array
-            K, (rad/s)^2, real or complex, with positive real part.
+        stiffness : (m,) or (m, m) array
+            K, or its diagonal, (rad/s)^2, real or complex; the diagonal has a positive real part.
         damping : (m, m) array
             D, 1/s: damping, and the skew part of the Coriolis forces.
         """
-        size, frequency = len(damping), np.sqrt(np.abs(stiffness))
+        stiffness = np.diag(stiffness) if stiffness.ndim == 1 else stiffness
+        size, frequency = len(damping), np.sqrt(np.abs(stiffness.diagonal()))
         system = np.zeros((2 * size, 2 * size), dtype=np.result_type(stiffness, damping))
         # in w eta and eta': skew but for damping and the flow, so that the eigenvectors are nearly orthogonal
         system[:size, size:] = np.diag(frequency)
-        system[size:, :size] = -np.diag(stiffness / frequency)
+        system[size:, :size] = -stiffness / frequency
         system[size:, size:] = -damping
         values, vectors = np.linalg.eig(system)
         poles = values + 0.0j

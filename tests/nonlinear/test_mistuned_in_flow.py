@@ -8,7 +8,17 @@ import pytest
 from lumped_disk import sector_places
 from turning import SPEED, turning
 
-from nonlinear import ContactParameters, Excitation, Mistuning, SolverOptions, forced_response, mistuned_response
+from nonlinear import (
+    ContactParameters,
+    Excitation,
+    LinearRing,
+    LinearSectors,
+    Mistuning,
+    MistuningError,
+    SolverOptions,
+    forced_response,
+    mistuned_response,
+)
 from nonlinear.contact.element_choice import contact_element
 from nonlinear.contact.fourier import to_complex, to_real
 from nonlinear.harmonic_balance.initial_solution import solve_at
@@ -17,14 +27,14 @@ from nonlinear.mistuned_ring.linear_contacts import blade_strain, strain_directi
 from nonlinear.mistuned_ring.ring_balance import RingBalance
 from nonlinear.mistuned_ring.ring_receptance import RingReceptance
 from nonlinear.mistuned_ring.sector_ring import SectorRing
-from rom import InfluenceCoefficients, RelativeReceptance, modal_model
+from rom import InfluenceCoefficients, RelativeReceptance, aeroelastic_modes, modal_model
 
 N, EO = 5, 2
 FLOW = InfluenceCoefficients(2, np.array([-1, 0, 2]), np.array([0.02 - 0.01j, -0.01 - 0.02j, -0.03 + 0.02j]))
 STILL = InfluenceCoefficients(2, np.array([0]), np.array([0j]))
 VALUES = {"normal_stiffness": 6.0, "tangential_stiffness": 4.0, "friction": 0.3, "interference": [0.3, 0.05]}
 CONTACT = ContactParameters.shared(2, **VALUES)
-OPTIONS = SolverOptions((0.13, 0.2), harmonics=2, stability="folds", search="off", detached=False, truncation=False)
+OPTIONS = SolverOptions((0.19, 0.2), harmonics=2, stability="folds", search="off", detached=False, truncation=False)
 MISTUNING = Mistuning.sampled(N, 1, frequency=0.03, stiffness=0.05, friction=0.1, interference=0.02)
 CASES = [("flow", False), ("turning", False), ("both", False), ("both", True)]
 NAMES = [f"{forces}{'_disk' * disk}" for forces, disk in CASES]
@@ -102,7 +112,7 @@ def test_points_solve_the_equations_of_all_blades_in_physical_matrices(forces, d
     excited = np.einsum("j,n,jna->a", turns[1], model.force_excitation, places)
     loads = [np.einsum("n,jna->a", model.force_static, places), excited, 0.0 * excited]
     tips, states = model.outputs["tip"] @ places, set()
-    for index in (len(curve.frequency_hz) // 4, curve.peak.index):
+    for index in (0, len(curve.frequency_hz) // 2):
         omega = 2.0 * np.pi * curve.frequency_hz[index]
         start = with_strains(balance, omega, curve.relative_displacement[index].reshape(3, N, 6))
         found = solve_at(balance, omega, start, OPTIONS)
@@ -175,3 +185,35 @@ def test_iterative_solution_is_the_dense_one(forces, disk, monkeypatch):
         assert type(factors) is not type(dense)
         for one, other in zip(dense.solve(right, 0.7), factors.solve(right, 0.7), strict=True):
             np.testing.assert_allclose(other, one, atol=1e-6 * np.abs(dense.solve(right, 0.7)[0]).max())
+
+
+@pytest.mark.parametrize(("forces", "disk"), CASES, ids=NAMES)
+def test_linear_rings_are_all_blades_in_physical_matrices(forces, disk):
+    """Stuck contacts, with all modes and with a few; without deviations the frequencies of the tuned wave."""
+    model, modal = problem(forces, disk)
+    mass, damping, stiffness, pairs, places = whole_ring(model, modal, forces)
+    springs = np.tile([2.0, 2.0, 3.0], 2) * (1.0 + MISTUNING.stiffness)[:, None]
+    stiffness = stiffness + (pairs.T * springs.ravel()) @ pairs
+    shared = modal, CONTACT, Excitation(EO, 1.0)
+    every, few = (LinearSectors.of(*shared, MISTUNING, highest_hz=hertz) for hertz in (1e4, 0.7))
+    assert few.force.size < every.force.size == N * modal.at(0).angular_frequency.size
+    turns = np.exp(1j * modal.phase(EO) * np.arange(N))
+    force = np.einsum("j,n,jna->a", turns, model.force_excitation, places)
+    near = every.tuned_hz[0]
+    for hertz in (0.985 * near, near, 1.01 * near):
+        omega = 2.0 * np.pi * hertz
+        q = np.linalg.solve(stiffness + 1j * omega * damping - omega**2 * mass, force)
+        expected = model.outputs["tip"] @ places @ q / turns
+        largest = np.abs(expected).max()
+        np.testing.assert_allclose(every.vibration([hertz])[0], expected, atol=1e-9 * largest)
+        np.testing.assert_allclose(few.vibration([hertz])[0], expected, atol=3e-3 * largest)
+    peak = few.peak((0.95 * near, 1.05 * near))
+    assert np.abs(few.vibration([peak.frequency_hz])).max() == pytest.approx(peak.amplitude_m)
+    springs = {"normal": CONTACT.normal_stiffness, "tangential": CONTACT.tangential_stiffness}
+    known = model if forces != "flow" else replace(model, coriolis=None)
+    tuned = aeroelastic_modes(known, modal, EO, count=6, **springs).imag / (2.0 * np.pi)
+    assert every.tuned_hz[:6] == pytest.approx(tuned, rel=1e-8)
+    assert few.tuned_hz[:2] == pytest.approx(tuned[:2], rel=1e-4)
+    if not disk:
+        with pytest.raises(MistuningError, match="allowed: LinearSectors"):
+            LinearRing.of(*shared, MISTUNING, highest_hz=0.2)
