@@ -233,7 +233,8 @@ class LinearSectors:
 
         own = np.ix_(self.wave == 0, self.wave == 0)
         flow = None if self.flow is None else self.flow[own]
-        poles = _pole_modes(*eigh(self.stiffness[own], self.mass[own]), self.damping[own], flow).poles.imag
+        squared, motions = eigh(self.stiffness[own], self.mass[own])
+        poles = _pole_modes(squared, motions, self.damping[own], flow).poles.imag
         return np.asarray(np.sort(poles[poles > 0.0]) / (2.0 * np.pi))
 
     def vibration(self, frequency_hz: Array | list[float]) -> ComplexArray:

@@ -82,7 +82,6 @@ def mistuned_curve(
     >>> whole.worst.motion, bool(whole.stable.all())
     ('periodic', True)
     """
-    modal = modal.without_coriolis
     check_blades(modal, mistuning)
     if modal.waves_differ or not isinstance(modal, ModalModel):
         curve = _main_branch(response, options)

@@ -64,8 +64,8 @@ class Mistuning:
     ----------
     frequency : (N_b,) array
         Relative deviation delta_j of the natural frequencies of blade j, clamped and with free contacts: all its
-        frequencies are (1 + delta_j) times the tuned ones, with the tuned mode shapes, damping coefficients, forces of
-        a flow and Coriolis forces.
+        frequencies are (1 + delta_j) times the tuned ones, with the tuned mode shapes, damping coefficients, Coriolis
+        forces and coefficients of a flow.
     friction, stiffness : (N_b,) array
         Relative deviations of the friction coefficient, and of kn and kt, at the pair of the right face of blade j
         with the left face of blade j+1.

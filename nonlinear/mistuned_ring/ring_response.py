@@ -319,7 +319,7 @@ def mistuned_response(
     check_blades(modal, pattern)
     started = time.perf_counter()
     with one_blas_thread():
-        tuned, _, static = build_continuation(modal.without_coriolis, contact, excitation, options)
+        tuned, _, static = build_continuation(modal, contact, excitation, options)
         problem = _Ring(tuned, contact, pattern, static, _strain(tuned, contact, pattern))
         points, complete, message = problem.traced(progress)
         response = _assembled(problem.continuation(options), points, options)

@@ -48,15 +48,16 @@ def problem(forces, disk):
 
 
 def whole_ring(model, modal, forces):
-    """Mass, damping and stiffness of all blades (n, n), relative motion of their pairs, places (N, size, n) of each."""
+    """Mass, damping and stiffness of all blades (n, n), relative motion of their pairs, places of each."""
     disk = model.has_disk
     places = sector_places(model, N) if disk else np.eye(N * model.size).reshape(N, model.size, -1)
 
-    def every(matrix, factors=np.ones(N)):
-        return np.einsum("j,jna,nk,jkb->ab", factors, places, matrix, places)
+    def every(matrix):
+        return np.einsum("jna,jnk,jkb->ab", places, np.broadcast_to(matrix, (N, *model.mass.shape)), places)
 
     mass, stiffness, damping = every(model.mass), every(model.stiffness), np.zeros((places.shape[2],) * 2)
-    stiffness += every(model.blade_stiffness if disk else model.stiffness, MISTUNING.added_stiffness)
+    own = model.blade_stiffness if disk else model.stiffness
+    stiffness += every(MISTUNING.added_stiffness[:, None, None] * own)
     if forces in ("turning", "both"):
         damping += SPEED * every(model.coriolis)
     sharing = np.diag(np.einsum("jna,jna->a", places, places))

@@ -226,6 +226,48 @@ def test_rings_on_a_disk(tmp_path: Path) -> None:
     assert "blades on a disk that differ need blade_stiffness in the reduced model; without it allowed: " in error
 
 
+def test_rings_with_coriolis_forces(tmp_path: Path) -> None:
+    """Their factors are those of the solver."""
+    from nonlinear import ContactParameters, Excitation, LinearSectors, Mistuning, SolverOptions, mistuned_response
+    from rom import modal_model
+
+    speed, still, face = 0.06, np.zeros(2), np.eye(3, 2)  # rad/s: the frequencies are 1 and 1.1
+    skew, along = 2.0 * np.array([[0.0, -1.0], [1.0, 0.0]]), np.eye(2)[0]
+    model = ReducedModel(
+        np.eye(2),
+        np.diag([1.0, 1.21]),
+        face,
+        np.zeros((1, 3)),
+        along,
+        {"tip": along},
+        face,
+        n_blades=6,
+        coriolis=skew,
+        speed_rpm=speed * 30.0 / np.pi,
+        force_centrifugal=still,
+    )
+    write_reduced_model(tmp_path / "turning.h5", model)
+    deviations = [0.01, -0.01, 0.0, 0.02, 0.0, -0.02]
+    scene = ring_scene(frequency=deviations, linear_samples=1)
+    scene["load"] = {"speed_rpm": model.speed_rpm, "coriolis": True}
+    scene["response"]["frequency"] = [0.14, 0.18]
+    run_scene(scene, tmp_path / "out", rom=tmp_path / "turning.h5")
+    found = read_result(tmp_path / "out")
+    modal = modal_model(model, damping_ratio=0.005, coriolis=True)
+    values = {"normal_stiffness": 0.0, "tangential_stiffness": 0.1, "friction": 1.0, "preload": 0.2}
+    problem = modal, ContactParameters.shared(1, **values), Excitation(engine_order=1, force=0.1)
+    mistuning, options = Mistuning.of(6, frequency=deviations), SolverOptions((0.14, 0.18))
+    tuned, ring = mistuned_response(*problem, options).peak, mistuned_response(*problem, options, mistuning).peak
+    assert tuned is not None
+    assert ring is not None
+    assert found.rings[0].factor == pytest.approx(ring.amplitude_m / tuned.amplitude_m, rel=1e-9)
+    assert found.linear is not None
+    stuck, same = (LinearSectors.of(*problem, each, highest_hz=0.25) for each in (mistuning, Mistuning.of(6)))
+    range_hz = (0.9 * found.linear.tuned_hz, 1.1 * found.linear.tuned_hz)
+    factor = stuck.peak(range_hz).amplitude_m / same.peak(range_hz).amplitude_m
+    assert found.linear.factor[0] == pytest.approx(factor, rel=1e-6)
+
+
 @pytest.mark.parametrize(
     ("n_blades", "said"),
     [

@@ -202,18 +202,15 @@ class RingProblem:
 
         parts = self.contact, self.excitation, Mistuning.of(self.n_blades)
         keys: Any = {"highest_hz": ABOVE * highest_hz, "state": state, "output": self.options.output}
-        if isinstance(self.modal, ModalModel):
-            return LinearRing.of(self.modal, *parts, **keys)
-        return LinearSectors.of(self.modal, *parts, **keys)
+        if self.modal.waves_differ:
+            return LinearSectors.of(self.modal, *parts, **keys)
+        assert isinstance(self.modal, ModalModel)
+        return LinearRing.of(self.modal, *parts, **keys)
 
     def _tuned_linear(self, state: str) -> LinearPeak:
         """The highest peak of the tuned ring near a natural frequency in the range; else near the next one above."""
-        from rom import coupled_frequencies
-
         low, high = self.options.frequency_hz
-        phase, contact, held = self.modal.phase(self.excitation.engine_order), self.contact, float(state == "stuck")
-        normal, tangential = held * contact.normal_stiffness, held * contact.tangential_stiffness
-        natural = coupled_frequencies(self.modal, phase, normal=normal, tangential=tangential) / (2.0 * np.pi)
+        natural = self._natural_hz(state)
         inside = natural[(natural > low) & (natural < high)]
         chosen = inside if inside.size else natural[natural > low][:1]
         if not chosen.size:
@@ -222,6 +219,20 @@ class RingProblem:
         half = np.minimum(BANDWIDTHS * ring.bandwidth_hz, 0.5 * chosen)
         found = [ring.peak((float(f - half_f), float(f + half_f))) for f, half_f in zip(chosen, half, strict=True)]
         return max(found, key=lambda peak: peak.amplitude_m)
+
+    def _natural_hz(self, state: str) -> NDArray[np.float64]:
+        """Frequencies of the tuned ring in the wave of the excitation; with Coriolis forces those of low modes."""
+        from nonlinear import LinearSectors
+        from rom import coupled_frequencies
+
+        if self.modal.turns:
+            ring = self._linear(state, self.options.frequency_hz[1])
+            assert isinstance(ring, LinearSectors)
+            return ring.tuned_hz
+        phase, contact, held = self.modal.phase(self.excitation.engine_order), self.contact, float(state == "stuck")
+        normal, tangential = held * contact.normal_stiffness, held * contact.tangential_stiffness
+        found = coupled_frequencies(self.modal, phase, normal=normal, tangential=tangential) / (2.0 * np.pi)
+        return np.asarray(found)
 
     def _half_range(self, frequency_hz: float) -> float:
         """How far from the tuned peak the highest one of a ring may lie, Hz."""
