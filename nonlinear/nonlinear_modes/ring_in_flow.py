@@ -98,13 +98,15 @@ class RingInFlow:
     final: RingState | None = field(default=None, repr=False, compare=False)
 
     @property
-    def prevailing(self) -> int:
-        """Nodal diameter of the largest wave at the end."""
-        return int(self.nodal_diameter[self.amplitude_m[-1].argmax()])
+    def prevailing(self) -> int | None:
+        """Nodal diameter of the largest wave at the end; None where the ring was not integrated."""
+        return None if not self.periods.size else int(self.nodal_diameter[self.amplitude_m[-1].argmax()])
 
     @property
     def share(self) -> float:
-        """Part of that wave in the sum of the squares of all amplitudes at the end."""
+        """Part of that wave in the sum of the squares of all amplitudes at the end; NaN without it."""
+        if not self.periods.size:
+            return float("nan")
         squares = self.amplitude_m[-1] ** 2
         return float(squares.max() / max(squares.sum(), 1e-300))
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from lumped import lumped_blade, oscillator
+from turning import turning
 
 from nonlinear import (
     ContactParameters,
@@ -22,7 +23,8 @@ from rom import InfluenceCoefficients, aeroelastic_modes, modal_model
 
 N = 6
 OPTIONS = SolverOptions((0.05, 0.5), harmonics=7, stability="ring")
-SHROUD = ContactParameters.shared(1, normal_stiffness=6.0, tangential_stiffness=4.0, friction=0.3, interference=0.3)
+STIFF = {"normal_stiffness": 6.0, "tangential_stiffness": 4.0, "friction": 0.3, "interference": 0.3}
+SHROUD = ContactParameters.shared(1, **STIFF)
 SLIDER = ContactParameters.shared(1, normal_stiffness=0.0, tangential_stiffness=1.0, friction=1.0, preload=1.0)
 
 
@@ -95,6 +97,19 @@ def test_the_wave_that_prevails_is_the_cycle_that_lasts(competing, disturbance):
     harmonic = abs(modal.at(1).outputs["tip"] @ cycle.coordinates[1])
     assert found.amplitude_m[-1].max() == pytest.approx(harmonic, rel=1e-3)
     assert np.nanmax(found.frequency_hz[found.nodal_diameter == 1]) == pytest.approx(cycle.frequency_hz, rel=1e-3)
+    assert found.largest_m[-1] == pytest.approx(cycle.amplitude_m, rel=5e-3)
+
+
+def test_sectors_that_turn_settle_on_the_cycle_of_a_wave():
+    """With a disk and Coriolis forces: the wave that grows fastest, whose cycle lasts."""
+    flow = InfluenceCoefficients(2, np.array([-1, 0, 1]), np.array([-0.02, -0.01j, 0.02]))
+    modal = modal_model(turning(N, disk=True), damping_ratio=0.0002, influence=[flow], coriolis=True)
+    contact = ContactParameters.shared(2, **STIFF)
+    cycle = self_excitation(modal, contact, 1, OPTIONS).held
+    found = ring_in_flow(modal, contact, OPTIONS, 1300, disturbance=0.9)
+    assert cycle.persists
+    assert found.prevailing == 1
+    assert np.nanmax(found.frequency_hz[found.nodal_diameter == 1]) == pytest.approx(cycle.frequency_hz, rel=2e-4)
     assert found.largest_m[-1] == pytest.approx(cycle.amplitude_m, rel=5e-3)
 
 
