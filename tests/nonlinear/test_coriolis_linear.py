@@ -1,4 +1,4 @@
-"""Coriolis forces where they change nothing, or are left out, and with linear contacts."""
+"""Small Coriolis forces, and Coriolis forces with linear contacts."""
 
 from dataclasses import replace
 
@@ -7,18 +7,10 @@ import pytest
 from test_floating_bodies import sector
 from turning import SPEED, turning
 
-from nonlinear import (
-    ContactParameters,
-    Excitation,
-    Mistuning,
-    SolverOptions,
-    forced_response,
-    mistuned_response,
-)
+from nonlinear import SolverOptions, forced_response
 from rom import linear_response, modal_model
 
 N, EO = 12, 2
-CONTACT = ContactParameters.shared(2, normal_stiffness=6.0, tangential_stiffness=4.0, friction=0.3, interference=0.3)
 OPTIONS = SolverOptions((0.05, 0.3), harmonics=1, stability="folds", search="off", detached=False, truncation=False)
 
 
@@ -59,15 +51,3 @@ def test_linear_contacts_with_coriolis_forces(disk):
         dynamic = stiffness + held - x**2 * mass + 1j * x * damping
         moved = np.linalg.solve(dynamic, wave.conj().T @ model.force_excitation)
         assert value == pytest.approx(model.outputs["tip"] @ wave @ moved, rel=1e-9)
-
-
-@pytest.mark.parametrize("disk", [False, True], ids=["blade", "disk"])
-def test_mistuned_rings_leave_coriolis_forces_out(disk):
-    model = turning(N, disk)
-    turns, still = (modal_model(model, damping_ratio=0.01, coriolis=acts) for acts in (True, False))
-    pattern = Mistuning.of(N, friction=[0.2] + (N - 1) * [0.0])
-    options = replace(OPTIONS, frequency_hz=(0.12, 0.13))
-    ring, expected = (
-        mistuned_response(each, CONTACT, Excitation(EO, 1.0), options, pattern) for each in (turns, still)
-    )
-    assert ring.amplitude_m == pytest.approx(expected.amplitude_m, rel=1e-12)
