@@ -62,7 +62,7 @@ def measure(scene_file: str, model_file: str, blades: int) -> dict[str, Any]:
     scene = scene_with(scene_file, {"contact.interference": INTERFERENCE})
     problem = curve_problem(model_file, scene)
     excitation = replace(problem.excitation, engine_order=blades // 4)
-    if clamped := not problem.modal.waves_differ:
+    if clamped := not problem.modal.joined:
         modal = replace(problem.modal, n_blades=blades)
     else:  # the same waves, at other phases
         modal = replace(problem.modal, model=replace(problem.modal.model, n_blades=blades))

@@ -33,7 +33,7 @@ from rom import ModalModel, RingModes
 MOST_UNKNOWNS = 500  # of a ring that is solved as one structure: some minutes
 PERIODS = 1000  # of the time integration of a whole ring with the standard search
 WHOLE, ALONE = "stability of the whole ring", "stability by time integration alone"  # of a small and a large ring
-NONE = "no stability"  # where waves have modes of their own
+NONE = "no stability"  # where blades are joined, and of large rings with Coriolis forces
 OTHERS = "other deviations of blades and contacts"
 NOT_IN_TIME = "a mistuned ring on a disk, in a flow or with Coriolis forces is not integrated in time"
 
@@ -50,6 +50,7 @@ def mistuned_curve(
 
     Amplitudes are the largest displacement abs(x(t)) of any blade. A ring of few unknowns is solved as one structure;
     of a larger one the curve is that of `mistuned_response`, and time integration tells which of its points persist.
+    On a disk, in a flow and with Coriolis forces there is no time integration.
 
     Parameters
     ----------
@@ -83,7 +84,7 @@ def mistuned_curve(
     ('periodic', True)
     """
     check_blades(modal, mistuning)
-    if modal.waves_differ or not isinstance(modal, ModalModel):
+    if modal.joined or not isinstance(modal, ModalModel):
         curve = _main_branch(response, options)
         return replace(curve, worst=_said(worst_of(curve, options, None, None, NOT_IN_TIME), NONE))
     is_small = 3 * contact.n_contacts * mistuning.n_blades * (2 * response.harmonics + 1) <= MOST_UNKNOWNS
@@ -93,6 +94,10 @@ def mistuned_curve(
         curve, own = _main_branch(response, options), replace(options, stability="ring", detached=False)
     if not curve.points:
         return curve
+    if modal.turns:
+        return replace(
+            curve, worst=_said(worst_of(curve, options, None, None, NOT_IN_TIME), WHOLE if is_small else NONE)
+        )
     ring = ring_in_time(modal, contact, excitation, mistuning, options.output)
     tried: list[int] = []
     worst, error = _worst_motion(RingIntegration(ring, own), curve, mistuning.n_blades, tried)

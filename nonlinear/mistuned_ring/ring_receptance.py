@@ -8,6 +8,9 @@ With the modal coordinates eta_j of blade j, all in the time of their own blade,
 
 where R and L are the contact motions of the modes, f_j the force on the right face of blade j. So d_j depends on the
 forces f_(j-1), f_j and f_(j+1) alone: the receptance of the ring is block-tridiagonal and cyclic.
+
+With Coriolis forces each blade has poles in the place of the modes, but in harmonic 0, where the first half of the
+terms are the modes and the others nothing.
 """
 
 from __future__ import annotations
@@ -26,7 +29,7 @@ from nonlinear.mistuned_ring.mistuned_structure import RingStructure, RingSystem
 from nonlinear.mistuned_ring.mistuning import Mistuning
 from nonlinear.options import Excitation
 from nonlinear.time_integration.ring import Ring
-from rom import ModalModel, RelativeReceptance
+from rom import ModalModel, PoleModes, RelativeReceptance
 
 
 class RingBlocks(NamedTuple):
@@ -84,10 +87,41 @@ class RingReceptance(RingStructure):
         """Number of contact nodes of a pair."""
         return self.blade.n_contacts
 
-    @property
+    @cached_property
     def modal_force(self) -> ComplexArray:
-        """Modal forces of the excitation, the same of all blades, (n_h, 1, m)."""
-        return self.tuned.modal_force[:, None, :]
+        """Modal forces of the excitation, the same of all blades, (n_h, 1, m); of their poles (n_h, N_b, 2 m)."""
+        return self._taken(self.tuned.modal_force[:, None, :])
+
+    @cached_property
+    def turning(self) -> PoleModes | None:
+        """With Coriolis forces the poles of all blades, (N_b, 2 m)."""
+        blade = self.blade
+        if not blade.turns:
+            return None
+        found = {}
+        for ratio in self.frequency_ratio.tolist():
+            if ratio not in found:
+                found[ratio] = replace(blade, angular_frequency=ratio * blade.angular_frequency).turning
+        every = [found[ratio] for ratio in self.frequency_ratio.tolist()]
+        return PoleModes(*(np.array([getattr(each, name) for each in every]) for name in ("poles", "shapes", "dual")))
+
+    def _taken(self, forces: ComplexArray) -> ComplexArray:
+        """What the terms take of modal forces (n_h, N_b, m)."""
+        if self.turning is None:
+            return forces
+        found: ComplexArray = (self.turning.dual @ forces[..., None])[..., 0]
+        still, size = self._harmonics == 0.0, forces.shape[-1]
+        found[still, :, :size], found[still, :, size:] = forces[still], 0.0
+        return found
+
+    def _in_modes(self, terms: ComplexArray) -> ComplexArray:
+        """Modal coordinates (n_h, N_b, m) of the terms."""
+        if self.turning is None:
+            return terms
+        found: ComplexArray = (self.turning.shapes @ terms[..., None])[..., 0]
+        still = self._harmonics == 0.0
+        found[still] = terms[still, :, : found.shape[-1]]
+        return found
 
     @cached_property
     def _harmonics(self) -> Array:
@@ -104,11 +138,18 @@ class RingReceptance(RingStructure):
         """((1 + delta_j) omega_m)^2, (n_h, N_b, m); bodies that contacts alone hold are the same in all sectors."""
         ratio = np.repeat(self.frequency_ratio[:, None], self.blade.damping.size, axis=1)
         ratio[:, : self.tuned.floating] = 1.0
-        squared: Array = (ratio * self.tuned.waves.angular_frequency[:, None, :]) ** 2
+        squared: Array = (ratio * self.tuned.modes.angular_frequency[:, None, :]) ** 2
         return squared
 
     def denominators(self, omega: float) -> tuple[ComplexArray, ComplexArray]:
-        """D_j, (n_h, N_b, m), and its derivative in omega, (n_h, 1, m)."""
+        """D_j, (n_h, N_b, m), and its derivative in omega, (n_h, 1, m); both (n_h, N_b, 2 m) of poles."""
+        if self.turning is not None:
+            poles = self.turning.poles
+            slope = -1j * self._harmonics[:, None, None] * poles.conj()
+            whole = np.abs(poles) ** 2 + omega * slope
+            still, size = self._harmonics == 0.0, self.blade.damping.size
+            whole[still, :, :size] = self._squared[still]
+            return whole, slope
         h = self._harmonics[:, None]
         rate = 1j * h * self.blade.damping
         value = (rate * omega - (h * omega) ** 2)[:, None, :] + self._squared
@@ -119,13 +160,13 @@ class RingReceptance(RingStructure):
         """Modal forces R^T f_j - exp(-i h psi) L^T f_(j-1), (n_h, N_b, m), of forces (n_h, N_b, 3 n_c)."""
         modal = self.blade
         own: ComplexArray = force @ modal.right
-        if modal.left is None:
-            return own
-        return own - self._ahead.conj() * (np.roll(force, 1, axis=1) @ modal.left)
+        if modal.left is not None:
+            own = own - self._ahead.conj() * (np.roll(force, 1, axis=1) @ modal.left)
+        return self._taken(own)
 
     def relative(self, coordinates: ComplexArray) -> ComplexArray:
         """Relative displacements d_j, (n_h, N_b, 3 n_c), of modal coordinates (n_h, N_b, m)."""
-        modal = self.blade
+        modal, coordinates = self.blade, self._in_modes(coordinates)
         own: ComplexArray = coordinates @ modal.right.T
         if modal.left is None:
             return own
@@ -133,7 +174,7 @@ class RingReceptance(RingStructure):
 
     def output(self, name: str, coordinates: ComplexArray) -> ComplexArray:
         """An output of all blades, each in its own time, (N_b, n_h), of modal coordinates (n_h, N_b, m)."""
-        found: ComplexArray = (coordinates @ self.blade.outputs[name]).T
+        found: ComplexArray = (self._in_modes(coordinates) @ self.blade.outputs[name]).T
         return found
 
     @property
@@ -148,11 +189,7 @@ class RingReceptance(RingStructure):
     def blocks(self, omega: float) -> RingBlocks:
         """The blocks of the receptance."""
         modal, n_dofs = self.blade, 3 * self.blade.n_contacts
-        inverse = 1.0 / self.denominators(omega)[0].transpose(1, 0, 2)
-        faces = modal.right if modal.left is None else np.concatenate([modal.right, modal.left])
-        both = np.empty((*inverse.shape[:2], len(faces), len(faces)), complex)
-        both.real = (faces * inverse.real[:, :, None, :]) @ faces.T
-        both.imag = (faces * inverse.imag[:, :, None, :]) @ faces.T
+        both = self._flexibility(omega)
         own = both[..., :n_dofs, :n_dofs]
         if modal.left is None:
             return RingBlocks(np.zeros_like(own), own, np.zeros_like(own))
@@ -162,6 +199,31 @@ class RingReceptance(RingStructure):
             own + following[..., n_dofs:, n_dofs:],
             -self._ahead * following[..., n_dofs:, :n_dofs],
         )
+
+    @cached_property
+    def _faces(self) -> Array:
+        """Motions of the faces of a blade, right then left."""
+        return self.blade.right if self.blade.left is None else np.concatenate([self.blade.right, self.blade.left])
+
+    @cached_property
+    def _faces_of_poles(self) -> tuple[ComplexArray, ComplexArray]:
+        """Motions of the faces of each blade by its poles, (N_b, 6 n_c, 2 m), and what these take of forces."""
+        assert self.turning is not None
+        return self._faces @ self.turning.shapes, self.turning.dual @ self._faces.T
+
+    def _flexibility(self, omega: float) -> ComplexArray:
+        """Motions of the faces of each blade, right then left, under forces on them, (N_b, n_h, 6 n_c, 6 n_c)."""
+        inverse, faces = 1.0 / self.denominators(omega)[0].transpose(1, 0, 2), self._faces
+        found = np.empty((*inverse.shape[:2], len(faces), len(faces)), complex)
+        natural = np.full(self._harmonics.size, True)
+        if self.turning is not None:
+            natural = self._harmonics == 0.0
+            moved, taken = self._faces_of_poles
+            found[:, ~natural] = (moved[:, None] * inverse[:, ~natural, None]) @ taken[:, None]
+        own = inverse[:, natural, None, : faces.shape[1]]
+        found.real[:, natural] = (faces * own.real) @ faces.T
+        found.imag[:, natural] = (faces * own.imag) @ faces.T
+        return found
 
     def jacobian_blocks(self, omega: float, change: ComplexArray) -> CyclicBlocks:
         """The blocks of dR/dx; rows and columns of a block: coefficient, node, component."""

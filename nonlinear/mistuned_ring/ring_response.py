@@ -328,9 +328,9 @@ def mistuned_response(
 
 
 def _strain(tuned: Continuation, contact: ContactParameters, mistuning: Mistuning) -> Array:
-    """The strains on which the deviating stiffness of blades on a disk acts, (t, n); none of clamped blades."""
+    """The strains on which the deviating stiffness acts of blades that a disk or a flow joins, (t, n); else none."""
     receptance = tuned.balance.receptance
-    if not receptance.modal.waves_differ:
+    if not receptance.modal.joined:
         return np.zeros((0, 0))
     if not mistuning.frequency.any():
         return np.zeros((0, len(receptance.modal.at(0).shapes)))
@@ -374,8 +374,8 @@ class _Ring:
     def _scaled(self, factor: float) -> RingBalance:
         options, receptance = self.tuned.options, self.tuned.balance.receptance
         mistuning = self.mistuning.scaled(factor)
-        clamped = not receptance.modal.waves_differ
-        structure = RingReceptance(receptance, 1.0 + mistuning.frequency) if clamped else self._sectors
+        apart = not receptance.modal.joined
+        structure = RingReceptance(receptance, 1.0 + mistuning.frequency) if apart else self._sectors
         return RingBalance.of(structure, self.contact, mistuning, options)
 
     @cached_property

@@ -276,6 +276,7 @@ def whole_ring(modal: ModalModel, excitation: Excitation, frequency_ratio: Array
         n_blades=None,
         harmonic_forces={h: forces(h) for h in sorted(excited)},
         floating=count * modal.floating,
+        coriolis=None if modal.coriolis is None else np.kron(np.eye(count), modal.coriolis)[np.ix_(order, order)],
     )
 
 

@@ -303,9 +303,14 @@ class ModalModel(ModalCoefficients):
         return True
 
     @property
+    def joined(self) -> bool:
+        """Whether the blades move each other without contacts: through a disk, or the flow."""
+        return bool(self.influence)
+
+    @property
     def neighbours_coupled(self) -> bool:
         """Whether neighbouring blades move each other: through contacts that are not against ground, or the flow."""
-        return self.left is not None or bool(self.influence)
+        return self.left is not None or self.joined
 
     def at(self, nodal_diameter: int) -> "ModalModel":
         """The modes in a wave of a number of nodal diameters: for a blade alone the same in all but for the flow.

@@ -219,6 +219,11 @@ class SectorModes:
         return self.model.blade_stiffness is not None
 
     @property
+    def joined(self) -> bool:
+        """Whether the blades move each other without contacts: through a disk, or the flow."""
+        return True
+
+    @property
     def neighbours_coupled(self) -> bool:
         """Whether neighbouring blades move each other: through the disk, whatever the contacts touch."""
         return True
