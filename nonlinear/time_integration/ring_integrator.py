@@ -18,8 +18,10 @@ from nonlinear.harmonic_balance.residual import HarmonicBalance, has_odd_harmoni
 from nonlinear.options import SolverOptions
 from nonlinear.time_integration.contact_step import RingWork, padded
 from nonlinear.time_integration.ring import RETENTION, RetainedModes, Ring, RingState
-from nonlinear.time_integration.ring_structure import Kernel, RingStructure
-from nonlinear.time_integration.turning_sectors import ring_structure
+from nonlinear.time_integration.ring_structure import ClampedBlades, JoinedSectors, Kernel, RingStructure
+from nonlinear.time_integration.turning_blades import TurningBlades
+from nonlinear.time_integration.turning_sectors import TurningSectors
+from rom import ModalModel
 
 HARMONICS = 15
 SAME_MOTION = 0.2  # largest relative change of the displacement by the harmonics added
@@ -57,6 +59,15 @@ NOT_FOUND = "the contact forces of a step were not found"
 # relative displacement where each node moves more than its own, and the largest of any node or of the output
 BEYOND, FAR_BEYOND = 100.0, 1e4
 CYCLE_SAMPLES = 4096  # instants of the contact cycle from which the sliders start
+
+
+def ring_structure(modes: RetainedModes, n_blades: int) -> RingStructure:
+    """The structure of q blades: joined in waves or by their contacts alone, with Coriolis forces or without."""
+    modal = modes.ring.modal
+    joined = bool(modal.influence) or not isinstance(modal, ModalModel)
+    if modal.turns:
+        return (TurningSectors if joined else TurningBlades)(modes, n_blades)
+    return (JoinedSectors if joined else ClampedBlades)(modes, n_blades)
 
 
 class ContactIterationError(ArithmeticError):
@@ -137,7 +148,7 @@ class RingIntegrator:
         Modes that are integrated.
     halved : int
         How often the step was halved, see `march`.
-    structure : ClampedBlades, JoinedSectors or TurningSectors
+    structure : ClampedBlades, JoinedSectors, TurningBlades or TurningSectors
         Coordinates of the blades, their contact motions and forces.
 
     Examples

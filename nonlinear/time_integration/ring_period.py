@@ -51,6 +51,19 @@ def advance_modes(system: RingSystem, work: RingWork) -> None:
 
 
 @inlined
+def advance_poles(system: RingSystem, turning: TurningWaves, work: RingWork) -> None:
+    """As `advance_modes` for poles, which have no rates: a pair p = (a - i b) / 2^(1/2) turns."""
+    real, imaginary, half = system.position[0], turning.imaginary[0], turning.half
+    for j in range(len(work.coordinates)):
+        pole, force = work.coordinates[j], work.modal_force[j]
+        for a in range(half):
+            b = a + half
+            x, y, f, g = pole[a], pole[b], force[a], force[b]
+            pole[a] = real[0, a] * x + imaginary[0, a] * y + (real[2, a] * f + imaginary[2, a] * g)
+            pole[b] = real[0, b] * y - imaginary[0, a] * x + (real[2, b] * g - imaginary[2, a] * f)
+
+
+@inlined
 def begin_all(system: RingSystem, work: RingWork) -> None:
     """Keep the beginning of the step, and extrapolate the contact forces to its end."""
     for j in range(len(work.force)):
@@ -185,7 +198,7 @@ def solve_contacts(scale: float, system: RingSystem, work: RingWork) -> float:
 
 
 @inlined
-def apply_forces(system: RingSystem, blades: BladeSystem, work: RingWork) -> None:
+def apply_forces(system: RingSystem, blades: BladeSystem, turning: TurningWaves, work: RingWork) -> None:
     """Add the forces at the end of the step to coordinates and rates."""
     n_blades = len(work.force)
     for j in range(n_blades):
@@ -201,6 +214,10 @@ def apply_forces(system: RingSystem, blades: BladeSystem, work: RingWork) -> Non
         for m in range(modal.size):
             work.coordinates[j, m] += position[3, m] * modal[m]
             work.rates[j, m] += rate[3, m] * modal[m]
+        for a in range(turning.half):
+            b = a + turning.half
+            work.coordinates[j, a] += turning.imaginary[0, 3, a] * modal[b]
+            work.coordinates[j, b] -= turning.imaginary[0, 3, a] * modal[a]
 
 
 @inlined
@@ -251,17 +268,26 @@ def end_all(system: RingSystem, work: RingWork) -> None:
 
 @lean
 def march_steps(
-    system: RingSystem, blades: BladeSystem, work: RingWork, first: int, last: int, scale: float, output: Array
+    system: RingSystem,
+    blades: BladeSystem,
+    turning: TurningWaves,
+    work: RingWork,
+    part: tuple[int, int],
+    scale: float,
+    output: Array,
 ) -> float:
-    """March the steps from `first` to `last` of a period and write the output at their ends, (steps, q).
+    """March a part of a period, from its first step to before its last, and write the output of each, (steps, q).
 
     `scale` is the largest contact force so far; returned with what comes, or -1 where the contact forces of a step do
     not settle.
     """
     steps = len(output)
-    for step in range(first, last):
+    for step in range(part[0], part[1]):
         theta = 2.0 * math.pi * (step + 1) / steps
-        advance_modes(system, work)
+        if turning.half > 0:
+            advance_poles(system, turning, work)
+        else:
+            advance_modes(system, work)
         begin_all(system, work)
         write_free_motion(theta, system, work)
         add_modes(blades, work)
@@ -270,7 +296,7 @@ def march_steps(
         if largest < 0.0:
             return -1.0
         scale = largest
-        apply_forces(system, blades, work)
+        apply_forces(system, blades, turning, work)
         write_output(theta, system, blades, work, output[step])
         end_all(system, work)
     return scale

@@ -226,13 +226,16 @@ class ClampedBlades(RingStructure):
             found = found - np.roll(force, 1, axis=0) @ self.modal.left
         return found + self.push
 
+    @property
+    def faces(self) -> tuple[Array, Array]:
+        """Motion of the right and the left face, (r, m); one blade is its own neighbour: right is the whole."""
+        right = self.modal.right
+        left = np.zeros_like(right) if self.modal.left is None else self.modal.left
+        return (right - left, np.zeros_like(left)) if self.n_blades == 1 else (right, left)
+
     def kernel(self, omega: float, steps: int) -> "BladeKernel":
         """The kernel that marches the ring at `omega` (rad/s) with `steps` a period."""
-        ring, modal, kept = self.modes.ring, self.modal, self.retained
-        right = modal.right
-        left = np.zeros_like(right) if modal.left is None else modal.left
-        if self.n_blades == 1:  # its own neighbour
-            right, left = right - left, np.zeros_like(left)
+        ring, modal, kept, (right, left) = self.modes.ring, self.modal, self.retained, self.faces
         stiffness, flexibility = np.atleast_2d(self.stiffness), np.atleast_2d(self.flexibility)
         damping = np.tile(modal.damping[kept], len(stiffness))
         advanced = propagation(stiffness[:, kept].ravel(), damping, 2.0 * np.pi / omega / steps)
@@ -254,19 +257,21 @@ class ClampedBlades(RingStructure):
             push=padded(self.push[kept], 1),
             output_forces=padded(np.stack([right @ follows, -left @ follows]).transpose(2, 0, 1), 1),
         )
-        return BladeKernel(self.system(omega, (position, rate), (own, previous, following)), blades)
+        still = TurningWaves(np.zeros((2, 4, 0)), np.zeros((2, 0)), 0)
+        return BladeKernel(self.system(omega, (position, rate), (own, previous, following)), blades, still)
 
 
 @dataclass(frozen=True)
 class BladeKernel:
-    """Marches a ring of blades; `system` and `blades` hold the arrays."""
+    """Marches a ring of blades; `system`, `blades` and `turning` hold the arrays."""
 
     system: RingSystem
     blades: BladeSystem
+    turning: TurningWaves
 
     def __call__(self, work: RingWork, first: int, last: int, scale: float, output: Array) -> float:
         """March steps of a period, see `march_steps`."""
-        return float(march_steps(self.system, self.blades, work, first, last, scale, output))
+        return float(march_steps(self.system, self.blades, self.turning, work, (first, last), scale, output))
 
 
 class WavesOverStep(NamedTuple):

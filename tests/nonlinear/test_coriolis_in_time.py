@@ -192,6 +192,20 @@ def test_the_wave_of_the_harmonic_balance_is_that_of_the_ring(disk, speed, flow)
     assert distances[2] < 1e-3
 
 
+@pytest.mark.parametrize("q", [2, 5])
+def test_blades_alone_are_joined_sectors(q):
+    """Slip and separation: with a flow that does nothing poles of waves are integrated, not those of blades."""
+    still, outputs = replace(FLOW, coefficient=np.zeros(3, complex)), []
+    for flow in ([], [still]):
+        ring = ring_of(turning(q, speed=0.3), flow=flow)
+        integrator = RingIntegrator.of(ring, 0.9, nodal_diameter=1)
+        outputs.append(integrator.march(integrator.at_rest(), 5))
+    assert outputs[1].output_m == pytest.approx(outputs[0].output_m, abs=1e-8)
+    assert outputs[1].final.coordinates == pytest.approx(outputs[0].final.coordinates, abs=1e-8)
+    assert outputs[1].final.rates == pytest.approx(outputs[0].final.rates, abs=1e-8)
+    assert np.abs(outputs[0].final.slider).max() > 0.01
+
+
 @pytest.mark.parametrize("law", ["two_sliders", "cone"])
 def test_coriolis_forces_do_no_work(law):
     """Energy is balanced to second order, from rest, with slip and separation."""
