@@ -65,6 +65,8 @@ def ring_structure(modes: RetainedModes, n_blades: int) -> RingStructure:
     """The structure of q blades: joined in waves or by their contacts alone, with Coriolis forces or without."""
     modal = modes.ring.modal
     joined = bool(modal.influence) or not isinstance(modal, ModalModel)
+    if modes.ring.blades_apart is not None and (joined or modal.turns):
+        raise ValueError("time integration: blades that differ, allowed: on a rigid disk, without Coriolis forces")
     if modal.turns:
         return (TurningSectors if joined else TurningBlades)(modes, n_blades)
     return (JoinedSectors if joined else ClampedBlades)(modes, n_blades)

@@ -13,6 +13,7 @@ from turning import circling, turning
 from nonlinear import (
     ContactParameters,
     Excitation,
+    Mistuning,
     Ring,
     RingIntegrator,
     RingLimits,
@@ -24,6 +25,7 @@ from nonlinear import (
     ring_in_flow,
 )
 from nonlinear.harmonic_balance.initial_solution import periodic_start
+from nonlinear.mistuned_ring.ring_receptance import ring_in_time
 from nonlinear.time_integration.ring import RetainedModes
 from rom import InfluenceCoefficients, aeroelastic_modes, modal_model
 
@@ -204,6 +206,13 @@ def test_blades_alone_are_joined_sectors(q):
     assert outputs[1].final.coordinates == pytest.approx(outputs[0].final.coordinates, abs=1e-8)
     assert outputs[1].final.rates == pytest.approx(outputs[0].final.rates, abs=1e-8)
     assert np.abs(outputs[0].final.slider).max() > 0.01
+
+
+def test_blades_that_differ_are_refused():
+    ring = ring_of(turning(2))
+    apart = ring_in_time(ring.modal, ring.contact, ring.excitation, Mistuning.of(2, friction=[0.1, -0.1]))
+    with pytest.raises(ValueError, match="blades that differ, allowed: on a rigid disk"):
+        RingIntegrator.of(apart, 0.9)
 
 
 @pytest.mark.parametrize("law", ["two_sliders", "cone"])
