@@ -21,7 +21,6 @@ from nonlinear.time_integration.ring import RETENTION, RetainedModes, Ring, Ring
 from nonlinear.time_integration.ring_structure import ClampedBlades, JoinedSectors, Kernel, RingStructure
 from nonlinear.time_integration.turning_blades import TurningBlades
 from nonlinear.time_integration.turning_sectors import TurningSectors
-from rom import ModalModel
 
 HARMONICS = 15
 SAME_MOTION = 0.2  # largest relative change of the displacement by the harmonics added
@@ -64,12 +63,11 @@ CYCLE_SAMPLES = 4096  # instants of the contact cycle from which the sliders sta
 def ring_structure(modes: RetainedModes, n_blades: int) -> RingStructure:
     """The structure of q blades: joined in waves or by their contacts alone, with Coriolis forces or without."""
     modal = modes.ring.modal
-    joined = bool(modal.influence) or not isinstance(modal, ModalModel)
-    if modes.ring.blades_apart is not None and (joined or modal.turns):
+    if modes.ring.blades_apart is not None and modal.waves_differ:
         raise ValueError("time integration: blades that differ, allowed: on a rigid disk, without Coriolis forces")
     if modal.turns:
-        return (TurningSectors if joined else TurningBlades)(modes, n_blades)
-    return (JoinedSectors if joined else ClampedBlades)(modes, n_blades)
+        return (TurningSectors if modal.joined else TurningBlades)(modes, n_blades)
+    return (JoinedSectors if modal.joined else ClampedBlades)(modes, n_blades)
 
 
 class ContactIterationError(ArithmeticError):
