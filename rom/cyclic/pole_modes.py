@@ -67,6 +67,11 @@ class PoleModes:
         balance = np.sqrt(np.linalg.norm(dual, axis=1) / np.linalg.norm(shapes, axis=0))
         return cls(poles, shapes * balance, dual / balance[:, None])
 
+    @property
+    def conjugate(self) -> PoleModes:
+        """Those of the complex conjugate matrices."""
+        return PoleModes(self.poles.conj(), self.shapes.conj(), self.dual.conj())
+
 
 def coriolis_forces(model: ReducedModel, shapes: NDArray[Any]) -> NDArray[Any]:
     """Coriolis forces of the velocities of mass-normalised shapes (n, m) at the speed, skew-Hermitian, (m, m), 1/s.

@@ -381,7 +381,7 @@ class SectorModes:
         """The modes of -n from those of n; the forces may be complex themselves."""
         shapes, model = modes.shapes.conj(), self.model
         adjoint = shapes.conj().T
-        return replace(
+        found = replace(
             modes,
             shapes=shapes,
             right=modes.right.conj(),
@@ -393,6 +393,9 @@ class SectorModes:
             flow=None if modes.flow is None else modes.flow.conj(),
             coriolis=None if modes.coriolis is None else modes.coriolis.conj(),
         )
+        if modes.turns:
+            vars(found)["turning"] = modes.turning.conjugate  # the eigenproblem of poles is dear: once for +-n
+        return found
 
 
 RingModes = ModalModel | SectorModes
