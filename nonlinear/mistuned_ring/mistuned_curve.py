@@ -32,6 +32,7 @@ from rom import ModalModel, RingModes
 
 MOST_UNKNOWNS = 500  # of a ring that is solved as one structure: some minutes
 PERIODS = 1000  # of the time integration of a whole ring with the standard search
+MOST_TURNING = 100  # modes of such a ring with Coriolis forces, whose poles are one full eigenproblem
 WHOLE, ALONE = "stability of the whole ring", "stability by time integration alone"  # of a small and a large ring
 NONE = "no stability"  # where blades are joined, and of large rings with Coriolis forces
 OTHERS = "other deviations of blades and contacts"
@@ -86,8 +87,11 @@ def mistuned_curve(
     check_blades(modal, mistuning)
     if modal.joined or not isinstance(modal, ModalModel):
         curve = _main_branch(response, options)
-        return replace(curve, worst=_said(worst_of(curve, options, None, None, NOT_IN_TIME), NONE))
+        own = replace(options, detached=False)
+        return replace(curve, worst=_said(worst_of(curve, own, None, None, NOT_IN_TIME), NONE))
     is_small = 3 * contact.n_contacts * mistuning.n_blades * (2 * response.harmonics + 1) <= MOST_UNKNOWNS
+    if modal.turns:
+        is_small = is_small and mistuning.n_blades * modal.angular_frequency.size <= MOST_TURNING
     if is_small:
         curve, own = _solved(modal, contact, excitation, options, mistuning, response), options
     else:
@@ -95,9 +99,7 @@ def mistuned_curve(
     if not curve.points:
         return curve
     if modal.turns:
-        return replace(
-            curve, worst=_said(worst_of(curve, options, None, None, NOT_IN_TIME), WHOLE if is_small else NONE)
-        )
+        return replace(curve, worst=_said(worst_of(curve, own, None, None, NOT_IN_TIME), WHOLE if is_small else NONE))
     ring = ring_in_time(modal, contact, excitation, mistuning, options.output)
     tried: list[int] = []
     worst, error = _worst_motion(RingIntegration(ring, own), curve, mistuning.n_blades, tried)
