@@ -89,6 +89,8 @@ class FloquetAnalysis:
         """For a balance of these parts."""
         harmonics = max(receptance.harmonics)
         problem = HillProblem(receptance.modal.softly_held, receptance.phase, harmonics, kappa, static)
+        if ReducedRefinement(problem, contact).small:  # few states anyway, and none is refined where it grows
+            problem = replace(problem, retention_harmonic=max(problem.retention_harmonic, harmonics))
         return cls(problem, MemorySampler(contact, harmonics))
 
     def point(self, displacement: Array, jacobian: Array, omega: float) -> PointContact:

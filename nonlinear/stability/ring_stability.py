@@ -106,6 +106,11 @@ class RingStability:
             best = next((found for found in leading if found is not None), None)
         return best if best is None or any_growing else self._climbed(point, best)
 
+    def leading_of(self, contact: LinearisedContact, k: int) -> PatternExponent | None:
+        """The exponent of one nodal diameter k with the largest real part; None if none lies in the strip."""
+        point, own = self.wave.point(*contact), min(k % self.n_blades, -k % self.n_blades)
+        return self._least_stable(point, [item for item in self._approximate(point) if item[1] == own], False, {})
+
     def _leading_of(self, point: PointContact, slices: ScannedSlices, any_growing: bool) -> PatternExponent | None:
         """The least stable exponent; where any that grows suffices, some nodal diameters are looked at first."""
         every = np.arange(1, self.n_blades // 2 + 1)

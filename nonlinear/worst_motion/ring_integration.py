@@ -107,6 +107,10 @@ class RingPatterns:
         nodal_diameter : int
             k of the perturbations.
         """
+        modal = self.ring.modal
+        if largest_nodal_diameter(modal) and nodal_diameter % (modal.n_blades or 1):
+            leading = self._stability.leading_of(self._contact, nodal_diameter)
+            return -np.inf if leading is None else float(leading.exponent.real)
         found = self._analysis(self.ring.shift(nodal_diameter)).exponents(*self._contact)
         return float(found[0].real) if found.size else -np.inf
 

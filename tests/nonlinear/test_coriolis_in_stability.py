@@ -1,16 +1,16 @@
 """Stability of a ring with Coriolis forces: physical matrices, poles of waves, a speed of zero."""
 
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 import pytest
 from test_coriolis_in_response import CONTACT, EO, OPTIONS, N, in_wave
 from turning import SPEED, turning
 
-from nonlinear import ContactParameters, Excitation, build_harmonic_balance, forced_response
+from nonlinear import ContactParameters, Excitation, Ring, RingPatterns, build_harmonic_balance, forced_response
 from nonlinear.contact.fourier import to_real
-from nonlinear.stability.eigenproblem import converged
+from nonlinear.stability.eigenproblem import all_refined, converged, eigenvalues_by_slices
 from nonlinear.stability.floquet import FloquetAnalysis
 from nonlinear.stability.ring_stability import LinearisedContact, RingStability
 from rom import aeroelastic_modes, modal_model
@@ -75,6 +75,28 @@ def test_at_rest_coriolis_forces_change_no_exponent(disk):
         assert np.count_nonzero(found.imag == 0.0) == np.count_nonzero(expected.imag == 0.0)
         leading, own = (RingStability(each, N).leading(contact) for each in (analysis, turned))
         assert own.exponent.real == pytest.approx(leading.exponent.real, rel=2e-3, abs=1e-6 * contact.omega)
+
+
+@pytest.mark.parametrize(("coriolis", "hertz", "k"), [(False, 0.06236, 0), (False, 0.11146, 2), (True, 0.12627, 3)])
+def test_growth_rates_of_one_nodal_diameter_are_those_of_all_poles(coriolis, hertz, k):
+    """Few contact nodes, seven harmonics: condensed poles let these perturbations grow by up to 0.1 omega."""
+    modal = modal_model(turning(6, speed=0.3), damping_ratio=0.01, coriolis=coriolis)
+    options, wave = replace(OPTIONS, harmonics=7, frequency_hz=(0.99 * hertz, 1.01 * hertz)), Excitation(1, 1.0)
+    curve = forced_response(modal, CONTACT, wave, options)
+    index = int(np.argmin(np.abs(curve.frequency_hz - hertz)))
+    displacement = to_real(curve.relative_displacement[index].reshape(8, -1)).reshape(15, -1, 3)
+    omega, ring = 2.0 * np.pi * curve.frequency_hz[index], Ring(modal, CONTACT, wave)
+    jacobian = build_harmonic_balance(modal, CONTACT, wave, options).element.evaluate(displacement).jacobian
+    analysis = FloquetAnalysis.of(ring.receptance(7), CONTACT, kappa=ring.shift(k))
+    every = replace(analysis.problem, retention_radius=np.inf)
+    problem = every.eigenproblem(jacobian, omega, analysis.point(displacement, jacobian, omega).memory)
+    starts = eigenvalues_by_slices(problem.eigenvalues, 1.0 / 6.0, problem.conjugate_pairs)
+    found = all_refined(partial(converged, problem), starts[starts.real > -0.05], problem.conjugate_pairs)
+    expected = found[np.abs(found.imag) < 0.5].real.max()
+    assert -0.05 < expected < 0.0
+    assert RingPatterns(ring, options, omega, displacement).growth_rate(k) / omega == pytest.approx(
+        expected, abs=1e-4
+    )
 
 
 @pytest.mark.parametrize("disk", [False, True], ids=["blade", "disk"])

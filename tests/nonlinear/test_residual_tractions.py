@@ -66,7 +66,7 @@ class DampedReceptance(RelativeReceptance):
             h * omega
         ) ** 2 * MASS, 1j * h * DAMPING - 2 * h * h * omega * MASS
 
-    def modal_response(self, omega: float, contact_force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _terms(self, omega: float, contact_force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         value, derivative = self.dynamic_stiffness(omega)
         motion = np.linalg.solve(value, self.modal_force[..., None] + self.adjoint @ contact_force[..., None])
         return motion[..., 0], -np.linalg.solve(value, derivative @ motion)[..., 0]
