@@ -111,7 +111,7 @@ class RingPatterns:
         if largest_nodal_diameter(modal) and nodal_diameter % (modal.n_blades or 1):
             leading = self._stability.leading_of(self._contact, nodal_diameter)
             return -np.inf if leading is None else float(leading.exponent.real)
-        found = self._analysis(self.ring.shift(nodal_diameter)).exponents(*self._contact)
+        found = self._analysis.exponents(*self._contact)
         return float(found[0].real) if found.size else -np.inf
 
     def rate_error(self, nodal_diameter: int) -> float:
@@ -166,8 +166,7 @@ class RingPatterns:
             near = [item for item in small if item[0].real >= NEARLY * small[0][0].real]
             near = sorted(near, key=lambda item: self.ring.blades(item[1]))
             for sigma, k in near[:1]:
-                start = PatternExponent(self.omega * sigma, k)
-                refined = self._stability.followed(self._contact, start)
+                refined = self._stability.followed(self._contact, PatternExponent(self.omega * sigma, k))
                 found += [] if refined is None else [refined]
         return max(found, key=lambda pattern: pattern.exponent.real)
 
@@ -178,13 +177,11 @@ class RingPatterns:
 
     @cached_property
     def _stability(self) -> RingStability:
-        n_blades = self.ring.modal.n_blades
-        assert n_blades is not None
-        return RingStability(self._analysis(0.0), n_blades)
+        return RingStability(self._analysis, self.ring.modal.n_blades or 1)
 
-    def _analysis(self, kappa: float) -> FloquetAnalysis:
-        receptance = self.ring.receptance(len(self.displacement) // 2)
-        return FloquetAnalysis.of(receptance, self.ring.contact, kappa=kappa)
+    @cached_property
+    def _analysis(self) -> FloquetAnalysis:
+        return FloquetAnalysis.of(self.ring.receptance(len(self.displacement) // 2), self.ring.contact)
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from nonlinear.stability.floquet import (
     floquet_exponents,
     instability_of,
 )
-from nonlinear.stability.hill import HillProblem
+from nonlinear.stability.hill import RETENTION_HARMONIC, HillProblem
 from nonlinear.stability.slider_memory import MemorySampler
 from rom import modal_model
 
@@ -255,6 +255,8 @@ def test_the_determinant_changes_its_sign_with_a_real_exponent(n_blades, interfe
     """With all harmonics, those that retain few poles included."""
     contact, balance, curve = friction_case(n_blades, interference, harmonics, method)
     analysis = FloquetAnalysis.of(balance.receptance, contact, static=method == "coupled")
+    few = replace(analysis.problem, retention_harmonic=RETENTION_HARMONIC)  # as with many contact nodes
+    analysis = replace(analysis, problem=few)
     assert analysis.problem.retention_harmonic < 9
     signs, exponents = [], []
     for displacement, hertz in zip(curve.relative_displacement, curve.frequency_hz, strict=True):
