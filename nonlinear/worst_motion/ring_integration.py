@@ -107,8 +107,7 @@ class RingPatterns:
         nodal_diameter : int
             k of the perturbations.
         """
-        modal = self.ring.modal
-        if largest_nodal_diameter(modal) and nodal_diameter % (modal.n_blades or 1):
+        if largest_nodal_diameter(self.ring.modal) and nodal_diameter % (self.ring.modal.n_blades or 1):
             leading = self._stability.leading_of(self._contact, nodal_diameter)
             return -np.inf if leading is None else float(leading.exponent.real)
         found = self._analysis.exponents(*self._contact)
