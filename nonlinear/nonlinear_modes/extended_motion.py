@@ -41,7 +41,7 @@ import numpy as np
 from nonlinear.contact.fourier import ComplexArray, to_complex, to_real
 from nonlinear.contact.parameters import Array, ContactElement, ContactForces, ContactParameters
 from nonlinear.harmonic_balance.residual import receptance_times_force_jacobian
-from rom import RelativeReceptance, contact_springs, spring_stiffness
+from rom import PoleModes, RelativeReceptance, contact_springs, spring_stiffness
 
 EXTRA = 4  # unknowns beside the displacements: q_k, omega, zeta, ln a
 
@@ -241,18 +241,15 @@ def _turning_mode(
     """As `linear_mode`, of the poles that turn forward with Coriolis forces and with stiffness `added` (m, m)."""
     own, waves = receptance.modal.at_phase(receptance.phase), receptance.modes
     assert own.coriolis is not None
-    size, unit = len(added), float(waves.angular_frequency[1].max())
+    size, stiffness = len(own.coriolis), np.array(waves.total_stiffness[1])
+    stiffness[:size] = own.held_stiffness
     damping = np.diag(waves.total_damping[1]).astype(complex)
-    damping[: len(own.coriolis), : len(own.coriolis)] += own.coriolis
-    system = np.zeros((2 * size, 2 * size), dtype=complex)
-    system[:size, size:] = unit * np.eye(size)
-    system[size:, :size] = -(np.diag(waves.total_stiffness[1]) + added) / unit
-    system[size:, size:] = -damping
-    poles, vectors = np.linalg.eig(system)
-    forward = np.flatnonzero(poles.imag > 0.0)
-    place = forward[np.argsort(poles[forward].imag, kind="stable")[number - 1]]
-    omega, shape = float(poles[place].imag), vectors[:size, place]
-    return omega, -float(poles[place].real) / omega, shape / np.linalg.norm(shape)
+    damping[:size, :size] += own.coriolis
+    found = PoleModes.of(np.diag(stiffness) + added, damping)
+    forward = np.flatnonzero(found.poles.imag > 0.0)
+    place = forward[np.argsort(found.poles[forward].imag, kind="stable")[number - 1]]
+    omega, shape = float(found.poles[place].imag), found.shapes[:, place]
+    return omega, -float(found.poles[place].real) / omega, shape / np.linalg.norm(shape)
 
 
 def first_state(
