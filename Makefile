@@ -4,7 +4,8 @@
 # make test-fast  format, lint, types, and the tests of tests/fast.txt, whose every test answers at once: for daily work
 # make test-long  the hard cases of make test, six minutes: losses of workers and disks, whole benchmarks, the first half hour
 # make test-lowest, make test-newest  tests of every library's use, with the lowest and the newest versions that pyproject.toml allows
-# make test-generic  the tests with BLAS of a processor of 2008 and kernels compiled for any x86_64: nothing may rest on the last bit
+# make test-generic  the tests with BLAS of a processor of 2008, kernels compiled for any x86_64 and time integration disturbed
+#             by 1e-13: nothing may rest on the last bit; CORETYPE=Haswell DISTURBED=2 another BLAS, another disturbance
 # make lock   requirements.lock, the exact versions of make setup, as the newest allowed ones
 # make bench  run time against error of every stage, and run times before and after, into out/bench; make bench-docs puts it into docs
 # make bench-times  every row of the table of run times, half an hour; ROWS="fresh auto" those of cases whose names begin so
@@ -75,7 +76,10 @@ test-lowest: setup
 	out/lowest/venv/bin/python -m pytest -n 2 --dist loadgroup $(addprefix tests/,$(VERSION_TESTS))
 
 test-generic: export OPENBLAS_NUM_THREADS = 1
-test-generic: export OPENBLAS_CORETYPE = Nehalem
+CORETYPE ?= Nehalem
+DISTURBED ?= 1
+test-generic: export OPENBLAS_CORETYPE = $(CORETYPE)
+test-generic: export DISTURBED
 test-generic: export NUMBA_CPU_NAME = generic
 test-generic: export NUMBA_CPU_FEATURES =
 test-generic: setup

@@ -114,16 +114,22 @@ def test_sectors_that_turn_settle_on_the_cycle_of_a_wave():
 
 
 def test_a_ring_leaves_a_cycle_on_which_another_wave_grows(competing):
-    """To a motion of several waves at once, which differs from every cycle."""
+    """To a motion of several waves at once, which differs from every cycle.
+
+    A disturbance of a twentieth seeds the departure; in the irregular motion that follows other waves have 3 to 4 % of
+    the energy, by whichever path it is reached.
+    """
     modal, (_, unstable) = competing
-    start = state_on(modal, unstable, 2)
-    found = ring_in_flow(modal, SHROUD, OPTIONS, 1400, start=start, omega=2.0 * np.pi * unstable.frequency_hz)
-    squares = found.amplitude_m**2
-    share = squares.max(axis=1) / squares.sum(axis=1)
-    assert np.all(found.nodal_diameter[found.amplitude_m.argmax(axis=1)] == 2)
-    assert share[found.periods < 100].min() > 0.999
-    assert found.share < 0.99
-    assert found.ending in ("several waves", "not settled")
+    start, omega = state_on(modal, unstable, 2), 2.0 * np.pi * unstable.frequency_hz
+    integrator = RingIntegrator.of(Ring(modal, SHROUD, Excitation(2, 0.0)), omega, nodal_diameter=1)
+    seeded = integrator.disturbed(start, 3, 0.05 * integrator.vibration(start))
+    motion = ring_in_flow(modal, SHROUD, OPTIONS, 1000, start=seeded, omega=omega)
+    squares = motion.amplitude_m**2
+    others = 1.0 - squares.max(axis=1) / squares.sum(axis=1)
+    assert np.all(motion.nodal_diameter[motion.amplitude_m.argmax(axis=1)] == 2)
+    assert others[motion.periods < 100].max() < 0.005
+    assert others[-1] > 0.015
+    assert motion.ending in ("several waves", "not settled")
 
 
 @pytest.mark.parametrize(("amplitude", "ending"), [(10.5, "one wave"), (12.5, "grows for ever")])
