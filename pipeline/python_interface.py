@@ -60,7 +60,7 @@ def run_scene(
         machine, without dask; the calling script then needs the same line as with several jobs.
     overrides : mapping of str to value
         Dotted keys with values that replace those of the scene, such as {"contact.friction": 0.3}; None removes a
-        key. A swept key that is replaced is swept no longer.
+        key. A key that the scene sweeps and that is replaced is swept no longer.
     **tables : mapping or value
         The same by tables: `contact={"friction": 0.3}`, `accuracy="draft"`, `sweep={"shroud.angle": [70.0, 90.0]}`.
 
@@ -90,7 +90,7 @@ def run_scene(
     if scene is None and rom is None:
         raise TypeError("run_scene() needs a scene, or rom with the tables of one")
     named = {"name": "model"} if scene is None else scene
-    file = given_scene(named, {**(overrides or {}), **tables}, given_model=rom is not None)
+    file = given_scene(named, overrides or {}, rom is not None, tables)
     folder = Path("out") / file.first.name if out is None else output_path(out, "out")
     given, own = _file_or_model(rom), jobs if scheduler is None else None
     return _results(Request(file, folder, until, force, own, given, *_cluster(scheduler)), quiet)

@@ -8,7 +8,8 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -18,7 +19,15 @@ from pydantic import ValidationError
 
 from pipeline.errors import InputError, input_error, shown
 from pipeline.scene.contact_section import Interface
-from pipeline.scene.dotted_keys import INTERFACE, NAMED_TABLES, interface_of, split_key, table_in, with_table
+from pipeline.scene.dotted_keys import (
+    INTERFACE,
+    NAMED_TABLES,
+    flattened_keys,
+    interface_of,
+    split_key,
+    table_in,
+    with_table,
+)
 from pipeline.scene.input_files import with_hashes
 from pipeline.scene.loads_section import files_of
 from pipeline.scene.presets import Accuracy, with_preset
@@ -335,9 +344,11 @@ def given_scene(
     scene: SceneFile | Mapping[str, Any] | str | os.PathLike[str],
     overrides: Mapping[str, Any],
     given_model: bool = False,
+    more: Mapping[str, Any] | None = None,
 ) -> SceneFile:
-    """A scene as it is given in Python, validated."""
-    if isinstance(scene, SceneFile) and not overrides:
+    """A scene as it is given in Python, validated; `overrides` and `more` replace what it says."""
+    given = [*overrides.items(), *(more or {}).items()]
+    if isinstance(scene, SceneFile) and not given:
         return with_contents(scene, {})  # its files may have been written again
     if isinstance(scene, SceneFile):
         path, tables, text = scene.path, parsed(scene.path, scene.text), scene.text
@@ -346,11 +357,31 @@ def given_scene(
     else:
         path = Path(scene)
         tables, text = load_tables(path)
-    for key, value in sorted(overrides.items(), key=lambda item: not item[0].startswith("sweep")):
-        _replace(path, tables, key, _plain(value))
-    if overrides or not text:
+    swept = _swept_by(path, given)
+    for key, value in sorted(given, key=lambda item: not item[0].startswith("sweep")):
+        _replace(path, tables, key, _plain(value), swept)
+    if given or not text:
         text = toml_text(tables)
     return scene_of_tables(path, tables, text, given_model)
+
+
+def _swept_by(path: Path, given: Sequence[tuple[str, Any]]) -> frozenset[str]:
+    """Keys that a call sweeps; two values of one key are refused, and one beside a sweep without it."""
+    values: dict[str, Any] = {}
+    tables: dict[str, Any] = {}
+    for key, value in given:
+        for name, item in flattened_keys({key: _plain(value)}).items():
+            if values.setdefault(name, item) != item:
+                raise input_error(
+                    path, name, f"given twice, {shown(values[name])} and {shown(item)}", "one of the two"
+                )
+        if key.partition(".")[0] == "sweep" and value is not None:
+            _replace(path, tables, key, _plain(value))
+    lists = read_sweep(path, tables.get("sweep", {})).lists
+    for key, swept in lists.items():
+        if values.get(key) is not None and values[key] not in swept:
+            raise input_error(path, key, f"given as {shown(values[key])} beside a sweep of it", "one of the two")
+    return frozenset(lists)
 
 
 def derived_member(file: SceneFile, values: Mapping[str, Any], place: str, given_model: bool = False) -> Member:
@@ -364,21 +395,24 @@ def derived_member(file: SceneFile, values: Mapping[str, Any], place: str, given
     return replace(derived.members[0], parameters=dict(values), place=place)
 
 
-def _replace(path: Path, tables: dict[str, Any], key: str, value: Any) -> None:
-    """Put a value in the place of a dotted key, the keys of a table, or a key at the top."""
+def _replace(path: Path, tables: dict[str, Any], key: str, value: Any, swept: AbstractSet[str] = frozenset()) -> None:
+    """Put a value in the place of a dotted key, the keys of a table, or a key at the top.
+
+    A key that the scene sweeps is swept no longer, unless it is among `swept`.
+    """
     table, _, name = key.partition(".")
     if not name and isinstance(value, Mapping) and table in (*SECTIONS, *NAMED_TABLES, "sweep"):
         for inner, item in value.items():
-            _replace(path, tables, f"{table}.{inner}", item)
+            _replace(path, tables, f"{table}.{inner}", item, swept)
     elif not name:
         _put(tables, table, value)
     elif table in NAMED_TABLES and isinstance(value, Mapping):
         for inner, item in value.items():
-            _replace(path, tables, f"{key}.{inner}", item)
+            _replace(path, tables, f"{key}.{inner}", item, swept)
     else:
-        swept = name if table == "sweep" else key
-        if split_key(swept)[0] in SECTIONS or interface_of(swept):
-            _sweep_no_longer(path, tables, swept)
+        varied = name if table == "sweep" else key
+        if (split_key(varied)[0] in SECTIONS or interface_of(varied)) and (table == "sweep" or key not in swept):
+            _sweep_no_longer(path, tables, varied)
         named = table in NAMED_TABLES and "." in name
         places = [table, *split_key(name)] if named else [table, name]
         _put(_inside(path, tables, places[:-1]), places[-1], value)

@@ -116,8 +116,8 @@ def test_sectors_that_turn_settle_on_the_cycle_of_a_wave():
 def test_a_ring_leaves_a_cycle_on_which_another_wave_grows(competing):
     """To a motion of several waves at once, which differs from every cycle.
 
-    A disturbance of a twentieth seeds the departure; in the irregular motion that follows other waves have 3 to 4 % of
-    the energy, by whichever path it is reached.
+    A disturbance of a twentieth seeds the departure; in the irregular motion that follows other waves have 3 to 4 %
+    of the energy, by whichever path it is reached.
     """
     modal, (_, unstable) = competing
     start, omega = state_on(modal, unstable, 2), 2.0 * np.pi * unstable.frequency_hz

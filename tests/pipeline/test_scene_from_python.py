@@ -71,6 +71,40 @@ def test_overrides_add_remove_and_sweep(tmp_path: Path) -> None:
     assert set(frictions(swept)) == {0.3}
 
 
+@pytest.mark.parametrize("value", [{"contact": {"friction": 0.2}}, {"contact.friction": 0.2}])
+@pytest.mark.parametrize("sweep", [[0.1, 0.2], (0.1, 0.2), np.array([0.1, 0.2])])
+@pytest.mark.parametrize(
+    "scene_sweep", [{}, {"contact.friction": [0.5, 0.6]}, {"points": [{"contact.friction": 0.5}]}]
+)
+def test_a_sweep_of_a_call_stands(scene_sweep: dict[str, Any], value: dict[str, Any], sweep: Any) -> None:
+    scene = small_scene(sweep=scene_sweep)
+    columns = {"points": [{"contact.friction": item} for item in sweep]}
+    swept = columns if "points" in scene_sweep else {"contact.friction": sweep}
+    file = given_scene(scene, value, more={"sweep": swept})
+    assert frictions(file) == [0.1, 0.2]
+    both = given_scene(scene, value, more={"sweep": None})
+    assert frictions(both) == [0.2]
+
+
+@pytest.mark.parametrize(
+    ("overrides", "tables", "said"),
+    [
+        ({}, {"contact": {"friction": 0.3}, "sweep": {"contact.friction": [0.1, 1.0]}}, "beside a sweep of it"),
+        ({"contact.friction": 0.3}, {"sweep": {"contact": {"friction": [0.1]}}}, "beside a sweep of it"),
+        ({"sweep.contact.friction": [0.1], "contact.friction": 0.3}, {}, "beside a sweep of it"),
+        ({}, {"contact": {"friction": 0.3}, "sweep": {"points": [{"contact.friction": 0.1}]}}, "beside a sweep"),
+        ({"contact.friction": 0.3}, {"contact": {"friction": 0.4}}, "given twice, 0.3 and 0.4"),
+        ({"contact": {"friction": 0.3}}, {"contact": {"friction": 0.4, "preload": 1.0}}, "given twice"),
+        ({"sweep": {"contact.friction": [0.3]}}, {"sweep": {"contact.friction": [0.4]}}, "given twice"),
+    ],
+)
+def test_what_a_call_says_twice_is_refused(overrides: dict[str, Any], tables: dict[str, Any], said: str) -> None:
+    with pytest.raises(shroud.InputError, match=rf"contact\.friction: .*{said}"):
+        given_scene(small_scene(), overrides, more=tables)
+    file = given_scene(small_scene(), {"contact": {"friction": 0.3}}, more={"contact": {"preload": 1.0}})
+    assert (file.first.contact.friction, file.first.contact.preload) == (0.3, 1.0)
+
+
 def test_what_is_wrong_in_an_override_is_said_as_in_a_file(tmp_path: Path) -> None:
     path = write_scene(tmp_path / "s.toml", small_scene())
     with pytest.raises(shroud.InputError, match=r"s\.toml: contact\.mu: unknown key, did you mean contact\.friction"):
