@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from pipeline.codec import plain, restored
 from pipeline.scene.contact_section import FaceField
-from pipeline.stages.cache_keys import rotation_of_response, stiffness_inputs
+from pipeline.stages.cache_keys import modal_inputs, stiffness_inputs
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.model.modal_truncation import HELD
 from pipeline.store.fingerprints import fingerprint
@@ -174,13 +174,11 @@ def contact_states(contact: Contact) -> tuple[str, ...]:
 
 def resonance_key(reduced_model: str, scene: Scene) -> str:
     """Key in the store of the resonances of a scene on a reduced model."""
-    response = scene.response
     return fingerprint(
         {
             "reduce": reduced_model,
             "excitation": scene.excitation.model_dump(),
-            "damping": [response.damping_ratio, response.rayleigh],
-            "load": rotation_of_response(scene),
+            "modal": modal_inputs(scene),
             "stiffness": stiffness_inputs(scene),
             "material": scene.material.model_dump() if scene.material else None,
             "code": code_fingerprint(__name__),

@@ -17,7 +17,7 @@ from pipeline.codec import plain
 from pipeline.errors import reason_of
 from pipeline.results.frequency_range import proposed_range, stored_resonances
 from pipeline.scene.labels import member_label
-from pipeline.stages.cache_keys import contact_inputs, stiffness_inputs
+from pipeline.stages.cache_keys import contact_inputs, modal_inputs, stiffness_inputs
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.engine_orders import excited_orders
 from pipeline.stages.model.flutter import LinearFlutter, stored_flutter
@@ -110,9 +110,10 @@ def modes_of_scene(run: Run, models: Models, problems: list[str]) -> list[ModelM
 
 
 def _case(scene: Scene, model: BuiltModel | None) -> str:
-    """What the natural frequencies of a member depend on."""
+    """What the natural frequencies of a member and their damping in the flow depend on."""
     assert model is not None
-    return fingerprint({"model": model.key, "springs": stiffness_inputs(scene), "waves": excited_orders(scene)})
+    inputs = {"model": model.key, "springs": stiffness_inputs(scene), "waves": excited_orders(scene)}
+    return fingerprint(inputs if scene.aero is None else {**inputs, "modal": modal_inputs(scene)})
 
 
 def _model_modes(store: Store, model: BuiltModel, member: Member, static: Sequence[StaticCase]) -> ModelModes:

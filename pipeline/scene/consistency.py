@@ -29,6 +29,7 @@ from pipeline.scene.size_limits import check_balance, check_modes, check_size, c
 from pipeline.scene.sweep import SHIFTED, read_sweep
 from pipeline.scene.toml_text import key_lines, line_of, load_tables, plain_key, with_line
 from pipeline.scene.validation_errors import MOST_ERRORS, allowed_values
+from pipeline.scene.varied_keys import studied_keys, unfit_varied_keys
 
 if TYPE_CHECKING:
     from pipeline.scene.reading import Member, SceneFile
@@ -94,6 +95,7 @@ def unfit_keys(file: SceneFile, broken: Mapping[int, Set[str]], force: bool = Fa
         yield from unfit_stress_keys(file)
         yield from unfit_beside_disk(file)
         yield from _unfit_studies(file)
+        yield from unfit_varied_keys(file)
     has_matrices = file.first.model is not None or "model" in broken.get(0, ())
     absent = set() if has_matrices else _absent_sections(file.first) - set(broken.get(0, ()))
     for section in BLADE_SECTIONS:
@@ -230,7 +232,7 @@ def check_scene_for_model(
         if member.scene.aero is not None:
             for error in _unfit_aero(file.path, member.scene.aero, member.scene, n_blades):
                 raise error
-        check_contacts(file.path, member, interfaces)
+        check_contacts(file, member, interfaces)
         if (key := member.scene.punch_key) and (member.scene.material is None or not has_area):
             allowed = "numbers (the punch formula needs [material] and contact/area in the reduced model)"
             raise input_error(file.path, key, '"punch"', allowed)
@@ -248,9 +250,12 @@ def _fields(scene: Scene) -> Iterator[tuple[str, FaceField]]:
                 yield f"{table}.{name}", value
 
 
-def check_contacts(path: Path, member: Member, interfaces: Mapping[str, int]) -> None:
+def check_contacts(file: SceneFile, member: Member, interfaces: Mapping[str, int]) -> None:
     """Refuse what does not fit the contact interfaces of a model, which have so many nodes."""
+    path = file.path
     for error in unfit_interfaces(path, member, interfaces):
+        raise error
+    for error in unfit_varied_keys(file, interfaces) if member is file.members[0] else ():
         raise error
     chosen = member.scene.contact.interfaces
     touching = {name: count for name, count in interfaces.items() if chosen is None or name in chosen}
@@ -270,21 +275,9 @@ def unfit_interfaces(path: Path, member: Member, known: Collection[str]) -> Unfi
             swept = next((key for key in member.parameters if interface_of(key) == name), "")
             key = member.key_in_file(swept) if swept else f"{INTERFACE}.{shown_key(name)}"
             yield input_error(path, key, "unknown name", allowed)
-    for place, key in _studied_keys(scene):
-        if (name := interface_of(key)) and name not in known:
-            yield input_error(path, place, f"{shown(key)}, unknown name {shown_key(name)}", allowed)
-
-
-def _studied_keys(scene: Scene) -> Iterator[tuple[str, str]]:
-    """Keys that the studies of a scene vary, with their places."""
-    if scene.optimum is not None:
-        yield from (("optimum.over", key) for key in scene.optimum.ranges)
-        yield from (("optimum.tolerance", key) for key in scene.optimum.tolerances)
-    if scene.map is not None:
-        yield from (("map.over", key) for key in scene.map.over)
-    if scene.uncertainty is not None:
-        laws = enumerate(scene.uncertainty.parameter)
-        yield from ((f"uncertainty.parameter[{number}].key", law.key) for number, law in laws)
+    for varied in studied_keys(scene):
+        if (name := interface_of(varied.key)) and name not in known:
+            yield input_error(path, varied.place, f"{shown(varied.key)}, unknown name {shown_key(name)}", allowed)
 
 
 def _unfit_studies(file: SceneFile, given_model: bool = False) -> Unfit:

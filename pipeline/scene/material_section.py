@@ -107,12 +107,17 @@ class Usual(NamedTuple):
     most: float = math.inf
 
     def is_usual(self, value: float) -> bool:
-        """Whether a value needs no warning; 0 never does."""
-        return value == 0.0 or self.low <= value <= self.high
+        """Whether a value needs no warning; 0 never does, and where no sign is unusual its size counts."""
+        return value == 0.0 or self.low <= value <= self.high or (self.least < 0.0 < self.low <= -value <= self.high)
 
     def is_nonsense(self, value: float) -> bool:
         """Whether a value is far beyond all experience."""
         return value != 0.0 and not self.least <= value <= self.most
+
+    @property
+    def of_widths(self) -> Usual:
+        """The same for differences of values: any small one is usual."""
+        return Usual(0.0, self.high - min(self.low, 0.0), self.hint, 0.0, self.most - min(self.least, 0.0))
 
 
 USUAL_MATERIAL = {

@@ -16,13 +16,14 @@ from dataclasses import dataclass
 from typing import Any
 
 from pipeline.errors import InputError, input_error, shown, shown_key
-from pipeline.scene.contact_section import mean_of
-from pipeline.scene.dotted_keys import CONTACT, INTERFACE
+from pipeline.scene.contact_section import FaceField, mean_of
+from pipeline.scene.dotted_keys import CONTACT, INTERFACE, of_contact
 from pipeline.scene.material_section import FORCED, USUAL_MATERIAL, WAVE_SPEED, Usual, wave_speed
 from pipeline.scene.mesh_section import MAIN_INTERFACE, Mesh
 from pipeline.scene.reading import Member, SceneFile
 from pipeline.scene.schema import Contact, Material, Rom, Scene
-from pipeline.scene.size_limits import speed_warning
+from pipeline.scene.size_limits import speed_warning, tip_speed
+from pipeline.scene.varied_keys import studied_keys
 
 LARGEST = 0.01  # relative error of a stuck frequency without a warning
 GRIDS = ((3, 3), (4, 4), (6, 6))  # that are proposed
@@ -140,31 +141,60 @@ SPEED = "load.speed_rpm"
 RANGE = "response.frequency"
 FIRST_BENDING = 0.1615  # 1.8751^2 / (2 pi sqrt(12)), of a clamped beam of rectangular section
 LOW_RANGE = 5.0  # Hz; no blade has its first mode below
+SLOW_TIP = 20.0  # m/s; tips of turbines move at 100 to 600
 
 
 METRES = "the key is in metres"
+HOURS = Usual(1e-3, 1e6, "the key is in hours", most=1e9)
+STRENGTH = Usual(1e6, 1e10, "the key is in Pa: 250 MPa are 250e6", 1e4, 1e12)
+SMALL_LENGTH = Usual(1e-6, 0.1, METRES, most=1.0)  # gaps, fillets
+MOTION = Usual(1e-9, 0.1, METRES, most=1.0)
 USUAL: dict[str, Usual] = {
     "blade.hub_radius": Usual(0.01, 10.0, METRES, most=100.0),
     "blade.length": Usual(0.005, 3.0, METRES, most=30.0),
     "blade.chord": Usual(0.001, 1.0, METRES, most=10.0),
     "blade.thickness": Usual(1e-4, 0.5, METRES, most=2.0),
+    "blade.fillet_radius": SMALL_LENGTH,
+    "blade.twist": Usual(1.6, 80.0, "the key is in degrees"),
+    "blade.camber": Usual(1.6, 90.0, "the key is in degrees"),
     "blade.tip_thickness": Usual(1e-4, 0.5, METRES, most=2.0),
     "shroud.thickness": Usual(1e-4, 0.5, METRES, most=2.0),
     "shroud.axial_width": Usual(0.001, 2.0, METRES, most=20.0),
     "shroud.contact_length": Usual(1e-4, 1.0, METRES, most=10.0),
+    "shroud.gap": SMALL_LENGTH,
+    "shroud.fillet_radius": SMALL_LENGTH,
     "shroud.angle": Usual(3.2, 180.0, "the key is in degrees"),
     "snubber.radius": Usual(0.01, 13.0, METRES, most=130.0),
     "snubber.thickness": Usual(1e-4, 0.5, METRES, most=2.0),
     "snubber.width": Usual(1e-4, 1.0, METRES, most=10.0),
+    "snubber.gap": SMALL_LENGTH,
     "snubber.angle": Usual(3.2, 180.0, "the key is in degrees"),
     "platform.radius": Usual(0.01, 13.0, METRES, most=130.0),
     "platform.thickness": Usual(1e-4, 0.5, METRES, most=2.0),
     "platform.flank_length": Usual(1e-4, 1.0, METRES, most=10.0),
     "platform.width": Usual(1e-4, 1.0, METRES, most=10.0),
+    "platform.gap": SMALL_LENGTH,
+    "damper.mass": Usual(1e-5, 1.0, "the key is in kg", 1e-9, 100.0),
+    "damper.radius": Usual(0.01, 13.0, METRES, most=130.0),
+    "damper.axial_stiffness": Usual(1.0, 1e12, "the key is in N/m: 1 N/mm is 1000 N/m"),
+    "disk.bore_radius": Usual(0.001, 10.0, METRES, most=100.0),
+    "disk.rim_width": Usual(0.001, 2.0, METRES, most=20.0),
+    "disk.bore_width": Usual(0.001, 2.0, METRES, most=20.0),
     **{f"material.{key}": usual for key, usual in USUAL_MATERIAL.items()},
     "rom.frequency_limit": Usual(1.0, 1e7, "the key is in Hz"),
     "excitation.engine_order": Usual(0, 1000, "it is the number of force maxima around the ring"),
     "excitation.force": Usual(1e-6, 1e5, "the key is in N, the force on one blade", most=1e10),
+    "fatigue.endurance_limit": STRENGTH,
+    "fatigue.tensile_strength": STRENGTH,
+    "fatigue.yield_strength": STRENGTH,
+    "wear.hours": HOURS,
+    "wear.amplitude_limit": MOTION,
+    "wear.depth_limit": MOTION,
+    "wear.area": Usual(1e-8, 0.1, "the key is in m^2: 1 mm^2 is 1e-6 m^2", most=10.0),
+    "optimum.life": HOURS,
+    "uncertainty.limit": MOTION,
+    "backbone.amplitudes": MOTION,
+    "mistuning.interference_deviation": Usual(0.0, 1e-3, METRES, most=0.05),
     "response.frequency": Usual(0.1, 1e6, "the key is in Hz", most=1e9),
 }
 USUAL_CONTACT: dict[str, Usual] = {
@@ -199,6 +229,10 @@ def plausibility_warnings(file: SceneFile) -> list[str]:
             remarks.setdefault(RANGE, f"{file.path}: {member.key_in_file(RANGE)}: {low}")
         if (many := many_nodes_warning(member)) is not None:
             remarks.setdefault(many[0], f"{file.path}: {many[1]}")
+        for key, text in _unusual_states(member):
+            remarks.setdefault(key, f"{file.path}: {member.key_in_file(key)}: {text}")
+    if not found and (slow := _too_slow(file)):
+        remarks.setdefault(SPEED, f"{file.path}: {slow}")
     return [*found.values(), *remarks.values()]
 
 
@@ -232,6 +266,10 @@ def _checked(member: Member) -> Iterator[tuple[str, float, Usual]]:
     for key, usual in ((key, usual) for table in tables for key, usual in table.items()):
         section, _, name = key.partition(".")
         yield from ((key, value, usual) for value in _numbers(getattr(getattr(scene, section), name, None)))
+    for varied in studied_keys(scene) if member.index == 0 else ():
+        for usual in (table[name] for table in tables if (name := of_contact(varied.key)) in table):
+            yield from ((varied.place, value, usual) for value in _numbers(varied.values))
+            yield from ((varied.place, width, usual.of_widths) for width in varied.widths)
     for name, material in scene.materials.items():
         for key, usual in USUAL_MATERIAL.items():
             place = f"materials.{shown_key(name)}.{key}"
@@ -323,6 +361,29 @@ def _too_low_range(member: Member) -> str:
     return f"{said}: {meant}" if 1e3 * low < 3.0 * first < 9e3 * high else said
 
 
+def _unusual_states(member: Member) -> Iterator[tuple[str, str]]:
+    """Keys with values that are allowed, but often meant otherwise."""
+    scene, order = member.scene, member.scene.excitation.engine_order
+    for table, contact in scene.contacts.items():
+        if not any(_numbers(contact.normal_stiffness) or [1.0]) and not any(_numbers(contact.preload)):
+            key = f"{table}.normal_stiffness"
+            yield key, "0 without a preload: the faces pass through each other, without a normal force or friction"
+    if scene.n_blades is not None and order > scene.n_blades:
+        wave = (order + scene.n_blades // 2) % scene.n_blades - scene.n_blades // 2
+        text = f"{order} is above the {scene.n_blades} blades: the wave has {abs(wave)} nodal diameters"
+        yield "excitation.engine_order", text
+
+
+def _too_slow(file: SceneFile) -> str:
+    """What is said of speeds at which tips hardly move, as those in rad/s would be."""
+    member = max(file.members, key=lambda member: member.scene.load.speed_rpm)
+    speed, tip = member.scene.load.speed_rpm, tip_speed(member.scene)
+    if not 0.0 < tip < SLOW_TIP:
+        return ""
+    meant = f"{speed:g} rad/s are {speed * 30.0 / math.pi:.4g} rev/min"
+    return f"{member.key_in_file(SPEED)}: {shown(speed)} is unusual; the tip moves at {tip:.2g} m/s; {meant}"
+
+
 def _rayleigh_ratio(member: Member) -> float:
     """The largest damping ratio, a / (2 w) + b w / 2, at the ends of the frequency range."""
     response = member.scene.response
@@ -334,5 +395,8 @@ def _rayleigh_ratio(member: Member) -> float:
 
 
 def _numbers(value: Any) -> list[float]:
-    values = value if isinstance(value, tuple) else (mean_of(value),)
+    """Numbers of a value: those of a list, of the materials of a table, the mean and the ends of a field."""
+    if isinstance(value, FaceField):
+        return [value.mean, *value.ends]
+    values = value if isinstance(value, tuple) else value.values() if isinstance(value, Mapping) else (value,)
     return [v for v in values if isinstance(v, int | float)]

@@ -59,6 +59,11 @@ def speed_warning(member: Member) -> str:
     return f"{speed} is unusual; the centrifugal strain of this blade is about {100.0 * strain:.2g} %"
 
 
+def tip_speed(scene: Scene) -> float:
+    """Speed of the tip of a blade made here, m/s; 0 at rest and where the radius is not known."""
+    return 0.0 if scene.blade is None else _omega(scene) * (scene.blade.hub_radius + scene.blade.length)
+
+
 def _omega(scene: Scene) -> float:
     from rom import angular_speed
 

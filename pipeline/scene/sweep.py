@@ -306,6 +306,8 @@ def _grid_lists(path: Path, table: Mapping[str, Any]) -> dict[str, list[Any]]:
     for key, values in flattened(path, table, "sweep"):
         if not isinstance(values, list) or not values:
             raise input_error(path, f"sweep.{shown_key(key)}", shown(values), "a list of one or more values")
+        if (twice := _repeated(values)) is not None:
+            raise input_error(path, f"sweep.{shown_key(key)}", f"{shown(twice)} twice", "each value once")
         lists[key] = values
         count *= len(values)
     if count > LARGEST_SWEEP:
@@ -350,6 +352,16 @@ def _refuse_repeated(path: Path, lists: Mapping[str, list[Any]], lines: tuple[st
         known = first.setdefault(repr([_comparable(value) for value in values]), line)
         if known != line:
             raise input_error(path, line, f"the same point as {known}", "each point once")
+
+
+def _repeated(values: Sequence[Any]) -> Any:
+    """The first value that stands in a list before; None where there is none."""
+    seen = set()
+    for value in values:
+        if (known := repr(_comparable(value))) in seen:
+            return value
+        seen.add(known)
+    return None
 
 
 def _comparable(value: Any) -> Any:

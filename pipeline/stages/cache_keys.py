@@ -159,6 +159,13 @@ def rotation_of_response(scene: Scene) -> dict[str, Any]:
     return {"speed_rpm": load.speed_rpm, **({"coriolis": True} if load.coriolis and load.speed_rpm else {})}
 
 
+def modal_inputs(scene: Scene) -> dict[str, Any]:
+    """What the modal model of a reduced model depends on: damping, speed, Coriolis forces and flow."""
+    response = scene.response
+    values = {"damping": [response.damping_ratio, response.rayleigh], "load": rotation_of_response(scene)}
+    return values if scene.aero is None else {**values, "aero": scene.aero_inputs()}
+
+
 def load_inputs(scene: Scene) -> dict[str, Any]:
     """Loads and outputs that a reduced model depends on, with the content of their files; none: nothing."""
     excitation, load = scene.excitation, scene.load

@@ -9,7 +9,7 @@ from typing import Any
 
 from pipeline.codec import plain, restored
 from pipeline.results.outputs import as_json
-from pipeline.results.publishing import copied
+from pipeline.results.publishing import copied, remove_outdated
 from pipeline.scene.schema import STUDIES
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.request import StudyOutcome
@@ -17,7 +17,7 @@ from pipeline.stages.stage import Stage
 from pipeline.store.content_store import read_json
 from pipeline.store.disk_errors import StorageError
 from pipeline.store.fingerprints import fingerprint
-from pipeline.studies.registry import study_named
+from pipeline.studies.registry import figure_file, study_named
 from pipeline.studies.study import Study, StudyContext, said_of
 
 CURVE = "curve_key"  # in the file of a study: key of the curve with the base values of the scene
@@ -33,6 +33,9 @@ def study_stage(context: StudyContext) -> None:
             raise
         except Exception as error:  # the curves stand without it
             outcome.problems.append(f"{name}: {said_of(error)}")
+            out = context.run.request.out  # what an earlier run left is of other values
+            (out / f"{name}.json").unlink(missing_ok=True)
+            remove_outdated(out / "figures", [f"{figure_file(name)}.*"], [])
 
 
 def studied(context: StudyContext, study: Study) -> StudyOutcome:

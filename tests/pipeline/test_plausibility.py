@@ -58,6 +58,32 @@ NONSENSE: list[tuple[dict[str, Any], list[str]]] = [
     ({"contact__interference": 70.0}, ["contact.interference: 70.0"]),
     ({"response__frequency": [1e12, 2e12]}, ["response.frequency: 1000000000000.0"]),
     ({"sweep": {"contact.friction": [0.4, 30.0, 40.0]}}, ['sweep."contact.friction": 30.0']),
+    # the same units in the tables of what varies a key
+    ({"contact__interference": {"mean": 5e-6, "tilt": [3.0, 0.0]}}, ["contact.interference: -2.999995"]),
+    ({"optimum": {"over": {"contact.interference": [-20.0, 20.0]}}}, ['optimum.over."contact.interference": -20.0']),
+    (
+        {"optimum": {"over": {"contact.interference": [0.0, 1e-4]}, "tolerance": {"contact.interference": 2.0}}},
+        ['optimum.tolerance."contact.interference": 2.0'],
+    ),
+    (
+        {"map": {"over": {"contact.interference": [0.0, 20.0], "contact.friction": [0.1, 0.5]}}},
+        ['map.over."contact.interference": 20.0'],
+    ),
+    (
+        {
+            "uncertainty": {
+                "parameter": [
+                    {"key": "contact.interference", "distribution": "normal", "mean": 5e-6, "deviation": 2.0}
+                ]
+            }
+        },
+        ["uncertainty.parameter[0].deviation: 2.0"],
+    ),
+    ({"fatigue": {"endurance_limit": 250.0, "tensile_strength": 9e8}}, ["fatigue.endurance_limit: 250.0"]),
+    (
+        {"wear": {"coefficient": 1e-14, "hours": 1e3, "duty": [{"share": 1.0, "force": 1e12}]}},
+        ["wear.duty[0].force: 1000000000000.0"],
+    ),
 ]
 
 
@@ -98,7 +124,21 @@ def test_a_run_refuses_nonsense_before_it_writes_anything(tmp_path: Path) -> Non
         ({"response__damping_ratio": 0.3}, ["response.damping_ratio: 0.3 is unusual; the key is a fraction"]),
         ({"contact__normal_stiffness": 200.0}, ["contact.normal_stiffness: 200.0 is unusual; the key is in N/m"]),
         ({"contact__interference": -0.005}, ["contact.interference: -0.005 is unusual; the key is in metres"]),
-        ({"contact__friction": 0.0, "contact__normal_stiffness": 0.0, "contact__interference": 0.0}, []),
+        (
+            {"contact__friction": 0.0, "contact__normal_stiffness": 0.0, "contact__interference": 0.0},
+            ["contact.normal_stiffness: 0 without a preload: the faces pass through each other"],
+        ),
+        ({"contact__normal_stiffness": 0.0, "contact__preload": 5.0}, []),
+        ({"blade__twist": 0.44}, ["blade.twist: 0.44 is unusual; the key is in degrees"]),
+        ({"blade__twist": -0.44}, ["blade.twist: -0.44 is unusual; the key is in degrees"]),
+        (
+            {"load__speed_rpm": 314.0},
+            ["load.speed_rpm: 314.0 is unusual; the tip moves at 15 m/s; 314 rad/s are 2998 r"],
+        ),
+        (
+            {"excitation__engine_order": 75},
+            ["excitation.engine_order: 75 is above the 72 blades: the wave has 3 nodal"],
+        ),
         ({"contact__normal_stiffness": "punch"}, []),
         (
             {"material__young_modulus": 2.1e9},

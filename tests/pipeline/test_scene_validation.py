@@ -171,7 +171,14 @@ def test_the_number_that_a_text_or_a_list_with_decimal_commas_means_is_named(
         ({"contact.friction": [0.1, -0.2]}, 'sweep."contact.friction"[1]: -0.2, allowed: '),
         ({"shroud.angle": [70.0, -5.0]}, 'sweep."shroud.angle"[1]: -5.0, allowed: '),
         ({"contact.interference": [[0.0] * 4, [0.0] * 5]}, 'sweep."contact.interference": a list of 5, allowed: '),
-        ({"contact.friction": [0.1] * 200, "excitation.force": [1.0] * 100}, "sweep: 20000 combinations"),
+        (
+            {
+                "contact.friction": [0.1 + 0.001 * k for k in range(200)],
+                "excitation.force": [1.0 + k for k in range(100)],
+            },
+            "sweep: 20000 combinations",
+        ),
+        ({"contact.friction": [0.1, 0.2, 0.1]}, 'sweep."contact.friction": 0.1 twice, allowed: each value once'),
         (
             {"contact.friction": [0.1], "contact": {"friction": [0.2]}},
             'sweep."contact.friction": given twice, as "contact.friction" and as friction of [sweep.contact], ',

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from jsonschema import Draft202012Validator
-from pipeline_support import ground_scene, shroud, summary_of, to_toml, write_ground_model
+from pipeline_support import ground_scene, shroud, small_scene, summary_of, to_toml, write_ground_model, write_scene
 
 from pipeline.scene.json_schema import scene_schema
 from pipeline.scene.reading import SceneFile, read_scene
@@ -19,9 +19,10 @@ HYPERCUBE = """
 [sweep.latin_hypercube]
 samples = 40
 seed = 7
-ranges = { "contact.friction" = [0.1, 0.6], "response.tolerance" = [1e-5, 1e-1] }
-logarithmic = ["response.tolerance"]
+ranges = { "contact.friction" = [0.1, 0.6], "excitation.force" = [1e-3, 1e-1] }
+logarithmic = ["excitation.force"]
 """
+SNUBBER = {"radius": 0.36, "thickness": 0.004, "width": 0.01}
 POINTS = """
 [[sweep.points]]
 "contact.friction" = 0.3
@@ -69,8 +70,8 @@ def test_words_in_a_file(tmp_path: Path) -> None:
 def test_every_part_of_a_range_has_one_point_of_a_latin_hypercube(tmp_path: Path) -> None:
     file = read(tmp_path, HYPERCUBE)
     values = np.array([[m.parameters[key] for key in file.swept] for m in file.members])
-    assert file.swept == ("contact.friction", "response.tolerance")
-    for column in ((values[:, 0] - 0.1) / 0.5, (np.log10(values[:, 1]) + 5.0) / 4.0):
+    assert file.swept == ("contact.friction", "excitation.force")
+    for column in ((values[:, 0] - 0.1) / 0.5, (np.log10(values[:, 1]) + 3.0) / 2.0):
         assert sorted(np.floor(column * 40).astype(int)) == list(range(40))
     assert [m.scene.contact.friction for m in file.members] == list(values[:, 0])
 
@@ -170,6 +171,72 @@ def test_sweeps_that_make_no_sense_are_one_line(tmp_path: Path, sweep: str, expe
     assert (status, said, error.count("\n")) == (2, "", 1)
     assert expected in error
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("changes", "complaint"),
+    [
+        (
+            {"sweep": {"contact.friction": [0.1, 0.2]}},
+            'sweep."contact.friction": has no effect: interface.shroud.friction is used',
+        ),
+        ({"sweep": {"contact": {"friction": [0.1, 0.2]}, "shroud": {"angle": [60.0, 70.0]}}}, "has no effect"),
+        (
+            {"sweep": {"points": [{"contact.friction": 0.1}, {"contact.friction": 0.2}]}},
+            "has no effect: interface.sh",
+        ),
+        ({"optimum": {"over": {"contact.friction": [0.1, 0.2]}}}, 'optimum.over."contact.friction": has no effect'),
+        ({"optimum": {"over": {"shroud.angle": [60.0, 70.0]}, "tolerance": {"contact.friction": 0.1}}}, "no effect"),
+        ({"map": {"over": {"contact.friction": [0.1, 0.2], "shroud.angle": [60.0, 70.0]}}}, "map.over."),
+        (
+            {
+                "uncertainty": {
+                    "parameter": [{"key": "contact.friction", "distribution": "normal", "deviation": 0.01}]
+                }
+            },
+            "uncertainty.parameter[0].key: has no effect: interface.shroud.friction is used",
+        ),
+        ({"contact__integration": "exact", "sweep": {"contact.samples": [64, 128]}}, "needs no samples"),
+        ({"sweep": {"response.tolerance": [0.1, 0.01]}}, "has no effect: response.harmonics = 1"),
+        ({"sweep": {"load.coriolis": [True, False]}}, "has no effect: load.speed_rpm = 0"),
+        (
+            {
+                "contact__interfaces": ["snubber"],
+                "snubber": SNUBBER,
+                "sweep": {"interface.shroud.friction": [0.1, 0.2]},
+            },
+            'sweep."interface.shroud.friction": has no effect: shroud does not touch',
+        ),
+    ],
+)
+def test_what_is_varied_has_an_effect(tmp_path: Path, changes: dict[str, Any], complaint: str) -> None:
+    scene = small_scene(interface__shroud={"friction": 0.3}, **changes)
+    status, _, error = shroud("validate", write_scene(tmp_path / "s.toml", scene))
+    assert (status, error.count("\n")) == (2, 1)
+    assert complaint in error
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"sweep": {"contact.friction": [0.1, 0.2]}, "interface__shroud": {"preload": 1.0}},
+        {"sweep": {"contact.friction": [0.1, 0.2]}, "interface__shroud": {"friction": 0.3}, "snubber": SNUBBER},
+        {"sweep": {"contact.samples": [64, 128], "contact.integration": ["sampled", "exact"]}},
+        {"sweep": {"load.coriolis": [True, False], "load.speed_rpm": [0.0, 3000.0]}},
+    ],
+)
+def test_what_some_curves_use_may_be_swept(tmp_path: Path, changes: dict[str, Any]) -> None:
+    status, said, error = shroud("validate", write_scene(tmp_path / "s.toml", small_scene(**changes)))
+    assert status == 0, error
+    assert "valid" in said
+
+
+def test_a_model_from_elsewhere_tells_what_is_overridden(tmp_path: Path) -> None:
+    scene = ground_scene() | {"interface": {"shroud": {"friction": 0.3}}, "sweep": {"contact.friction": [0.1, 0.2]}}
+    path, rom = write_scene(tmp_path / "s.toml", scene), write_ground_model(tmp_path / "g.h5")
+    status, _, error = shroud("respond", path, "--rom", rom, "--out", tmp_path / "out")
+    assert status == 2
+    assert "has no effect: interface.shroud.friction is used" in error
 
 
 @pytest.mark.parametrize("sweep", [POINTS, HYPERCUBE.replace("samples = 40", "samples = 3")])

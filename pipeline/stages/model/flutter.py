@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipeline.codec import plain, restored
-from pipeline.stages.cache_keys import rotation_of_response, stiffness_inputs
+from pipeline.stages.cache_keys import modal_inputs, stiffness_inputs
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.scene_to_solver import contact_on_model, scene_modes, springs_by_state
 from pipeline.store.fingerprints import fingerprint
@@ -55,10 +55,8 @@ def stored_flutter(store: Store, model: BuiltModel, scene: Scene) -> LinearFlutt
     """The flutter of a model, from the store or computed; None without [aero]."""
     if scene.aero is None:
         return None
-    given = {"damping_ratio": scene.response.damping_ratio, "rayleigh": scene.response.rayleigh}
-    own = {"aero": scene.aero_inputs(), "damping": given, "load": rotation_of_response(scene)}
     material = scene.material.model_dump() if scene.material else None
-    parts = {"reduce": model.key, **stiffness_inputs(scene), "material": material, **own}
+    parts = {"reduce": model.key, **stiffness_inputs(scene), "material": material, "modal": modal_inputs(scene)}
     key = fingerprint({**parts, "code": code_fingerprint(__name__)})
 
     def write(folder: Path) -> None:

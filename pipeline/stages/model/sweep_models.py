@@ -120,7 +120,7 @@ def _make(run: Run, member: Member, keys: ModelKeys, read: dict[str, MatrixModel
 def _check(run: Run, member: Member, model: BuiltModel | None) -> None:
     """Refuse what does not fit the contact interfaces, which the model alone tells."""
     if model is not None:
-        check_contacts(run.request.scene.path, member, model.facts["interfaces"])
+        check_contacts(run.request.scene, member, model.facts["interfaces"])
 
 
 SMALL = 8000.0  # elements, some 100 000 dofs: larger models are built one by one, each with all the memory
