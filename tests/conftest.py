@@ -7,6 +7,7 @@ with seed n: no test may rest on what round-off seeds.
 import os
 import sys
 from dataclasses import replace
+from functools import wraps
 
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
@@ -22,6 +23,7 @@ def _disturb_time_integration(seed: int) -> None:
     def disturbed(values):
         return values * (1.0 + 1e-13 * rng.standard_normal(values.shape))
 
+    @wraps(march)
     def disturbed_march(self, state, periods):
         record = march(self, state, periods)
         final = replace(

@@ -208,12 +208,15 @@ class _Dynamics:
         return self.inverse[..., None] * forces if self.coupling is None else self.inverse @ forces
 
 
+RIGID = 1e-14  # eigenvalue over the largest stiffness, below which it is round-off
+
+
 def linear_mode(
     receptance: RelativeReceptance, contact: ContactParameters, share: Array, number: int
 ) -> tuple[float, float, ComplexArray]:
     """Frequency (rad/s), damping ratio and modal coordinates (m,) of one mode with linear contact springs.
 
-    Shapes: `share` (n_c,).
+    Shapes: `share` (n_c,). A rigid motion, which no contact holds, has frequency and damping ratio 0.
     """
     from scipy.linalg import eigh
 
@@ -229,6 +232,8 @@ def linear_mode(
     matrix = np.diag(waves.angular_frequency[1] ** 2).astype(complex) + added
     squared, shapes = eigh(matrix, subset_by_index=(number - 1, number - 1))
     shape = np.asarray(shapes[:, 0], dtype=complex)
+    if squared[0] <= RIGID * np.abs(matrix).max():
+        return 0.0, 0.0, shape
     omega = float(np.sqrt(squared[0]))
     lost = waves.total_damping[1].real + waves.total_stiffness[1].imag / omega
     damping = float(lost @ np.abs(shape) ** 2) / (2.0 * omega)

@@ -49,6 +49,8 @@ def resonance_motions(
     holds = (contact.normal_load(static[:, 2]) > 0.0).astype(float)
     for number in _numbers(receptance, contact, holds, omega_range):
         mode = linear_mode(receptance, contact, holds, number)
+        if mode[0] == 0.0:
+            continue
         limit = end_of_linear_motion(contact, static, (receptance.modes.relative[1] @ mode[2]).reshape(-1, 3))
         if not 0.0 < limit < np.inf:
             continue

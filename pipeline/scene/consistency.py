@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+import cmath
+import math
 import re
 from collections.abc import Callable, Collection, Iterator, Mapping, Set
 from importlib import import_module
@@ -16,12 +18,13 @@ from pipeline.errors import InputError, input_error, shown, shown_key
 from pipeline.scene.aero_section import Aero, AeroFamily
 from pipeline.scene.contact_section import PER_NODE, FaceField, Interface
 from pipeline.scene.dotted_keys import CONTACT, INTERFACE, interface_of, of_contact
+from pipeline.scene.fields import LEAST_DAMPING
 from pipeline.scene.geometry_parameters import disk_parameters, geometry_parameters, wing_parameters
 from pipeline.scene.loads_section import files_of, force_table, temperature_table
 from pipeline.scene.material_section import USUAL_MATERIAL, unfit_stress_keys
 from pipeline.scene.mesh_section import MAIN_INTERFACE, check_mesh_file
 from pipeline.scene.model_section import unfit_beside_matrices, unfit_matrix_keys
-from pipeline.scene.plausibility import far_beyond, hints_first
+from pipeline.scene.plausibility import far_beyond, hints_first, rayleigh_ratio
 from pipeline.scene.presets import SIZE
 from pipeline.scene.reading import Member, SceneFile, parameter_error, scene_of_tables
 from pipeline.scene.schema import DAMPER, INTERFACES, SECTIONS, Scene
@@ -324,8 +327,8 @@ def _unfit_keys(path: Path, member: Member, wrong: Set[str]) -> Unfit:
             yield input_error(path, member.key_in_file(key), found, "a field that is nowhere below 0")
     if "rom" not in wrong and scene.rom.modes is not None and scene.rom.frequency_limit is not None:
         yield input_error(path, "rom.frequency_limit", "given beside modes", "one of the two")
-    if "excitation" not in wrong and not any(scene.excitation.unit_direction):
-        yield _refused(path, member, "excitation.direction", list(scene.excitation.direction))
+    if "excitation" not in wrong:
+        yield from _unfit_excitation(path, member)
     if not wrong & {"excitation", "load", "output"}:
         yield from _unfit_files(path, scene)
     if not wrong & {"excitation", "response"} and isinstance(scene.response.harmonics, int):
@@ -341,6 +344,18 @@ def _unfit_keys(path: Path, member: Member, wrong: Set[str]) -> Unfit:
         if scene.contact.samples < least:
             allowed = f"{least} or more with {harmonics} harmonics"
             yield input_error(path, member.key_in_file("contact.samples"), shown(scene.contact.samples), allowed)
+
+
+def _unfit_excitation(path: Path, member: Member) -> Unfit:
+    """A direction or a force that is zero."""
+    wave = member.scene.excitation
+    if not any(wave.unit_direction):
+        yield _refused(path, member, "excitation.direction", list(wave.direction))
+    factors = {item.order: item.amplitude for item in wave.harmonic}
+    amplitudes = [(item.harmonic, item.amplitude) for item in wave.load] or [(h, 1.0) for h in {1, *factors}]
+    if not any(amplitude * factors.get(harmonic, 1.0) for harmonic, amplitude in amplitudes):
+        place = "excitation.load" if wave.load else "excitation.harmonic"
+        yield input_error(path, place, "amplitudes that are all 0", "a force other than 0")
 
 
 def _unfit_aero(path: Path, aero: Aero, scene: Scene, blades: int | None) -> Unfit:
@@ -373,6 +388,19 @@ def _unfit_aero(path: Path, aero: Aero, scene: Scene, blades: int | None) -> Unf
             yield input_error(path, f"{place}.{part}", f"a list of {len(values)}", allowed)
         if not wrong:
             yield from _unfit_table(path, place, family, scene, blades)
+            yield from _lost_stiffness(path, f"{place}.real", family, aero.scale, blades)
+
+
+def _lost_stiffness(path: Path, place: str, family: AeroFamily, scale: float, blades: int) -> Unfit:
+    """Coefficients that take all stiffness of a wave: its blades bend without a limit, whatever their damping."""
+    for row in family.rows().values():
+        for n in range(blades):
+            turns = {k: cmath.exp(2j * math.pi * n * k / blades) for k in row} if family.offset else {n: 1.0}
+            taken = scale * sum((row.get(k, 0.0) * turn for k, turn in turns.items()), 0j).real
+            if taken >= 1.0:
+                allowed = f"less than 1 in every wave (aero.scale = {scale:g} included)"
+                yield input_error(path, place, f"{taken:.3g} of the stiffness at nodal diameter {n}", allowed)
+                return
 
 
 def _unfit_table(path: Path, place: str, family: AeroFamily, scene: Scene, blades: int) -> Unfit:
@@ -409,6 +437,9 @@ def _unfit_response(path: Path, member: Member) -> Unfit:
         yield _refused(path, member, "response.frequency", [low, high])
     if response.rayleigh is not None and not any(response.rayleigh):
         yield _refused(path, member, "response.rayleigh", list(response.rayleigh))
+    elif response.rayleigh is not None and (ratio := rayleigh_ratio(response)) < LEAST_DAMPING:
+        place, allowed = member.key_in_file("response.rayleigh"), f"{LEAST_DAMPING:g} or more: round-off is larger"
+        yield input_error(path, place, f"{ratio:.2g} of critical damping in the range", allowed)
     if response.damping_ratio is not None and response.rayleigh is not None:
         yield input_error(path, "response.rayleigh", "given beside damping_ratio", "one of the two")
     if response.damping_ratio is None and response.rayleigh is None:

@@ -86,7 +86,8 @@ Length = Annotated[Number, Field(ge=1e-6, le=1e3)]
 Distance = Annotated[Number, Field(ge=-1e3, le=1e3)]
 Distances = Annotated[tuple[Distance, ...], Field(min_length=1)]
 Positives = Annotated[tuple[NotNegative, ...], Field(min_length=1)]
-Ratio = Annotated[Number, Field(ge=1e-12, lt=1.0)]
+LEAST_DAMPING = 1e-9  # below, a resonance is lost in round-off
+Ratio = Annotated[Number, Field(ge=LEAST_DAMPING, lt=1.0)]
 Vector = tuple[Distance, Distance, Distance]
 # of files from other programs: in any unit of length
 Coordinate = Annotated[Number, Field(ge=-1e6, le=1e6)]

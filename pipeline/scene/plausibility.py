@@ -21,7 +21,7 @@ from pipeline.scene.dotted_keys import CONTACT, INTERFACE, of_contact
 from pipeline.scene.material_section import FORCED, USUAL_MATERIAL, WAVE_SPEED, Usual, wave_speed
 from pipeline.scene.mesh_section import MAIN_INTERFACE, Mesh
 from pipeline.scene.reading import Member, SceneFile
-from pipeline.scene.schema import Contact, Material, Rom, Scene
+from pipeline.scene.schema import Contact, Material, Response, Rom, Scene
 from pipeline.scene.size_limits import speed_warning, tip_speed
 from pipeline.scene.varied_keys import studied_keys
 
@@ -305,7 +305,7 @@ def _unusual_values(member: Member) -> Iterator[tuple[str, str]]:
         alone = not {modulus, modulus.replace("young_modulus", "density")} & said
         if alone and (unusual := unusual_wave_speed(numbers)):
             yield modulus, f"{member.key_in_file(modulus)}: {shown(numbers['young_modulus'])} is unusual; {unusual}"
-    if (damped := _rayleigh_ratio(member)) > USUAL_RATIO:
+    if (damped := rayleigh_ratio(member.scene.response)) > USUAL_RATIO:
         key, ratios = "response.rayleigh", shown(list(scene.response.rayleigh or ()))
         damping = f"it damps modes of the range by up to {damped:.2g} of critical"
         yield key, f"{member.key_in_file(key)}: {ratios} is unusual; {damping}"
@@ -384,9 +384,8 @@ def _too_slow(file: SceneFile) -> str:
     return f"{member.key_in_file(SPEED)}: {shown(speed)} is unusual; the tip moves at {tip:.2g} m/s; {meant}"
 
 
-def _rayleigh_ratio(member: Member) -> float:
-    """The largest damping ratio, a / (2 w) + b w / 2, at the ends of the frequency range."""
-    response = member.scene.response
+def rayleigh_ratio(response: Response) -> float:
+    """Largest damping ratio of the frequency range, a / (2 w) + b w / 2 at one of its ends; 0 without `rayleigh`."""
     if response.rayleigh is None:
         return 0.0
     mass, stiffness = response.rayleigh

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -188,6 +189,11 @@ class SceneFile:
     def first(self) -> Scene:
         """The scene of the first member; it names the whole."""
         return self.members[0].scene
+
+    @cached_property
+    def _tables(self) -> Mapping[str, Any]:
+        """The tables of the text, parsed once for all scenes that are derived from this one."""
+        return parsed(self.path, self.text)
 
 
 def read_scene(path: str | os.PathLike[str], given_model: bool = False) -> SceneFile:
@@ -386,7 +392,7 @@ def _swept_by(path: Path, given: Sequence[tuple[str, Any]]) -> frozenset[str]:
 
 def derived_member(file: SceneFile, values: Mapping[str, Any], place: str, given_model: bool = False) -> Member:
     """The first member of a scene with other values of some keys; nothing is swept, no picture asked for."""
-    tables = dict(parsed(file.path, file.text))
+    tables = dict(file._tables)
     for name in ("sweep", *NOT_SWEPT):
         tables.pop(name, None)
     chosen = {key: [_plain(value)] for key, value in {**file.members[0].parameters, **values}.items()}

@@ -23,6 +23,8 @@ from nonlinear import (
 from nonlinear.contact.fourier import to_real
 from nonlinear.harmonic_balance.initial_solution import periodic_start, static_displacement
 from nonlinear.mistuned_ring.ring_receptance import ring_in_time
+from nonlinear.nonlinear_modes.extended_motion import linear_mode
+from nonlinear.nonlinear_modes.resonance_motions import resonance_motions
 from nonlinear.stability.floquet import FloquetAnalysis
 from nonlinear.stability.ring_stability import LinearisedContact, RingStability
 from nonlinear.time_integration.period_map import PeriodMap
@@ -30,6 +32,7 @@ from nonlinear.time_integration.ring import whole_ring as ring_of_blades
 from rom import (
     ContactInterface,
     ReducedModel,
+    RelativeReceptance,
     RigidBody,
     coupled_frequencies,
     modal_model,
@@ -72,6 +75,16 @@ def modal():
     model = with_interfaces(bare, *contacts)
     elastic = 2.0 * np.pi * natural_frequencies(model, 0.0)  # the rigid motion of the damper is left out
     return modal_model(model, damping_ratio=[1.0 / w if w < 1e3 else 0.0 for w in elastic])  # 2 zeta w = 20 / 10
+
+
+def test_a_body_that_nothing_holds_has_a_rigid_motion_without_a_resonance(modal):
+    contact, free = pair(3e5, 0.3), np.zeros(2)
+    receptance = RelativeReceptance(modal, 0.0, (0, 1), 1.0)
+    frequency, damping, _ = linear_mode(receptance, contact, free, 1)
+    assert (frequency, damping) == (0.0, 0.0)
+    balance = build_harmonic_balance(modal, contact, Excitation(0, 1.0), SolverOptions((10.0, 600.0)))
+    apart = np.array([[0.0, 0.0, -1.0], [0.0, 0.0, -1.0]])
+    assert all(omega > 0.0 for _, omega, _ in resonance_motions(balance, contact, apart, (1e-3, 600.0)))
 
 
 def test_stuck_frequencies(modal):

@@ -122,7 +122,7 @@ def test_a_small_disturbance_grows_or_decays_as_foretold(case, periods):
     leading = max((row[0] for row in hill.values()), key=lambda value: value.real)
     ring = ring_map(balance, contact, omega, n_blades, found[branch], steps=500)
     periodic, _ = ring.fixed_point(ring.start)
-    disturbance = 1e-8 * np.random.default_rng(2).normal(size=periodic.size)
+    disturbance = 1e-6 * np.random.default_rng(2).normal(size=periodic.size)
     disturbance[2 * ring.positions :] = 0.0
     disturbed, apart = periodic + disturbance, []
     for _ in range(periods):

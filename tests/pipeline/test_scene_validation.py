@@ -317,3 +317,37 @@ def test_any_bytes_are_refused_in_one_line(tmp_path_factory: pytest.TempPathFact
         read_scene(path)
     assert "\n" not in str(caught.value)
     assert str(caught.value).startswith(str(path))
+
+
+@pytest.mark.parametrize(
+    ("changes", "complaint"),
+    [
+        ({"response__damping_ratio": 1e-12}, "response.damping_ratio: 1e-12, allowed: a number from 1e-9"),
+        (
+            {"response__damping_ratio": None, "response__rayleigh": [0.0, 1e-15]},
+            "response.rayleigh: 2.2e-12 of critical damping in the range, allowed: 1e-09 or more",
+        ),
+        (
+            {"excitation__harmonic": [{"order": 1, "amplitude": 0.0}]},
+            "excitation.harmonic: amplitudes that are all 0",
+        ),
+        ({"excitation__load": [{"at": "tip", "amplitude": 0.0}]}, "excitation.load: amplitudes that are all 0"),
+        (
+            {"aero": {"family": [{"mode": 1, "offset": [0], "real": [1.0], "imaginary": [0.0]}]}},
+            "aero.family[0].real: 1 of the stiffness at nodal diameter 0, allowed: less than 1 in every wave",
+        ),
+        (
+            {
+                "aero": {
+                    "scale": 3.0,
+                    "family": [{"mode": 1, "offset": [0, 1], "real": [0.2, 0.2], "imaginary": [0, 0]}],
+                }
+            },
+            "aero.family[0].real: 1.2 of the stiffness at nodal diameter 0",
+        ),
+    ],
+)
+def test_what_leaves_no_answer_is_refused(tmp_path: Path, changes: dict[str, Any], complaint: str) -> None:
+    status, _, error = shroud("validate", write_scene(tmp_path / "s.toml", small_scene(**changes)))
+    assert (status, error.count("\n")) == (2, 1)
+    assert complaint in error

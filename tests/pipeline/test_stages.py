@@ -351,3 +351,15 @@ def test_a_stage_comes_after_what_it_needs() -> None:
     for stage in stages:
         assert stage.with_needs <= set(stages[: stages.index(stage) + 1])
         assert stage.results
+
+
+@pytest.mark.parametrize("springs", [{"contact__tangential_stiffness": 0.0}, {"contact__normal_stiffness": 0.0}])
+def test_faces_without_springs_of_one_kind_have_their_frequencies(tmp_path: Path, springs: dict[str, Any]) -> None:
+    """Their stuck limit is that of the springs that they have."""
+    path = write_scene(tmp_path / "s.toml", small_scene(**springs))
+    status, _, error = shroud("run", path, "--out", tmp_path / "out", "--until", "respond", "--quiet")
+    assert status == 0
+    assert "problem" not in error
+    summary = summary_of(tmp_path / "out")
+    assert summary["problems"] == []
+    assert summary["models"][0]["stuck_hz"]
