@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from rom import ReducedModel
 
 KEYWORDS = (*Scene.model_fields, "sweep")
+MODEL_STAGES = ("mesh", "assemble", "reduce")
 
 
 def run_scene(
@@ -73,6 +74,8 @@ def run_scene(
     ------
     InputError
         The scene, the reduced model, the folder, `until` or the cluster is not usable.
+    RuntimeError
+        With `until` "mesh", "assemble" or "reduce": a model could not be made.
     ExecutorLost
         The scheduler, or every worker, is lost; what is done is kept.
 
@@ -151,7 +154,9 @@ def _results(request: Request, quiet: bool | None) -> Results:
     from pipeline.results.results import read_results
     from pipeline.run import execute
 
-    execute(request, _reporter(quiet))
+    outcome = execute(request, _reporter(quiet))
+    if outcome.problems and request.until in MODEL_STAGES:  # there are no curves that could say so
+        raise RuntimeError("; ".join(outcome.problems))
     return read_results(request.out)
 
 

@@ -396,7 +396,7 @@ class RetainedModes:
     def of(cls, ring: Ring, omega: float, retention: float = RETENTION) -> "RetainedModes":
         """Choose the modes."""
         frequency = ring.modal.at(ring.excitation.engine_order).angular_frequency
-        return cls(ring, max(retention * omega, float(frequency[frequency > 0.0][0])))
+        return cls(ring, max([retention * omega, *frequency[frequency > 0.0][:1].tolist()]))
 
     def are_retained(self, angular_frequency: Array) -> NDArray[np.bool_]:
         """Whether modes of natural frequencies w (...), rad/s, are integrated."""

@@ -207,6 +207,12 @@ def _unfit_damper(path: Path, member: Member, rows: int) -> Unfit:
     elif platform.flank_angle < LEAST_FLANK_ANGLE:
         place, allowed = member.key_in_file("platform.flank_angle"), f"{LEAST_FLANK_ANGLE:g} or more with [damper]"
         yield input_error(path, place, shown(platform.flank_angle), f"{allowed}: the flanks face the same way")
+    elif damper.form == "wedge" and rows == 1:
+        place, allowed = (
+            member.key_in_file("mesh.contact_grid"),
+            'two rows or more: on one a wedge rolls as a "cylinder"',
+        )
+        yield input_error(path, place, shown(list(mesh.contact_grid)), allowed)
     elif damper.form == "cylinder" and rows % 2 == 0:
         grid, allowed = (
             list(mesh.contact_grid),

@@ -346,8 +346,7 @@ class ModalModel(ModalCoefficients):
     @property
     def held_stiffness(self) -> NDArray[Any]:
         """`total_stiffness` with soft springs on rigid motions, (m,), (rad/s)^2."""
-        frequency = self.angular_frequency
-        soft = np.where(frequency > 0.0, 0.0, (SOFT * frequency[frequency > 0.0].min()) ** 2)
+        soft = np.where(self.angular_frequency > 0.0, 0.0, self._soft**2)
         held: NDArray[Any] = self.total_stiffness + soft
         return held
 
@@ -357,12 +356,18 @@ class ModalModel(ModalCoefficients):
         return self if self.coriolis is None else replace(self, coriolis=None)
 
     @property
+    def _soft(self) -> float:
+        """Natural frequency of softly held bodies; of one alone below what any contact makes of it, rad/s."""
+        elastic = self.angular_frequency[self.angular_frequency > 0.0]
+        return SOFT * (float(elastic.min()) if elastic.size else 1.0)
+
+    @property
     def softly_held(self) -> "ModalModel":
         """The same with bodies that contacts alone hold on springs so soft that no vibration notices them."""
         if not self.floating:
             return self
         frequency = self.angular_frequency.copy()
-        frequency[: self.floating] = SOFT * frequency[frequency > 0.0].min()
+        frequency[: self.floating] = self._soft
         return replace(self, angular_frequency=frequency, floating=0)
 
     def with_damping_times(self, factor: float) -> "ModalModel":

@@ -80,6 +80,29 @@ def _floating_first(model: ReducedModel, squared: Array, shapes: NDArray[Any], p
     return int(np.count_nonzero(felt > FELT * scale))
 
 
+MASSLESS = 1e-14  # mass over the largest one, below which a coordinate counts as massless
+QUICK = 1e4  # how far above the highest frequency of the others the small mass puts massless coordinates
+
+
+def _mass_said(mass: NDArray[Any], stiffness: NDArray[Any]) -> str:
+    """What is wrong with a mass matrix; massless coordinates get by with a small mass, which the line proposes."""
+    from scipy.linalg import eigvalsh
+
+    own = np.diag(mass).real
+    massless = np.abs(mass).max(axis=1) <= MASSLESS * np.abs(own).max(initial=0.0)
+    found = "mass: not positive definite, allowed: positive definite"
+    if not massless.any() or massless.all():
+        return found
+    rest = np.ix_(~massless, ~massless)
+    try:
+        highest = float(eigvalsh(stiffness[rest], mass[rest])[-1])
+    except np.linalg.LinAlgError:
+        return found
+    small = float(np.diag(stiffness).real[massless].min()) / (QUICK**2 * highest)
+    count = np.count_nonzero(massless)
+    return f"{found}; {count} coordinates have no mass: give them one of {small:.1g}, with which they follow at once"
+
+
 def _modes(model: ReducedModel, wave: NDArray[Any] | None) -> tuple[Array, NDArray[Any]]:
     """Eigenvalues w^2 (k,) and mass-normalised modes (n, k)."""
     from scipy.linalg import LinAlgError, eigh
@@ -92,9 +115,9 @@ def _modes(model: ReducedModel, wave: NDArray[Any] | None) -> tuple[Array, NDArr
     try:
         squared, shapes = eigh(stiffness, mass)
     except LinAlgError:
-        raise ReducedModelError("mass: not positive definite, allowed: positive definite") from None
+        raise ReducedModelError(_mass_said(mass, stiffness)) from None
     round_off = RIGID if wave is None else RIGID_IN_WAVE
-    if squared[0] <= -round_off * squared[-1]:
+    if squared[0] < -round_off * squared[-1]:
         raise ReducedModelError(
             f"stiffness: smallest w^2 is {squared[0]:.3g} (largest {squared[-1]:.3g}), allowed: positive definite; "
             "a structure that floats freely has no static response"
@@ -475,6 +498,9 @@ def _static_force(model: ReducedModel, speed_rpm: float | None) -> Array:
         static = static + model.force_static
     if speed != 0.0:
         if model.force_centrifugal is None:
-            raise ReducedModelError("force/centrifugal: missing, but load.speed_rpm is not 0")
+            raise ReducedModelError(
+                "force/centrifugal: missing, but load.speed_rpm is not 0, allowed: the static force at 1 rad/s "
+                "(force_centrifugal in Python; zeros where there is none)"
+            )
         static = static + model.force_centrifugal * angular_speed(speed) ** 2
     return static

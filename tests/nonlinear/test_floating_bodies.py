@@ -32,6 +32,7 @@ from nonlinear.time_integration.ring import whole_ring as ring_of_blades
 from rom import (
     ContactInterface,
     ReducedModel,
+    ReducedModelError,
     RelativeReceptance,
     RigidBody,
     coupled_frequencies,
@@ -334,3 +335,31 @@ def test_growth_by_the_fast_vibration_of_dampers_on_their_contacts():
     assert leading.exponent.real > 0.01 * OMEGA
     assert np.abs(marched - leading.exponent).min() < 5e-3 * OMEGA
     assert leading.exponent.real == pytest.approx(marched[0].real, abs=2e-3 * OMEGA)
+
+
+def test_a_body_without_stiffness_is_held_by_its_contact_alone():
+    """A mass on an elastic slider: the describing function of a Jenkins element (Caughey) in each point."""
+    rows = np.array([[1.0, 0.0], [0.0, 0.0], [0.0, 1.0]])
+    model = ReducedModel.from_matrices(np.eye(2), np.zeros((2, 2)), rows, [1.0, 0.0], contact_position=NOWHERE)
+    kt, limit, damping, force = 3.0, 0.5, 0.05, 0.1
+    contact = ContactParameters.shared(1, normal_stiffness=4.0, tangential_stiffness=kt, friction=0.5, preload=1.0)
+    body = modal_model(model, rayleigh=[damping, 0.0])
+    curve = forced_response(body, contact, Excitation(0, force), SolverOptions((0.1, 0.5)))
+    size, omega = curve.amplitude_m, 2.0 * np.pi * curve.frequency_hz
+    angle = np.arccos(1.0 - 2.0 * np.minimum(limit / kt / size, 1.0))
+    spring = kt / np.pi * (angle - 0.5 * np.sin(2.0 * angle))
+    lost = np.maximum(4.0 * limit * (size - limit / kt), 0.0) / (np.pi * size**2)
+    assert size.max() > 1.1 * limit / kt
+    assert abs(spring - omega**2 + 1j * (damping * omega + lost)) * size == pytest.approx(force, rel=1e-6)
+
+
+def test_massless_coordinates_are_told_the_mass_that_they_need():
+    stiffness = np.array([[2.0, -1.0], [-1.0, 1.0]])
+    rows = np.array([[0.0, 1.0], [0.0, 0.0], [0.0, 0.0]])
+    given = {"load": [1.0, 0.0], "contact_position": NOWHERE}
+    model = ReducedModel.from_matrices(np.diag([1.0, 0.0]), stiffness, rows, **given)
+    with pytest.raises(ReducedModelError, match="1 coordinates have no mass: give them one of ") as raised:
+        modal_model(model, damping_ratio=0.01)
+    small = float(str(raised.value).partition("one of ")[2].partition(",")[0])
+    held = ReducedModel.from_matrices(np.diag([1.0, small]), stiffness, rows, **given)
+    assert natural_frequencies(held, 0.0)[0] == pytest.approx(1.0 / (2.0 * np.pi), rel=1e-6)  # k = 2 - 1

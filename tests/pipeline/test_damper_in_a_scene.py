@@ -1,5 +1,6 @@
 """Scenes with a damper under the platforms: its statics, its limits, and what does not go with it."""
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -64,17 +65,27 @@ def test_mean_normal_forces_bear_the_centrifugal_force(tmp_path: Path) -> None:
         ({"damper": {"mass": -1.0}}, "damper.mass"),
         ({"damper": {"form": "cylinder"}}, "an odd second number"),
         ({"contact": {"interfaces": ["damper_above"]}}, "damper_above"),
-        ({"mistuning": {"frequency_deviation": 0.01}}, "one of the two"),
+        ({"mesh": {"contact_grid": [2, 1]}}, "two rows or more"),
     ],
 )
 def test_what_does_not_go_with_a_damper_is_one_line(
     tmp_path: Path, changes: dict[str, dict[str, Any]], words: str
 ) -> None:
-    tables = damped(**changes) | {name: value for name, value in changes.items() if name == "mistuning"}
-    status, _, error = shroud("validate", write_scene(tmp_path / "scene.toml", tables))
+    status, _, error = shroud("validate", write_scene(tmp_path / "scene.toml", damped(**changes)))
     assert status == 2
     assert words in error
     assert ", allowed: " in error
+
+
+@pytest.mark.long
+def test_a_ring_with_dampers_without_deviations_is_tuned(tmp_path: Path) -> None:
+    changes = {"response": {"frequency": [300.0, 320.0]}, "blade": {"n_blades": 6}, "excitation": {"engine_order": 2}}
+    scene = damped(**changes) | {"mistuning": {"frequency": [0.0] * 6, "samples": 1, "linear_samples": 0}}
+    path = write_scene(tmp_path / "scene.toml", scene)
+    status, _, error = shroud("run", path, "--out", tmp_path / "out", "--until", "study", "--quiet")
+    assert (status, error) == (0, "")
+    (ring,) = json.loads((tmp_path / "out" / "mistuning.json").read_text())["rings"]
+    assert ring["factor"] == pytest.approx(1.0, rel=1e-4)
 
 
 def test_a_sweep_over_the_mass_reduces_the_blade_once(tmp_path: Path) -> None:

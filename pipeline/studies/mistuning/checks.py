@@ -18,8 +18,6 @@ def unfit_mistuning_keys(file: SceneFile, given_model: bool = False) -> Iterator
     if section.frequency is not None and blades is not None and len(section.frequency) != blades:
         found, allowed = f"a list of {len(section.frequency)}", f"a list of {blades} numbers, one for each blade"
         yield input_error(file.path, "mistuning.frequency", found, allowed)
-    if scene.damper is not None:
-        yield input_error(file.path, "mistuning", "given beside [damper]", "one of the two")
     limits = section.frequency_range
     if limits is not None and not limits[0] < limits[1]:
         allowed = allowed_values("mistuning.frequency_range")

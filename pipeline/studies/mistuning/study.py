@@ -117,10 +117,6 @@ class RingProblem:
         if keys.frequency is not None and len(keys.frequency) != modal.n_blades:
             found, needed = len(keys.frequency), modal.n_blades
             raise StudyError(f"mistuning.frequency: a list of {found}, allowed: one of {needed}, as the model")
-        if modal.at(0).floating:
-            raise StudyError(
-                "mistuned rings have no damper that contacts alone hold, allowed: a scene without [damper]"
-            )
         differ = keys.frequency_deviation if keys.frequency is None else any(keys.frequency)
         if differ and not modal.blades_may_differ:
             raise StudyError(
