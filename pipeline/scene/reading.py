@@ -240,6 +240,7 @@ def scene_of_tables(
     raw = dict(raw)
     table = raw.pop("sweep", {})
     sweep = read_sweep(path, table) if swept is None else swept
+    unused = _unused_with_model(path, raw) if given_model else ()
     if given_model:
         _refuse_without_effect(path, sweep)
         raw = {key: value for key, value in raw.items() if key not in IGNORED_WITH_MODEL}
@@ -259,7 +260,7 @@ def scene_of_tables(
             broken(index, scene_errors(path, merged, found, sweep.places(index)))
             scene = _valid_sections(merged)
         members.append(Member(index, _with_full_paths(path, scene), chosen, sweep.place(index)))
-    file = SceneFile(path, tuple(members), tuple(lists), presets[0], notes, text, sweep.kind)
+    file = SceneFile(path, tuple(members), tuple(lists), presets[0], (*unused, *notes), text, sweep.kind)
     return with_contents(file, contents or {})
 
 
@@ -310,6 +311,18 @@ def _with_full_paths(path: Path, scene: Scene) -> Scene:
         return scene
     place = os.path.abspath(path.parent / mesh.file)
     return scene.model_copy(update={"mesh": mesh.model_copy(update={"file": place})})
+
+
+def _unused_with_model(path: Path, raw: Mapping[str, Any]) -> tuple[str, ...]:
+    """A line on the sections and keys of a scene that have no effect on a given reduced model."""
+    names = [f"[{name}]" for name in IGNORED_WITH_MODEL if name in raw]
+    for key in (*WITHOUT_EFFECT_ON_MODEL, "excitation.load", "load.force", "load.pressure", "load.temperature"):
+        section, _, name = key.partition(".")
+        table = raw.get(section)
+        names += [key] if isinstance(table, Mapping) and name in table else []
+    if not names:
+        return ()
+    return (f"{path}: not used, as the reduced model is given and has what it has: {', '.join(names)}",)
 
 
 def _refuse_without_effect(path: Path, sweep: Sweep) -> None:

@@ -124,6 +124,33 @@ def test_the_blade_of_a_scene_is_ignored(finished: Path, tmp_path: Path) -> None
     assert curve["peak_frequency_hz"] == pytest.approx(original["peak_frequency_hz"], rel=1e-9)
 
 
+def test_what_a_given_model_makes_useless_is_said(tmp_path: Path) -> None:
+    """Sections that describe a blade or need its mesh, loads that are part of the model: each is named."""
+    whole = small_scene(
+        excitation__load=[{"surface": "pressure_side"}],
+        load__pressure=[{"surface": "pressure_side", "pressure": 1e3}],
+        load__temperature={"uniform": 400.0},
+        load__force=[{"at": "tip"}],
+    )
+    unused = {
+        "stress": {},
+        "fatigue": {"endurance_limit": 3e8, "tensile_strength": 9e8},
+        "damper": {"mass": 0.01},
+        "disk": {"bore_radius": 0.2, "rim_width": 0.05},
+        "snubber": {"radius": 0.36, "thickness": 0.004, "width": 0.01},
+        "platform": {"radius": 0.33, "thickness": 0.008},
+        "render": {},
+    }
+    scene = whole | unused | {name: ground_scene()[name] for name in ("contact", "response")}
+    path, rom = write_scene(tmp_path / "s.toml", scene), write_ground_model(tmp_path / "g.h5", n_blades=72)
+    status, _, error = shroud("respond", path, "--rom", rom, "--out", tmp_path / "out")
+    (line,) = [line for line in error.splitlines() if "not used" in line]
+    assert status == 0
+    names = {part.strip() for part in line.partition("what it has:")[2].split(",")}
+    assert names >= {f"[{name}]" for name in (*unused, "blade", "shroud", "mesh", "rom")}
+    assert names >= {"excitation.at", "excitation.load", "load.pressure", "load.temperature", "load.force"}
+
+
 def test_a_model_of_another_speed_is_refused(finished: Path, tmp_path: Path) -> None:
     """The centrifugal force of one speed does not belong to the stiffness of another; each way round."""
     rom = finished / summary_of(finished)["curves"][0]["rom"]
