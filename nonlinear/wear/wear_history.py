@@ -30,7 +30,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK, Array, ContactError
 from nonlinear.options import OptionsError
-from nonlinear.wear.worn_motion import MotionFollower, MotionLostError, OperatingPoint, WornMotion
+from nonlinear.wear.worn_motion import MotionFollower, MotionLostError, OperatingPoint, RangeLeftError, WornMotion
 
 if TYPE_CHECKING:
     from scipy.integrate import RK23
@@ -339,6 +339,9 @@ def wear_history(
     while on:
         try:
             on = _integrate(life, span, lengths, conditions, progress)
+        except RangeLeftError as left:
+            life.events.append((life.states[-1].place, life.states[-1].other, "lost", str(left)))
+            break
         except MotionLostError as lost:
             on = _traced_again(life, span, str(lost))
     return _history(life, span)

@@ -112,6 +112,13 @@ class MotionLostError(ArithmeticError):
     """
 
 
+class RangeLeftError(MotionLostError):
+    """The followed peak leaves the frequency range: what the range still holds is another, lower peak."""
+
+
+AT_END = 1e-3  # relative distance from an end of the range, within which a peak that is lost has left it
+
+
 @dataclass
 class MotionFollower:
     """Follows the motion of an operating point over the interference."""
@@ -189,14 +196,24 @@ class MotionFollower:
             return self._motion(at)
         carried = carry_solution(homotopy, point.unknown, point.omega, thorough=False, fixed_frequency=False)
         peak = stationary_near(continuation, carried.points[0]) if carried.points else None
-        if peak is None or not peak.is_maximum or not _inside(peak, self.problem):
-            raise MotionLostError(f"the peak near {motion.frequency_hz:.5g} Hz could not be followed")
-        return WornMotion(peak.point, peak.amplitude)
+        if peak is not None and peak.is_maximum and _inside(peak, self.problem):
+            return WornMotion(peak.point, peak.amplitude)
+        end = _end_near(point.omega, self.problem)
+        if end is not None:
+            raise RangeLeftError(
+                f"the peak leaves the frequency range at {end / (2.0 * np.pi):.5g} Hz: extend the range"
+            )
+        raise MotionLostError(f"the peak near {motion.frequency_hz:.5g} Hz could not be followed")
 
 
 def _inside(peak: Stationary, problem: Problem) -> bool:
     low, high = problem.options.omega_range
     return low <= peak.point.omega <= high
+
+
+def _end_near(omega: float, problem: Problem) -> float | None:
+    """The end of the frequency range that a peak is at, rad/s."""
+    return next((end for end in problem.options.omega_range if abs(omega / end - 1.0) < AT_END), None)
 
 
 def _peaks(continuation: Continuation, curve: ResponseCurve) -> Iterator[tuple[bool, WornMotion]]:

@@ -228,3 +228,16 @@ def test_bad_input() -> None:
         wear_history([slider()], ALPHA, AREA)
     with pytest.raises(ContactError, match="the same at all"):
         wear_history([slider(), slider(2.0)], ALPHA, AREA, cycles=1.0)
+
+
+def test_a_life_ends_where_its_peak_leaves_the_range() -> None:
+    """And is until there that of a wider range; another peak, which the range still holds, is not its result."""
+    wide = wear_history([blade()], ALPHA, AREA, seconds=1e6)
+    options = replace(blade().problem.options, frequency_hz=(0.3, 0.5))
+    history = wear_history(
+        [replace(blade(), problem=blade().problem._replace(options=options))], ALPHA, AREA, seconds=1e6
+    )
+    assert not history.complete
+    assert history.frequency_hz[-1, 0] == pytest.approx(0.3, rel=2e-3)
+    assert history.highest_m == pytest.approx(np.interp(history.time_s, wide.time_s, wide.highest_m), rel=0.02)
+    assert (history.events[-1].kind, "leaves the frequency range" in history.events[-1].said) == ("lost", True)
