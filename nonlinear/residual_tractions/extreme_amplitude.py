@@ -246,7 +246,8 @@ class TractionOrigins:
     """An element whose sliders start at given places in a box (see `ContactElement`); for the friction cone.
 
     There the admissible positions are no interval, but the common part of the discs abs(u - w) <= mu N / kt.
-    A slider that starts outside is drawn in by Coulomb's law, so that every place of the box is admissible.
+    A slider that starts outside is drawn in by Coulomb's law, so that every place of the box is admissible. Places
+    beside the mean displacement, `with_mean`, reach all tractions of a body that moves with them, such as a damper.
     """
 
     element: ContactElement  # the element, its sliders starting at 0
@@ -254,23 +255,36 @@ class TractionOrigins:
     centre: Array
     radius: Array
     place: Array  # (n_c, 2), place in the box, -1 to 1
+    with_mean: bool = False  # whether places are beside the mean displacement, which the tractions then do not feel
 
     def at(self, variables: Array) -> "TractionOrigins":
         """The same element at other places (n_c, 2)."""
-        return TractionOrigins(self.element, self.centre, self.radius, variables)
+        return replace(self, place=variables)
+
+    def _shifted(self, displacement: Array) -> Array:
+        """The displacement from the places where the sliders start."""
+        return displacement - np.pad(
+            self.origin(displacement)[None, :, :], ((0, len(displacement) - 1), (0, 0), (0, 1))
+        )
 
     def evaluate(self, displacement: Array) -> ContactForces:
         """Forces and Jacobian for real coefficients `displacement` (2H+1, n_c, 3), metres."""
-        shifted = displacement.copy()
-        shifted[0, :, :2] -= self.centre + self.radius * self.place
-        return self.element.evaluate(shifted)
+        forces = self.element.evaluate(self._shifted(displacement))
+        if not self.with_mean:
+            return forces
+        jacobian = forces.jacobian.copy()
+        jacobian[:, :, :2, :, 0] = 0.0  # [b, k, j, a, i]: of the mean along t1 and t2
+        return replace(forces, jacobian=jacobian)
 
-    def origin(self, displacement: Array, forces: ContactForces) -> Array:
+    def origin(self, displacement: Array, forces: ContactForces | None = None) -> Array:
         """The place itself, (n_c, 2), m."""
-        return self.centre + self.radius * self.place
+        places = self.centre + self.radius * self.place
+        return displacement[0, :, :2] + places if self.with_mean else places
 
     def derivative(self, displacement: Array, forces: ContactForces) -> Array:
         """Derivative of the force by the places; see `TractionElement`."""
+        if self.with_mean:
+            forces = self.element.evaluate(self._shifted(displacement))
         return force_by_origin(forces) * self.radius[:, None, :]
 
 

@@ -37,6 +37,16 @@ SAME = 1e-6  # relative difference of two amplitudes that count as one
 Begun = tuple[TractionSearch, TractionState]
 
 
+WIDER = 2.0  # than the admissible places at the start of a search: normal loads change with the tractions
+
+
+def _without_mean(displacement: Array) -> Array:
+    """The displacement (2H+1, n_c, 3) without its mean along the face."""
+    vibration = displacement.copy()
+    vibration[0, :, :2] = 0.0
+    return vibration
+
+
 _Found = tuple[float, ResidualExtreme]  # the amplitude that is meant, and all of its motion
 
 
@@ -74,9 +84,9 @@ class _Problem:
         """The amplitude meant at a point, m."""
         return output_amplitude(point, self.output, self.mean)
 
-    def radius(self, point: SolutionPoint) -> Array:
-        """Bound of the places from which a slider is not moved at a point, (n_c, 2), m."""
-        return np.maximum(farthest_position(self.at_zero, point.displacement), self.continuation.balance.tiny)
+    def radius(self, displacement: Array) -> Array:
+        """Bound of the places from which a slider is not moved in a motion, (n_c, 2), m."""
+        return np.maximum(farthest_position(self.at_zero, displacement), self.continuation.balance.tiny)
 
     def search(self, point: SolutionPoint, fixed_frequency: bool, radius: Array | None = None) -> Begun | None:
         """A search over the tractions, begun at a solution with its own tractions; None if it is not found again.
@@ -88,11 +98,13 @@ class _Problem:
         )
         element, displacement = self.element(point.balance.n_harmonics), point.displacement
         tractions: TractionElement
-        if self.contact.cone.any() and radius is None:
-            radius = self.radius(point)
+        with_mean = bool(self.contact.cone.any()) and radius is None
+        if with_mean:
+            radius = WIDER * self.radius(_without_mean(displacement))
         if radius is not None:
-            variables = np.clip(self._position(point) / radius, -1.0, 1.0)
-            tractions = TractionOrigins(element, np.zeros_like(radius), radius, variables)
+            position = self._position(point) - (displacement[0, :, :2] if with_mean else 0.0)
+            variables = np.clip(position / radius, -1.0, 1.0)
+            tractions = TractionOrigins(element, np.zeros_like(radius), radius, variables, with_mean)
         else:
             levels = TractionLevels(self.at_zero, element, np.zeros((self.contact.n_contacts, 2)))
             variables = levels.level_of(point.contact.force, displacement)
@@ -239,7 +251,7 @@ def _lowest_of_peaks(problem: _Problem, peaks: Sequence[SolutionPoint], origin: 
 
     From given starts (n_c, 2), m, and from 0: beyond the admissible places the gradient is zero.
     """
-    radius = np.max([problem.radius(peak) for peak in peaks], axis=0)
+    radius = np.max([problem.radius(peak.displacement) for peak in peaks], axis=0)
     begun = [problem.search(peak, False, radius) for peak in peaks]
     searches = [each[0] for each in begun if each is not None]
     for start in (np.clip(origin / radius, -1.0, 1.0), np.zeros_like(radius)):

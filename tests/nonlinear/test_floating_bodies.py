@@ -363,3 +363,20 @@ def test_massless_coordinates_are_told_the_mass_that_they_need():
     small = float(str(raised.value).partition("one of ")[2].partition(",")[0])
     held = ReducedModel.from_matrices(np.diag([1.0, small]), stiffness, rows, **given)
     assert natural_frequencies(held, 0.0)[0] == pytest.approx(1.0 / (2.0 * np.pi), rel=1e-6)  # k = 2 - 1
+
+
+def test_bounds_over_residual_tractions_are_those_of_both_laws_in_one_direction(modal):
+    """The damper moves along one tangential direction only: there a cone is a slider, and its body moves with it."""
+    options = SolverOptions(
+        (48.0, 51.0), residual_tractions="bounds", search="off", detached=False, truncation=False, stability="folds"
+    )
+    bounds = [
+        forced_response(modal, pair(3e5, 0.9, law=law), Excitation(0, 1.0), options).residual_bounds
+        for law in ("two_sliders", "cone")
+    ]
+    for name in ("lowest", "highest"):
+        heights = [getattr(bound, name).amplitude_m for bound in bounds]
+        assert heights[1] == pytest.approx(heights[0], rel=1e-4)
+    for name in ("least_vibration", "most_vibration"):
+        vibrations = [getattr(bound, name).vibration_m for bound in bounds]
+        assert vibrations[1] == pytest.approx(vibrations[0], rel=1e-4)
