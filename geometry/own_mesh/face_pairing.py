@@ -119,6 +119,18 @@ def overlap(points: SidePoints, gap: FloatArray) -> float:
     return float(points.area[np.isfinite(gap)].sum() / points.area.sum())
 
 
+def lie_opposite(right: Surface, left: Surface, turn: float) -> bool:
+    """Whether a face turned back lies on the other one."""
+    at = right.samples(), left.samples()
+    areas = [float(points.area.sum()) for points in at]
+    size = float(np.sqrt(areas[0]))
+    centre = rotate_about_axis(at[0].centroid, -turn)
+    if abs(areas[1] / areas[0] - 1.0) > _AREAS or np.linalg.norm(centre - at[1].centroid) > size:
+        return False
+    back, normal = (rotate_about_axis(each, -turn) for each in (at[0].position, at[0].normal))
+    return overlap(at[0], gap_along(back, normal, left.triangles(), _GAP * size)) > _LEAST_OVERLAP
+
+
 def check_places(right: SidePoints, left: SidePoints, choice: SectorChoice) -> None:
     """Raise OwnMeshError where the faces are not at the same radius and axial position.
 

@@ -13,8 +13,9 @@ from geometry.errors import OwnMeshError
 from geometry.frames import axes_through, rotate_about_axis
 from geometry.imported_mesh import ImportedMesh
 from geometry.own_mesh.body import boundary, chosen_sides, face_sides, pieces, side_codes, side_corners
-from geometry.own_mesh.face_pairing import FaceNames, Surface, gap_along, overlap
-from geometry.own_mesh.matching_faces import smooth_pieces, together
+from geometry.own_mesh.face_pairing import FaceNames, Surface, lie_opposite
+from geometry.own_mesh.matching_faces import together
+from geometry.own_mesh.pitch_pairs import smooth_pieces
 from geometry.own_mesh.sector_choice import MAIN, InterfaceChoice, SectorChoice
 from geometry.own_mesh.side_quadrature import SidePoints, quadrature, side_tables
 from geometry.sector import FloatArray, SectorMesh, interface_of
@@ -239,8 +240,6 @@ _NAMES = {
     "shroud": ("shroud",),
     "snubber": ("snubber",),
 }
-_LEAST_OPPOSITE = 0.9  # share of the area of either face that has the other opposite
-_REACH, _LARGER = 0.05, 0.1  # largest distance over the size of a face, and difference of the areas over the area
 
 
 def found_interfaces(mesh: ImportedMesh, choice: SectorChoice) -> dict[str, InterfaceChoice]:
@@ -287,7 +286,7 @@ def found_interfaces(mesh: ImportedMesh, choice: SectorChoice) -> dict[str, Inte
             continue
         right, left = (one, other) if size[a.body] <= size[b.body] else (other, one)
         for turn, pair in ((0.0, (right, left)), (pitch, (right, left)), (pitch, (left, right))):
-            if _opposite(faces[pair[0]].surface, faces[pair[1]].surface, turn):
+            if lie_opposite(faces[pair[0]].surface, faces[pair[1]].surface, turn):
                 kind = "neighbours" if turn else "inside"
                 found[_name(pair, kind, found)] = InterfaceChoice(*pair, kind=kind)
                 break
@@ -319,18 +318,6 @@ def _candidates(mesh: ImportedMesh, choice: SectorChoice, part: IntArray) -> dic
             known.add(codes)
             found[name] = _Candidate(int(bodies[0]), Surface(mesh.points, nodes, side_tables(mesh.blocks, sides)))
     return found
-
-
-def _opposite(right: Surface, left: Surface, turn: float) -> bool:
-    """Whether a face turned back lies on the other one."""
-    at = right.samples(), left.samples()
-    areas = [float(points.area.sum()) for points in at]
-    reach = _REACH * float(np.sqrt(areas[0]))
-    centre = rotate_about_axis(at[0].centroid, -turn)
-    if abs(areas[1] / areas[0] - 1.0) > _LARGER or np.linalg.norm(centre - at[1].centroid) > np.sqrt(areas[0]):
-        return False
-    back, normal = (rotate_about_axis(each, -turn) for each in (at[0].position, at[0].normal))
-    return overlap(at[0], gap_along(back, normal, left.triangles(), reach)) > _LEAST_OPPOSITE
 
 
 def _name(pair: tuple[str, str], kind: str, taken: Mapping[str, InterfaceChoice]) -> str:

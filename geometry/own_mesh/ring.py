@@ -10,7 +10,7 @@ from geometry.frames import NAMED_AXES, axes_through
 from geometry.imported_mesh import ImportedMesh
 from geometry.own_mesh.body import boundary, face_sides
 from geometry.own_mesh.face_pairing import axis_between
-from geometry.own_mesh.matching_faces import fitting_number, matched_pairs
+from geometry.own_mesh.pitch_pairs import fitting_number, matched_pairs
 from geometry.own_mesh.side_quadrature import quadrature, side_tables
 
 _WIDEST = 2.2  # rad: a sector of a ring of three blades or more

@@ -82,6 +82,21 @@ def wedge(form: Form = Form(), divisions: tuple[int, int, int] = (3, 2, 4), jitt
     return ImportedMesh("wedge.inp", points, np.arange(len(points)), (block,), (), sets)
 
 
+def five_tets(mesh: ImportedMesh, divisions: tuple[int, int, int] = (3, 2, 4)) -> ImportedMesh:
+    """A wedge of bricks with each brick cut into five tetrahedra; with an odd number of bricks from the left to the
+    right face the triangles of the two share their nodes only."""
+    cells = mesh.blocks[0].nodes
+    odd = np.stack(np.meshgrid(*map(range, divisions), indexing="ij")).sum(axis=0).ravel() % 2 == 1
+    even_cuts = ((0, 1, 3, 4), (1, 2, 3, 6), (1, 6, 4, 5), (3, 4, 6, 7), (1, 3, 4, 6))
+    odd_cuts = ((0, 1, 2, 5), (0, 2, 3, 7), (0, 5, 7, 4), (2, 7, 5, 6), (0, 2, 7, 5))
+    cuts = [cells[rows][:, np.array(four)] for rows, five in ((~odd, even_cuts), (odd, odd_cuts)) for four in five]
+    nodes = np.concatenate(cuts)
+    corner = mesh.points[nodes]
+    volume = np.linalg.det(corner[:, 1:] - corner[:, :1])
+    nodes[volume < 0.0] = nodes[volume < 0.0][:, [0, 2, 1, 3]]
+    return replace(mesh, blocks=(ElementBlock("tet4", nodes),))
+
+
 def tet_wedge(
     form: Form = Form(), right: tuple[int, int] = (3, 4), left: tuple[int, int] = (4, 5), order: int = 2
 ) -> ImportedMesh:

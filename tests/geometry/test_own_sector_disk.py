@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from own_mesh_support import NAMES, dummy, imported, wedge, with_sets
+from own_mesh_support import NAMES, dummy, five_tets, imported, wedge, with_sets
 
 from geometry import (
     BladeParameters,
@@ -167,6 +167,20 @@ def test_a_snubber_is_asked_for_and_sides_beside_the_contact_are_not():
     assert "cyclic_right and cyclic_left" in doubt
     beside = own(imported(dummy()))
     assert any(note.startswith("free sides beside the contact faces") for note in beside.findings.notes)
+
+
+@pytest.mark.parametrize("layers", [1, 2])
+def test_cut_faces_of_tetrahedra_are_found_whole(layers):
+    """The upper part of both walls is the contact, what is below is cut."""
+    divisions = (3, layers, 4)
+    mesh = five_tets(wedge(divisions=divisions), divisions)
+    radius = np.hypot(*mesh.points[:, 1:].T)
+    sides = {name: mesh.node_sets[name] for name in ("PS_FACE", "SS_FACE")}
+    upper = {name: rows[radius[rows] > 0.3149] for name, rows in sides.items()}
+    names = {"root": "ROOT", "contact_right": "PS_FACE", "contact_left": "SS_FACE"}
+    found = sector_from_mesh(with_sets(mesh, **upper), SectorChoice(40, sets=names, other_faces="cut")).sector
+    for role, name in zip(CUTS, sides, strict=True):
+        assert np.array_equal(found.node_sets[role], np.sort(sides[name][radius[sides[name]] < 0.3151]))
 
 
 def test_cut_faces_that_do_not_fit_are_refused():

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from own_mesh_support import N_BLADES, NAMES, Form, dummy, imported, tet_wedge, wedge
+from own_mesh_support import N_BLADES, NAMES, Form, dummy, five_tets, imported, tet_wedge, wedge
 
-from geometry import OwnMeshError, SectorChoice, check_sector, sector_from_mesh
+from geometry import OwnMeshError, SectorChoice, check_sector, fitting_ring, sector_from_mesh
 from geometry.frames import rotate_about_axis
 from geometry.own_mesh.side_quadrature import quadrature, side_shapes
 
@@ -157,3 +157,44 @@ def test_sides_have_the_area_of_a_sphere(count):
     values, slopes = side_shapes(count, np.array([[0.2, 0.3]]))
     assert values.sum() == pytest.approx(1.0)
     np.testing.assert_allclose(slopes.sum(axis=1), 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("layers", [1, 2])
+def test_unnamed_faces_of_tetrahedra_are_whole(layers):
+    """With one layer the triangles of the two faces share their nodes, with two layers their edges as well."""
+    divisions = (3, layers, 4)
+    mesh = five_tets(wedge(divisions=divisions), divisions)
+    found = own(mesh, sets={"root": "ROOT"})
+    assert found.findings.matching
+    np.testing.assert_allclose(found.findings.areas, 0.03 * 0.02, rtol=1e-9)
+    assert np.array_equal(found.sector.node_sets["face_right"], np.sort(mesh.node_sets["PS_FACE"]))
+    assert fitting_ring(mesh).n_blades == 40
+
+
+@pytest.mark.parametrize("form", [Form(), Form(skew=0.4), Form(bulge=0.002)])
+def test_unnamed_faces_without_common_nodes_lie_on_each_other(form):
+    """Only the corners and a few triangles at them match node by node: these are no faces."""
+    mesh = tet_wedge(form, right=(4, 4), left=(4, 6))
+    found = own(mesh, sets={"root": "ROOT"})
+    assert not found.findings.matching
+    np.testing.assert_allclose(found.findings.areas, own(mesh).findings.areas, rtol=1e-12)
+    assert fitting_ring(mesh).n_blades == 40
+
+
+def test_parallel_walls_are_no_faces():
+    """A straight airfoil: its two sides are parallel, near images under a pitch as small as it is thin."""
+    mesh = five_tets(wedge(Form(n_blades=400), (3, 1, 4)), (3, 1, 4))
+    flat = mesh.points.copy()
+    flat[:, 1] = np.sign(flat[:, 1]) * np.abs(flat[:, 1]).mean()
+    assert fitting_ring(type(mesh)(**{**vars(mesh), "points": flat})) is None
+
+
+def test_parts_of_larger_surfaces_are_named_and_refused():
+    """One edge of the right wall is elsewhere: the rest of the two walls matches."""
+    mesh = wedge(divisions=(3, 2, 4))
+    points = mesh.points.copy()
+    moved = (np.hypot(points[:, 1], points[:, 2]) < 0.307) & (points[:, 1] > 1e-4) & (points[:, 0] < 0.0)
+    moved &= np.hypot(points[:, 1], points[:, 2]) > 0.301
+    points[moved, 0] += 0.002
+    with pytest.raises(OwnMeshError, match=r"1 pair of surfaces .* a part of a larger surface on both sides"):
+        own(type(mesh)(**{**vars(mesh), "points": points}), sets={"root": "ROOT"})
