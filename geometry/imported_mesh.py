@@ -43,6 +43,10 @@ class ImportedMesh:
         Materials that are not isotropic and elastic, and what they are.
     units : tuple of str
         Systems of `UNIT_SYSTEMS` that the file says it is in; empty where it says none.
+    root : str
+        Node set that the file holds in all directions; empty where it holds none.
+    contacts : tuple of (str, str)
+        Pairs of surfaces or node sets that are in contact in the file.
 
     Examples
     --------
@@ -69,6 +73,8 @@ class ImportedMesh:
     material_notes: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     unread_materials: Mapping[str, str] = field(default_factory=dict)
     units: tuple[str, ...] = ()
+    root: str = ""
+    contacts: tuple[tuple[str, str], ...] = ()
 
     @property
     def n_elements(self) -> int:

@@ -11,7 +11,15 @@ from pathlib import Path
 import numpy as np
 
 from geometry.errors import MeshFileError
-from geometry.mesh_files.abaqus_blocks import KeywordBlock, Scope, SetReader, add_elements, add_nodes, keyword_blocks
+from geometry.mesh_files.abaqus_blocks import (
+    SHELL_SECTIONS,
+    KeywordBlock,
+    Scope,
+    SetReader,
+    add_elements,
+    add_nodes,
+    keyword_blocks,
+)
 from geometry.mesh_files.file_mesh import MOST_SETS, NO_LABELS, FileMesh
 from geometry.mesh_files.text_files import numbers
 from geometry.sector import FloatArray, IntArray
@@ -28,7 +36,7 @@ LAWS_LEFT_OUT = ("PLASTIC", "CYCLIC HARDENING", "CREEP", "VISCOELASTIC", "DAMPIN
 SCALING = ("MASS ADJUST", "FIXED MASS SCALING", "VARIABLE MASS SCALING")
 SCALED = "changes the masses of the model: remove it and give the densities that it makes"
 MESH = ("NODE", "ELEMENT")
-SETS = ("NSET", "ELSET", "SURFACE", "SOLID SECTION")
+SETS = ("NSET", "ELSET", "SURFACE", "SOLID SECTION", "BOUNDARY", *SHELL_SECTIONS)
 GENERATORS = (
     *("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM", "SYMMETRIC MODEL GENERATION", "IMPORT"),
     *("MAP SOLUTION", "TET TO WEDGE"),
@@ -58,7 +66,7 @@ _KNOWN = (
     *("CONTACT PROPERTY ASSIGNMENT", "CONTACT INITIALIZATION ASSIGNMENT", "CLEARANCE", "CHANGE FRICTION"),
     *("INITIAL CONDITIONS", "PHYSICAL CONSTANTS", "ORIENTATION", "TRANSFORM", "SECTION CONTROLS", "KINEMATIC"),
     *("DISTRIBUTING", "HOURGLASS STIFFNESS", "DISTRIBUTION", "DISTRIBUTION TABLE", "FILTER", "TIME POINTS"),
-    *("SHELL SECTION", "BEAM SECTION", "MEMBRANE SECTION", "SURFACE SECTION", "SHELL GENERAL SECTION", "PARAMETER"),
+    *("BEAM SECTION", "SURFACE SECTION", "PARAMETER"),
     *("BEAM GENERAL SECTION", "TRUSS SECTION", "CONNECTOR BEHAVIOR", "CONNECTOR ELASTICITY", "SURFACE PROPERTY"),
     *("MATERIAL", "ELASTIC", "DENSITY", "EXPANSION", "DAMPING", "CONDUCTIVITY", "SPECIFIC HEAT", "PLASTIC", "CREEP"),
     *("CYCLIC HARDENING", "DEPVAR", "USER MATERIAL", "HYPERELASTIC", "VISCOELASTIC", "POTENTIAL", "RATE DEPENDENT"),
@@ -209,11 +217,18 @@ def _joined(path: str | Path, blocks: list[KeywordBlock], scopes: list[Scope]) -
     mesh.node_labels = np.concatenate([NO_LABELS, *(labels for scope in scopes for labels in scope.node_labels)])
     mesh.points = np.concatenate([np.empty((0, 3)), *(points for scope in scopes for points in scope.points)])
     mesh.elements = [elements for scope in scopes for elements in scope.elements]
+    for scope in scopes:
+        for elements in scope.plane:
+            mesh.add_plane(elements.kind, elements.labels, elements.nodes)
+        mesh.sections += [*scope.plane_sections, *(labels for labels, _ in scope.sections)]
     spelled = _spelling(blocks)
     mesh.node_sets = dict(_named([(scope.name, scope.node_sets) for scope in scopes], spelled))
     mesh.element_sets = dict(_named([(scope.name, scope.element_sets) for scope in scopes], spelled))
     mesh.sides = dict(_named([(scope.name, scope.sides) for scope in scopes], spelled))
     _name_cut_faces(mesh, blocks)
+    _name_contacts(mesh, blocks)
+    held = [np.concatenate([NO_LABELS, *(a for scope in scopes for a in scope.held.get(k, []))]) for k in (1, 2, 3)]
+    mesh.name_held(np.intersect1d(np.intersect1d(held[0], held[1]), held[2]), "BOUNDARY")
     add_materials(mesh, blocks)
     names = {name.upper(): name for name in mesh.materials}
     mesh.element_material = [
@@ -228,18 +243,46 @@ def _joined(path: str | Path, blocks: list[KeywordBlock], scopes: list[Scope]) -
 
 
 def _name_cut_faces(mesh: FileMesh, blocks: list[KeywordBlock]) -> None:
-    """Give the two surfaces of *TIE, CYCLIC SYMMETRY the names of cut faces, where the file has no such sets."""
-    tie = next((b for b in blocks if b.keyword == "TIE" and "CYCLIC SYMMETRY" in b.parameters and b.data), None)
-    pair = [] if tie is None else [name.strip().upper() for name in tie.data[0].split(",")[:2]]
+    """Give the surfaces of all *TIE, CYCLIC SYMMETRY the names of cut faces, where the file has no such sets."""
+    ties = [b for b in blocks if b.keyword == "TIE" and "CYCLIC SYMMETRY" in b.parameters]
+    pairs = [[name.strip().upper() for name in line.split(",")[:2]] for tie in ties for line in tie.data]
     roles = ("cyclic_left", "cyclic_right")
-    for table in (mesh.sides, mesh.node_sets):
+    for table in (mesh.sides, mesh.node_sets, mesh.element_sets):
         known = {name.upper(): name for name in table}
-        if len(pair) == 2 and set(pair) <= known.keys() and not {role.upper() for role in roles} & known.keys():
-            table.update({role: table[known[name]] for role, name in zip(roles, pair, strict=True)})  # type: ignore[attr-defined]
-            mesh.notes.append(
-                f"*TIE, CYCLIC SYMMETRY of {known[pair[0]]} and {known[pair[1]]}: the cut faces of a disk"
-            )
-            return
+        of_table = [[known[name] for name in pair] for pair in pairs if len(pair) == 2 and set(pair) <= known.keys()]
+        if not of_table or {role.upper() for role in roles} & known.keys():
+            continue
+        for role, names in zip(roles, zip(*_same_way(mesh, table, of_table), strict=True), strict=True):
+            table[role] = np.concatenate([table[name] for name in names])
+        for one, other in of_table:
+            mesh.notes.append(f"*TIE, CYCLIC SYMMETRY of {one} and {other}: the cut faces of a disk")
+        return
+
+
+def _same_way(mesh: FileMesh, table: dict[str, IntArray], pairs: list[list[str]]) -> list[list[str]]:
+    """Pairs of surfaces in the order in which all turn the same way about the origin as the first."""
+    labels = np.concatenate([elements.labels for elements in (*mesh.elements, *mesh.plane)] or [NO_LABELS])
+    corner = np.concatenate([elements.nodes[:, 0] for elements in (*mesh.elements, *mesh.plane)] or [NO_LABELS])
+    order = np.argsort(mesh.node_labels)
+
+    def middle(name: str) -> FloatArray:
+        members = table[name] if table is mesh.node_sets else corner[np.isin(labels, table[name])]
+        rows = order[np.minimum(np.searchsorted(mesh.node_labels[order], members), len(order) - 1)]
+        return np.asarray(mesh.points[rows].mean(axis=0)) if len(rows) else np.zeros(3)
+
+    turns = [np.cross(middle(one), middle(other)) for one, other in pairs]
+    return [pair if turn @ turns[0] >= 0.0 else pair[::-1] for pair, turn in zip(pairs, turns, strict=True)]
+
+
+def _name_contacts(mesh: FileMesh, blocks: list[KeywordBlock]) -> None:
+    """The pairs of surfaces of *CONTACT PAIR that are not tied."""
+    known = {name.upper(): name for name in (*mesh.node_sets, *mesh.element_sets, *mesh.sides)}
+    for block in blocks:
+        if block.keyword == "CONTACT PAIR" and not {"TIED", "TIE"} & block.parameters.keys():
+            for line in block.data:
+                pair = [known.get(name.strip().upper(), "") for name in line.split(",")[:2]]
+                if len(pair) == 2 and all(pair):
+                    mesh.contacts.append((pair[0], pair[1]))
 
 
 def _leave_out(mesh: FileMesh, blocks: list[KeywordBlock], scopes: list[Scope]) -> None:
@@ -257,7 +300,7 @@ def _leave_out(mesh: FileMesh, blocks: list[KeywordBlock], scopes: list[Scope]) 
         if block.keyword == "TIE" and "CYCLIC SYMMETRY" in block.parameters:
             effect = "cyclic"
         tied = block.keyword == "CONTACT PAIR" and ("TIED" in block.parameters or "TIE" in block.parameters)
-        known = block.keyword in MESH + SETS + _KNOWN or block.keyword in ("PART", "INSTANCE", "END STEP")
+        known = block.keyword in (*MESH, *SETS, *_KNOWN) or block.keyword in ("PART", "INSTANCE", "END STEP")
         if effect == "unknown" and (known or inside_step):
             continue
         counts = found.setdefault("ties" if tied else effect, {})

@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -43,7 +44,10 @@ WITH_INPUT = ("INCLUDE", "NODE", "ELEMENT")  # their INPUT= names a file
 _LEAST = 3  # letters of an abbreviated parameter
 KINDS = {4: "tet4", 10: "tet10", 6: "wedge6", 15: "wedge15", 8: "hex8", 20: "hex20"}
 _SOLID = re.compile(r"C3D(\d+)([A-Z]*)$")
+_PLANE = re.compile(r"(?:CPE?G?S?|CG?AX|S|STRI|M3D|SFM3D|DS|DC2D|WARP2D)(3|4|6|8|9|65)[A-Z]*\d?$")
+_HELD = ("ENCASTRE", "PINNED")  # supports by their names that hold all directions
 PYRAMIDS = (5, 13)
+SHELL_SECTIONS = ("SHELL SECTION", "MEMBRANE SECTION", "SHELL GENERAL SECTION")  # give plane elements a thickness
 _SetKey = tuple[str, bool, str]  # scope, whether it is a set of nodes, name in upper case
 
 
@@ -180,12 +184,15 @@ class Scope:
     sections: list[tuple[IntArray, str]] = field(default_factory=list)  # (k,), elements and their material
     # types of elements that are not read, and how many there are
     left_out: dict[str, int] = field(default_factory=dict)
+    plane: list[FileElements] = field(default_factory=list)  # plane elements by their types
+    held: dict[int, list[IntArray]] = field(default_factory=dict)  # nodes held in the directions 1, 2, 3
+    plane_sections: list[IntArray] = field(default_factory=list)  # (k,), plane elements with a thickness
     notes: list[str] = field(default_factory=list)  # what was left out
 
     @property
     def highest(self) -> int:
         """The highest label, its offset left away."""
-        arrays = [*self.node_labels, *(elements.labels for elements in self.elements)]
+        arrays = [*self.node_labels, *(elements.labels for elements in (*self.elements, *self.plane))]
         return max((int(array.max()) - self.offset for array in arrays if len(array)), default=0)
 
 
@@ -245,6 +252,14 @@ def add_elements(scope: Scope, block: KeywordBlock) -> None:
         return
     if solid and int(solid[1]) in PYRAMIDS:
         raise block.refuse(f"TYPE={name} are pyramids: only tetrahedra, wedges and hexahedra are read")
+    if plane := _PLANE.match(name):
+        table = _element_table(block, name, {"65": 6}.get(plane[1], int(plane[1])))
+        table[table > 0] += scope.offset
+        scope.plane.append(FileElements("" if name[:3] == "SFM" else name, table[:, 0], table[:, 1:]))
+        if name[:3] == "SFM":
+            scope.left_out[name] = scope.left_out.get(name, 0) + len(table)
+        _join_set(scope.element_sets, block.parameters.get("ELSET"), table[:, 0])
+        return
     if not solid or int(solid[1]) not in KINDS:
         scope.left_out[name] = scope.left_out.get(name, 0) + sum(
             not line.rstrip().endswith(",") for line in block.data
@@ -326,6 +341,11 @@ class SetReader:
             for block in blocks:
                 if block.keyword == "SURFACE":
                     self._add_surface(scope, block)
+                elif block.keyword == "BOUNDARY":
+                    with suppress(MeshFileError):  # sets that hold no nodes of the mesh
+                        self._add_held(scope, block)
+                elif block.keyword in SHELL_SECTIONS and block.parameters.get("ELSET"):
+                    scope.plane_sections.append(self._members(scope, block, block.parameters["ELSET"], False))
                 elif block.keyword == "SOLID SECTION":
                     labels = self._members(scope, block, block.needs("ELSET"), False)
                     scope.sections.append((labels, block.needs("MATERIAL")))
@@ -363,7 +383,9 @@ class SetReader:
         for row in rows:
             labels, side = self._members(scope, block, row[0], False), row[1].upper() if len(row) > 1 else ""
             digit = side.removeprefix("S")
-            if not side:
+            if (not side and np.isin(labels, self._plane(scope)).all()) or side in ("SPOS", "SNEG"):
+                scope.element_sets.setdefault(name.upper(), []).append(labels)
+            elif not side:
                 found.append(self._free_sides(scope, labels))
             elif digit in ("1", "2", "3", "4", "5", "6"):
                 found.append(np.column_stack([labels, np.full(len(labels), int(digit) - 1)]))
@@ -371,6 +393,20 @@ class SetReader:
                 scope.notes.append(f"surface {name}: side {side} is of no solid element")
         if found:
             self._check_sides(np.concatenate(found), block)
+
+    def _add_held(self, scope: Scope, block: KeywordBlock) -> None:
+        """Nodes that *BOUNDARY holds at zero, by direction."""
+        if block.parameters.get("TYPE", "DISPLACEMENT").upper() != "DISPLACEMENT":
+            return
+        for line in block.data:
+            fields = [*(part.strip().upper() for part in line.split(",")), "", "", ""]
+            first, last = ("1", "3") if fields[1] in _HELD else (fields[1], fields[2] or fields[1])
+            moved = fields[3].strip("0.-+") not in ("", "E", "D")
+            if not (first.isdecimal() and last.isdecimal()) or moved:
+                continue
+            labels = self._members(scope, block, fields[0], True)
+            for direction in range(int(first), min(int(last), 3) + 1):
+                scope.held.setdefault(direction, []).append(labels)
 
     def _instance(self, scope: Scope, block: KeywordBlock) -> Scope:
         name = block.parameters.get("INSTANCE", "")
@@ -393,7 +429,7 @@ class SetReader:
         """Sorted labels of all nodes or elements of a scope."""
         key = (scope.name, nodes)
         if key not in self._labels:
-            arrays = scope.node_labels if nodes else [elements.labels for elements in scope.elements]
+            arrays = scope.node_labels if nodes else [e.labels for e in (*scope.elements, *scope.plane)]
             self._labels[key] = np.unique(np.concatenate([NO_LABELS, *arrays]))
         return self._labels[key]
 
@@ -435,10 +471,13 @@ class SetReader:
         found = [
             elements.nodes[np.isin(elements.labels, labels)].ravel()
             for other in self._all(scope)
-            for elements in other.elements
+            for elements in (*other.elements, *other.plane)
         ]
         nodes = np.unique(np.concatenate([NO_LABELS, *found]))
         return nodes[nodes > 0]
+
+    def _plane(self, scope: Scope) -> IntArray:
+        return np.concatenate([NO_LABELS, *(e.labels for other in self._all(scope) for e in other.plane)])
 
     def _free_sides(self, scope: Scope, labels: IntArray) -> IntArray:
         everything = [elements for other in self._all(scope) for elements in other.elements]

@@ -70,6 +70,8 @@ OTHER_LAWS = ("ELAS", "ANEL", "HYPE", "BB", "AHYP", "USER", "SMA", "CAST", "GASK
 PLASTIC = ("BISO", "MISO", "BKIN", "KINH", "MKIN", "NLIS", "CHAB", "PLAS", "CREE", "PRON", "SDAM", "HILL")
 UNITS = {"SI": "m", "MKS": "m", "MPA": "mm", "CGS": "cm-g-s", "BIN": "in", "BFT": "ft-lbf-s"}
 MATERIAL, TYPE, NUMBER, NODES = 0, 1, 10, 11  # columns of an element
+# plane elements; those of the effect "surfaces" below are others
+SHELLS = (28, 43, 63, 93, 131, 132, 181, 281)
 # what elements and commands that are left out do, by the keys of `file_mesh.EFFECTS`; other elements are bodies
 ELEMENTS = {
     "surfaces": (*range(151, 157), 200, 201),
@@ -331,9 +333,23 @@ def read_ansys(path: str | Path) -> FileMesh:
     for name, (kind, values) in tables.components.items():
         sets = mesh.node_sets if kind == "NODE" else mesh.element_sets
         sets[name] = _members(mesh, name, values, labels[kind])
+    _add_plane_elements(mesh, tables)
     _leave_out(mesh, tables)
     _add_materials(mesh, lines)
     return mesh
+
+
+def _add_plane_elements(mesh: FileMesh, tables: AnsysTables) -> None:
+    """Take plane elements that a component may name; the nodes behind the corners are of no concern."""
+    rows: dict[tuple[int, int], list[list[int]]] = {}
+    for row in tables.elements:
+        code, count = tables.types.get(row[TYPE], 0), len(row) - NODES
+        if code in (*SHELLS, *ELEMENTS["surfaces"]) and count > 2:
+            corners = 3 if count in (3, 6) else 4
+            rows.setdefault((code, corners), []).append([row[NUMBER], *row[NODES : NODES + corners]])
+    for (code, _), found in rows.items():
+        table = np.array(found, dtype=np.int64)
+        mesh.add_plane(f"elements of type {code}" if code in SHELLS else "", table[:, 0], table[:, 1:])
 
 
 def _members(mesh: FileMesh, name: str, values: IntArray, labels: IntArray) -> IntArray:
@@ -354,7 +370,7 @@ def _leave_out(mesh: FileMesh, tables: AnsysTables) -> None:
     found: dict[str, dict[str, int]] = {}
     counts = dict(tables.surfaces)
     for row in tables.elements:
-        if tables.types.get(row[TYPE], 0) not in KINDS:
+        if tables.types.get(row[TYPE], 0) not in (*KINDS, *SHELLS):
             counts[row[TYPE]] = counts.get(row[TYPE], 0) + 1
     for number, count in counts.items():
         code = tables.types.get(number, 0)

@@ -63,6 +63,9 @@ class FileMesh:
     node_labels: IntArray = field(default_factory=lambda: NO_LABELS)
     points: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
     elements: list[FileElements] = field(default_factory=list)  # solid elements
+    # plane elements: type in the file, labels, and labels of the corners (k, 4) in turn, of a triangle the last twice
+    plane: list[FileElements] = field(default_factory=list)
+    sections: list[IntArray] = field(default_factory=list)  # labels of plane elements with a thickness
     # `node_sets`, `element_sets`: (k,), labels
     node_sets: dict[str, IntArray] = field(default_factory=dict)
     element_sets: dict[str, IntArray] = field(default_factory=dict)
@@ -78,6 +81,8 @@ class FileMesh:
     material_notes: dict[str, list[str]] = field(default_factory=dict)
     # materials that are not isotropic and elastic, and what they are
     unread_materials: dict[str, str] = field(default_factory=dict)
+    root: str = ""  # name of the set that the file holds
+    contacts: list[tuple[str, str]] = field(default_factory=list)  # pairs of sets that touch in the file
     units: tuple[str, ...] = ()  # systems of `UNIT_SYSTEMS` that the file says it is in
 
     def remark(self, material: str, line: str) -> None:
@@ -89,6 +94,22 @@ class FileMesh:
     def refuse(self, found: str) -> MeshFileError:
         """An error that names the file."""
         return MeshFileError(self.path, found)
+
+    def add_plane(self, kind: str, labels: IntArray, nodes: IntArray) -> None:
+        """Take plane elements (k, m), the corners first and 0 for none; those of kind "" are not spoken of."""
+        three = nodes.shape[1] in (3, 6, 7)
+        corners = nodes[:, [0, 1, 2, 2]] if three else nodes[:, :4]
+        corners = np.where(corners == 0, corners[:, [2]], corners)
+        self.plane.append(FileElements(kind, labels, corners))
+
+    def name_held(self, labels: IntArray, made: str) -> None:
+        """Remember the nodes that the file holds in all directions: by a set of the file, or by one that is made."""
+        held = np.intersect1d(labels, self.node_labels)
+        if len(held) < 3:
+            return
+        same = (name for name, nodes in self.node_sets.items() if np.array_equal(np.unique(nodes), held))
+        self.root = next(same, made)
+        self.node_sets.setdefault(self.root, held)
 
     def leave_out(self, effect: str, counts: Mapping[str, int]) -> None:
         """Say which definitions of the file are left out, how many, and what that does."""

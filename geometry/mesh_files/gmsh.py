@@ -7,6 +7,7 @@ of the same name beside it. So a copy in a folder of its own is read, whose firs
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import tempfile
 from pathlib import Path
@@ -35,6 +36,8 @@ EDGES = {
     ),
 }
 SHAPES = ("Triangles", "Quadrangles", "Tetrahedra", "Hexahedra", "Prisms", "Pyramids")
+_TURN = 1e-6  # twice the sine of an angle
+_CONTACT = re.compile(r"contact|shroud|snubber", re.IGNORECASE)  # faces made periodic to have one mesh
 DIMENSIONS = ("point", "curve", "surface", "volume")
 
 
@@ -103,7 +106,33 @@ def _from_model(path: str | Path, gmsh: Any) -> FileMesh:
     for dimension, tag in gmsh.model.getPhysicalGroups():
         name = gmsh.model.getPhysicalName(dimension, tag) or f"{DIMENSIONS[dimension]}_{tag}"
         _add_group(mesh, gmsh, name, dimension, tag)
+    _add_periodic(mesh, gmsh)
     return mesh
+
+
+def _add_periodic(mesh: FileMesh, gmsh: Any) -> None:
+    """Surfaces of $Periodic that a rotation turns into each other as cut faces; those named as contacts are none."""
+    roles = ("cyclic_right", "cyclic_left")
+    if {name.lower() for name in (*mesh.faces, *mesh.node_sets)} & set(roles):
+        return
+    first: Any = None
+    for _, tag in gmsh.model.getEntities(2):
+        master, nodes, others, affine = gmsh.model.mesh.getPeriodicNodes(2, tag)
+        turn = np.reshape(affine, (-1, 4))[:3, :3] if len(affine) == 16 else np.eye(3)
+        axis = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
+        groups = [gmsh.model.getPhysicalName(2, g) for e in (tag, master) for g in _groups(gmsh, e)]
+        if master == tag or np.linalg.norm(axis) < _TURN or any(_CONTACT.search(name) for name in groups):
+            continue
+        first = axis if first is None else first
+        for role, found in zip(roles if axis @ first > 0.0 else roles[::-1], (nodes, others), strict=True):
+            mesh.node_sets[role] = np.union1d(mesh.node_sets.get(role, []), found).astype(np.int64)
+    if first is not None:
+        mesh.notes.append("$Periodic: surfaces that a rotation turns into each other are the cut faces of a disk")
+
+
+def _groups(gmsh: Any, entity: int) -> list[int]:
+    found: list[int] = gmsh.model.getPhysicalGroupsForEntity(2, entity).tolist()
+    return found
 
 
 def _labels(gmsh: Any, dimension: int, entity: int) -> list[IntArray]:

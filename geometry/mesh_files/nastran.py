@@ -17,7 +17,7 @@ import numpy as np
 
 from geometry.elements import ELEMENT_KINDS
 from geometry.errors import MeshFileError
-from geometry.mesh_files.file_mesh import FileElements, FileMesh
+from geometry.mesh_files.file_mesh import NO_LABELS, FileElements, FileMesh
 from geometry.mesh_files.nastran_cards import Card, NastranDeck, card_of, cards, nastran_deck
 from geometry.mesh_files.text_files import LARGEST_LABEL
 from geometry.sector import FloatArray, IntArray
@@ -45,6 +45,8 @@ _OUTPUT = re.compile(r"\s*OUTPUT\s*\(\s*(\w+)\s*\)", re.IGNORECASE)
 _REAL = re.compile(r"[+-]?(\d+\.\d*|\.\d+)([EeDd]?[+-]?\d+)?")
 _MOST_STEPS = 1_000_000
 _SET = re.compile(r"\s*SET\s+(\d+)\s*=\s*(.*)$", re.IGNORECASE)
+PLANE = {"CTRIA3": 3, "CTRIA6": 6, "CTRIAR": 3, "CQUAD4": 4, "CQUAD8": 8, "CQUADR": 4, "CQUAD": 9}  # nodes
+_PROPERTY = re.compile(r'\$HMNAME\s+PROP\s+(\d+)\s*"([^"]*)"', re.IGNORECASE)
 FAMILIES = {"CTETRA": ("tet4", "tet10"), "CPENTA": ("wedge6", "wedge15"), "CHEXA": ("hex8", "hex20")}
 # CPENTA and CHEXA count the edges between the lower and the upper side before those of the upper side
 COLUMNS = {
@@ -53,8 +55,9 @@ COLUMNS = {
 }
 SYSTEMS = ("CORD1R", "CORD1C", "CORD1S", "CORD2R", "CORD2C", "CORD2S")
 SETS = ("SET1", "SET3", "SPC1")
+CUTS = {"1": "cyclic_left", "2": "cyclic_right"}  # sides of CYJOIN
 MATERIALS = ("PSOLID", "PLSOLID", "MAT1")
-READ = frozenset(["GRID", "GRDSET", *FAMILIES, *SYSTEMS, *SETS, *MATERIALS])
+READ = frozenset(["GRID", "GRDSET", "SPC", "CYJOIN", *FAMILIES, *PLANE, *SYSTEMS, *SETS, *MATERIALS])
 GENERATORS = ("EGRID", "GRIDG", "GRIDD", "GRIDU", "GRIDMOD", "CGEN")
 # what cards that are left out do, by the keys of `file_mesh.EFFECTS`; the first pattern that fits counts
 LEFT_OUT = (
@@ -250,7 +253,8 @@ def add_sets(mesh: FileMesh, deck: NastranDeck, set_cards: list[Card]) -> None:
     """Put the sets of a deck into its mesh."""
     named = {int(found[1]): (found[3], found[2]) for line in deck.comments if (found := _NAMED.match(line))}
     nodes = np.unique(mesh.node_labels)
-    elements = np.unique(np.concatenate([np.empty(0, np.int64), *(group.labels for group in mesh.elements)]))
+    groups = (*mesh.elements, *mesh.plane)
+    elements = np.unique(np.concatenate([np.empty(0, np.int64), *(group.labels for group in groups)]))
     cards = [card for card in set_cards if card.name != "SET3" or card.text(1).upper() in ("GRID", "ELEM")]
     if len(cards) < len(set_cards):
         mesh.leave_out("unknown", {"SET3 of neither GRID nor ELEM": len(set_cards) - len(cards)})
@@ -365,13 +369,37 @@ def read_nastran(path: str | Path) -> FileMesh:
         raise by_name["CPYRAM"][0].refuse("is a pyramid: only tetrahedra, wedges and hexahedra are read")
     _add_nodes(mesh, by_name)
     properties = _add_elements(mesh, by_name)
+    _add_plane_elements(mesh, by_name, deck)
     _add_properties(mesh, by_name, properties)
     add_materials(mesh, deck, by_name)
     add_sets(mesh, deck, [card for name in SETS for card in by_name.get(name, [])])
+    _add_supports(mesh, by_name)
     _leave_out(mesh, {name: len(found) for name, found in by_name.items()})
     held = sum(bool(card.text(6)) for card in by_name.get("GRID", []))
     mesh.leave_out("supports", {"GRID with PS": held} if held else {})
     return mesh
+
+
+def _add_supports(mesh: FileMesh, by_name: dict[str, list[Card]]) -> None:
+    """Nodes that SPC, SPC1 and GRID hold in all directions, and the sides of CYJOIN as cut faces."""
+    nodes = np.unique(mesh.node_labels)
+    found: list[tuple[str, IntArray]] = [
+        (card.text(6), np.array([card.label(0)])) for card in by_name.get("GRID", [])
+    ]
+    for card in by_name.get("SPC", []):
+        for place in (1, 4):
+            if card.text(place) and not (card.text(place + 2) and card.number(place + 2)):
+                found.append((card.text(place + 1), np.array([card.label(place)])))
+    for card in by_name.get("SPC1", []):
+        found.append((card.text(1), _members(nodes, _bulk_set(card)[1])))
+    held = [np.concatenate([NO_LABELS, *(rows for text, rows in found if digit in text)]) for digit in "123"]
+    mesh.name_held(np.intersect1d(np.intersect1d(held[0], held[1]), held[2]), "SPC")
+    for card in by_name.get("CYJOIN", []):
+        words = [word for word in card.fields[2:] if word]
+        role = CUTS.get(card.text(0))
+        if role is not None:
+            labels = _members(nodes, _ranges(card.path, f"line {card.line}, CYJOIN", words))
+            mesh.node_sets[role] = np.concatenate([mesh.node_sets.get(role, NO_LABELS), labels])
 
 
 def _leave_out(mesh: FileMesh, counts: dict[str, int]) -> None:
@@ -379,7 +407,7 @@ def _leave_out(mesh: FileMesh, counts: dict[str, int]) -> None:
     found: dict[str, dict[str, int]] = {}
     for name, count in counts.items():
         effect = next((effect for pattern, effect in LEFT_OUT if re.fullmatch(pattern, name)), "unknown")
-        read = name in READ - {"SPC1"}
+        read = name in READ - {"SPC1", "SPC", "CYJOIN"}
         if not read and not (effect == "unknown" and _KNOWN.match(name)):
             found.setdefault(effect, {})[name] = count
     for effect, names in found.items():
@@ -422,6 +450,23 @@ def _add_elements(mesh: FileMesh, by_name: dict[str, list[Card]]) -> dict[int, l
                 columns = COLUMNS.get(kind, list(range(ELEMENT_KINDS[kind].n_nodes)))
                 mesh.elements.append(FileElements(kind, array[:, 0], array[:, 1:][:, columns]))
     return properties
+
+
+def _add_plane_elements(mesh: FileMesh, by_name: dict[str, list[Card]], deck: NastranDeck) -> None:
+    """Take the plane elements, and those of each property as a set."""
+    names = {int(found[1]): found[2] for line in deck.comments if (found := _PROPERTY.match(line))}
+    thick = {card.label(0) for name in ("PSHELL", "PCOMP", "PCOMPG") for card in by_name.get(name, [])}
+    sets: dict[int, list[int]] = {}
+    for name, count in PLANE.items():
+        rows = [[card.label(place, 0) for place in range(count + 2)] for card in by_name.get(name, [])]
+        for row in rows:
+            sets.setdefault(row[1] or row[0], []).append(row[0])
+        if rows:
+            table = np.array(rows, dtype=np.int64)
+            mesh.add_plane(name, table[:, 0], table[:, 2:])
+    for number, labels in sets.items():
+        mesh.element_sets[names.get(number, f"PSHELL_{number}")] = np.array(labels)
+        mesh.sections += [np.array(labels)] if number in thick else []
 
 
 def _element_row(card: Card, count: int) -> list[int]:

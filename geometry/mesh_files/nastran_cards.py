@@ -131,7 +131,7 @@ def _statements(lines: list[str]) -> Iterator[tuple[int, str, str | None]]:
         if number <= after:
             continue
         if line.startswith(("$", "//", "#")):
-            if line.startswith(("$HMSET", "$*")):
+            if line.startswith(("$HMSET", "$HMNAME", "$*")):
                 yield number, line, None
             continue
         text = line.partition("$")[0] if "$" in line else line

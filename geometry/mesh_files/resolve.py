@@ -12,6 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from geometry.elements import ELEMENT_KINDS, ElementBlock, ElementKind, ElementSides
 from geometry.imported_mesh import ImportedMesh
@@ -196,11 +197,14 @@ def imported_mesh(mesh: FileMesh) -> ImportedMesh:
     for kind in dict.fromkeys(whole.kind for whole in wholes):
         _check_doubles(mesh, kind, [whole for whole in wholes if whole.kind == kind])
     blocks, element_labels, side_maps = _blocks(mesh, wholes)
+    _take_plane_elements(mesh, blocks, labels)
     finder = _ElementFinder(element_labels)
     collapsed = sum(len(whole.labels) for whole in wholes if whole.collapsed)
     if collapsed:
         are = "is taken as a wedge or a tetrahedron" if collapsed == 1 else "are taken as wedges or tetrahedra"
         mesh.notes.append(f"{counted(collapsed, 'collapsed element')} (repeated nodes) {are}")
+    node_sets = _node_sets(mesh, labels)
+    surfaces = _surfaces(mesh, finder, side_maps, blocks, labels)
     of_materials = [line for lines in mesh.material_notes.values() for line in lines]
     of_materials += [f"material {name} is {what}: {ONLY}" for name, what in mesh.unread_materials.items()]
     return ImportedMesh(
@@ -209,15 +213,17 @@ def imported_mesh(mesh: FileMesh) -> ImportedMesh:
         labels,
         blocks,
         element_labels,
-        _node_sets(mesh, labels),
+        node_sets,
         _element_sets(mesh, finder),
-        _surfaces(mesh, finder, side_maps, blocks, labels),
+        surfaces,
         {name: dict(numbers) for name, numbers in mesh.materials.items()},
         _shortened([*of_materials, *mesh.notes]),
         _shortened(mesh.warnings),
         {name: tuple(lines) for name, lines in mesh.material_notes.items()},
         dict(mesh.unread_materials),
         mesh.units,
+        mesh.root if mesh.root in node_sets else "",
+        tuple(pair for pair in mesh.contacts if set(pair) <= node_sets.keys() | surfaces.keys()),
     )
 
 
@@ -226,6 +232,7 @@ def _check_counts(mesh: FileMesh) -> None:
     if not len(mesh.node_labels):
         raise mesh.refuse("holds no nodes: a mesh of solid elements is needed")
     if not mesh.elements:
+        mesh.leave_out("bodies", {elements.kind: len(elements.labels) for elements in mesh.plane if elements.kind})
         said = [*mesh.warnings, *mesh.notes]
         left_out = f" ({'; '.join(said[:3])}{' ...' * (len(said) > 3)})" if said else ""
         raise mesh.refuse(f"holds no solid elements{left_out}: allowed are tetrahedra, wedges and hexahedra")
@@ -466,6 +473,54 @@ def _surfaces(
             )
         if len(surface):
             found[name] = surface
+    return found
+
+
+def _take_plane_elements(mesh: FileMesh, blocks: tuple[ElementBlock, ...], labels: IntArray) -> None:
+    """Sets of plane elements as faces; what is no side of a solid, or has a thickness, is said to be left out."""
+    if not mesh.plane:
+        return
+    members = np.concatenate([elements.labels for elements in mesh.plane])
+    corners = np.concatenate([elements.nodes for elements in mesh.plane])
+    for name, found in list(mesh.element_sets.items()):
+        inside = np.isin(members, found)
+        if inside.any():
+            mesh.faces.setdefault(name, []).extend(_by_corners(corners[inside]))
+            if inside.sum() == len(np.unique(found)):
+                del mesh.element_sets[name]
+    bare = ~np.isin(members, np.concatenate([NO_LABELS, *mesh.sections])) & _are_sides(corners, blocks, labels)
+    ends = np.cumsum([0, *(len(elements.labels) for elements in mesh.plane)])
+    counts: dict[bool, dict[str, int]] = {True: {}, False: {}}
+    for elements, first, last in zip(mesh.plane, ends, ends[1:], strict=False):
+        for on_solids in (True, False):
+            if elements.kind and (number := int((bare[first:last] == on_solids).sum())):
+                counts[on_solids][elements.kind] = counts[on_solids].get(elements.kind, 0) + number
+    mesh.leave_out("bodies", counts[False])
+    if counts[True]:
+        names = listed([f"{number} {kind}" for kind, number in counts[True].items()], 8)
+        mesh.notes.append(f"{names} on sides of solid elements: their sets are surfaces")
+
+
+def _by_corners(corners: IntArray) -> list[IntArray]:
+    """Faces (k, 3) and (m, 4) of corners (n, 4), two of which may be one node."""
+    first = np.sort(corners, axis=1)
+    three = (first[:, 1:] == first[:, :-1]).sum(axis=1) == 1
+    four = (first[:, 1:] != first[:, :-1]).all(axis=1)
+    triangles = np.array([list(dict.fromkeys(row)) for row in corners[three].tolist()], dtype=np.int64)
+    return [triangles.reshape(-1, 3), corners[four]]
+
+
+def _are_sides(corners: IntArray, blocks: tuple[ElementBlock, ...], labels: IntArray) -> NDArray[np.bool_]:
+    """Which plane elements (n,) with labels of corners (n, 4) are sides of solids."""
+    known = np.isin(corners, labels).all(axis=1)
+    rows = np.searchsorted(labels, corners[known])
+    sides = sides_with_corners(blocks, _by_corners(rows))
+    solid = {
+        tuple(sorted(blocks[block].nodes[element, list(blocks[block].topology.sides[side])].tolist()))
+        for block, element, side in zip(sides.block, sides.element, sides.side, strict=True)
+    }
+    found = np.zeros(len(corners), dtype=bool)
+    found[known] = [tuple(sorted(set(row))) in solid for row in rows.tolist()]
     return found
 
 

@@ -243,7 +243,9 @@ _NAMES = {
 
 
 def found_interfaces(mesh: ImportedMesh, choice: SectorChoice) -> dict[str, InterfaceChoice]:
-    """Interfaces between several bodies of a mesh: sets of different bodies that lie on each other, or a pitch apart.
+    """Interfaces between several bodies of a mesh: contact pairs of the file, then sets that lie on each other.
+
+    Sets may also lie on each other one pitch apart.
 
     Parameters
     ----------
@@ -281,15 +283,20 @@ def found_interfaces(mesh: ImportedMesh, choice: SectorChoice) -> dict[str, Inte
     faces = _candidates(replace(mesh, points=points), choice, part)
     pitch = 2.0 * np.pi / choice.n_blades
     found: dict[str, InterfaceChoice] = {}
-    for (one, a), (other, b) in combinations(faces.items(), 2):
-        if a.body == b.body:
+    given = [pair for pair in mesh.contacts if set(pair) <= faces.keys()]
+    taken = {name for pair in given for name in pair}
+    others = [(a, b) for a, b in combinations(faces, 2) if not {a, b} & taken]
+    for one, other in (*given, *others):
+        bodies = faces[one].body, faces[other].body
+        if bodies[0] == bodies[1]:
             continue
-        right, left = (one, other) if size[a.body] <= size[b.body] else (other, one)
-        for turn, pair in ((0.0, (right, left)), (pitch, (right, left)), (pitch, (left, right))):
-            if lie_opposite(faces[pair[0]].surface, faces[pair[1]].surface, turn):
-                kind = "neighbours" if turn else "inside"
-                found[_name(pair, kind, found)] = InterfaceChoice(*pair, kind=kind)
-                break
+        right, left = (one, other) if size[bodies[0]] <= size[bodies[1]] else (other, one)
+        places = [(0.0, (right, left)), (pitch, (right, left)), (pitch, (left, right))]
+        fits = [(turn, (a, b)) for turn, (a, b) in places if lie_opposite(faces[a].surface, faces[b].surface, turn)]
+        if fits or (one, other) in given:
+            turn, pair = (fits or places)[0]
+            kind = "neighbours" if turn else "inside"
+            found[_name(pair, kind, found)] = InterfaceChoice(*pair, kind=kind)
     return found
 
 
@@ -306,7 +313,7 @@ def _candidates(mesh: ImportedMesh, choice: SectorChoice, part: IntArray) -> dic
     outside, known = boundary(mesh.blocks), set()
     found: dict[str, _Candidate] = {}
     for name in dict.fromkeys((*mesh.surfaces, *mesh.node_sets)):
-        if name in choice.sets.values():
+        if name in choice.sets.values() and not any(name in pair for pair in mesh.contacts):
             continue
         try:
             sides = face_sides(mesh, "contact_right", name, outside)
@@ -314,7 +321,7 @@ def _candidates(mesh: ImportedMesh, choice: SectorChoice, part: IntArray) -> dic
             continue
         nodes = sides.nodes(mesh.blocks)
         bodies, codes = np.unique(part[nodes]), side_codes(mesh.blocks, sides).tobytes()
-        if len(bodies) == 1 and codes not in known:
+        if len(bodies) == 1 and (codes not in known or any(name in pair for pair in mesh.contacts)):
             known.add(codes)
             found[name] = _Candidate(int(bodies[0]), Surface(mesh.points, nodes, side_tables(mesh.blocks, sides)))
     return found

@@ -164,7 +164,7 @@ def _nodes_of(mesh: ImportedMesh, name: str) -> IntArray:
 
 
 def cut_faces(mesh: ImportedMesh, choice: SectorChoice, outside: ElementSides) -> CutFaces | None:
-    """The cut faces that are named; None for a blade alone.
+    """The cut faces that are named, without sides of named contact faces; None for a blade alone.
 
     Raises OwnMeshError where one is missing or is no face.
     """
@@ -175,7 +175,9 @@ def cut_faces(mesh: ImportedMesh, choice: SectorChoice, outside: ElementSides) -
         missing = CUT_LEFT if roles[0] == CUT_RIGHT else CUT_RIGHT
         raise OwnMeshError(f"mesh.sets.{missing}", None, "name both cut faces of the disk, or neither")
     names = choice.sets[CUT_RIGHT], choice.sets[CUT_LEFT]
-    right, left = (face_sides(mesh, role, choice.sets[role], outside) for role in (CUT_RIGHT, CUT_LEFT))
+    sides = [face_sides(mesh, role, choice.sets[role], outside) for role in (CUT_RIGHT, CUT_LEFT)]
+    contact = [face_sides(mesh, r, n, outside) for r, n in choice.sets.items() if r.startswith("contact")]
+    right, left = (without(contact, cut) if len(without(contact, cut)) else cut for cut in sides)
     return CutFaces(right, left, names)
 
 

@@ -90,7 +90,12 @@ def guess(mesh: ImportedMesh, unit: str | None = None, axis: str | None = None, 
     if {"contact_right", "contact_left"} & (told.sets.keys() - sets.keys()):  # of a pair that is an interface
         sets = {role: name for role, name in sets.items() if not role.startswith("contact")}
     places = {"inside": "lie on each other", "neighbours": "are a pitch apart"}
-    why = [f'interface {name}: "{e.right}" and "{e.left}" {places[e.kind]}' for name, e in found.items()]
+    pairs = [set(pair) for pair in mesh.contacts]
+    why = [
+        f'interface {name}: "{e.right}" and "{e.left}" '
+        f"{'are in contact in the file' if {e.right, e.left} in pairs else places[e.kind]}"
+        for name, e in found.items()
+    ]
     why = [line for line in told.why if line.split(":")[0] not in told.sets.keys() - sets.keys()] + why
     return replace(told, sets=sets, why=tuple(why), interfaces=found)
 
@@ -103,9 +108,14 @@ def _of_one_body(mesh: ImportedMesh, unit: str | None, axis: str | None, n_blade
     numbers = proposal.numbers if unit is None else {}
     found_unit, why_unit = proposal.unit, proposal.why
     sets = dict(_roles([*mesh.surfaces, *mesh.node_sets]))
+    held = mesh.root and sets.get("root", "").lower() != "root"
+    sets |= {"root": mesh.root} if held else {}
     why = [f"unit {unit}: given" if unit else f"unit {found_unit}: {why_unit}"]
     why += [] if unit else [f"material {name}: {text}" for name, text in proposal.stated.items()]
-    why += [f'{role}: "{name}", by its name' for role, name in sets.items()]
+    why += [
+        f'{role}: "{name}", {"the nodes that the file holds" if held and role == "root" else "by its name"}'
+        for role, name in sets.items()
+    ]
     best = None
     kind = next((kind for kind in ("cyclic", "contact") if {f"{kind}_right", f"{kind}_left"} <= sets.keys()), "")
     right, left = f"{kind}_right", f"{kind}_left"

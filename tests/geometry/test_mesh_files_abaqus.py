@@ -85,7 +85,8 @@ def test_what_is_left_out_is_said_with_what_it_does(tmp_path):
         + "*EQUATION\n2\n1, 1, 1., 2, 1, -1.\n3\n1, 2, 1., 2, 2, -1.,\n3, 2, 1.\n*MPC\nBEAM, 1, 2\nTIE, 3, 4\n"
         + "*RIGID BODY, NSET=upper, REF NODE=1\n*TIE, NAME=t\na, b\n*TIE, NAME=c, CYCLIC SYMMETRY\na, b\n"
         + "*ELEMENT, TYPE=MASS, ELSET=m\n5, 1\n*MASS, ELSET=m\n2.\n*ELEMENT, TYPE=SPRING1\n6, 1\n7, 2\n"
-        + "*ELEMENT, TYPE=S4\n8, 1, 2, 3, 4\n*BOUNDARY\n1, 1, 3\n2, 1, 3\n*CLOADS, X=1\n*STEP\n*CLOAD\n1, 1, 5.\n"
+        + "*ELEMENT, TYPE=S4, ELSET=s\n8, 1, 2, 3, 4\n*SHELL SECTION, ELSET=s\n.1\n"
+        + "*BOUNDARY\n1, 1, 3\n2, 1, 3\n*CLOADS, X=1\n*STEP\n*CLOAD\n1, 1, 5.\n"
         + "*END STEP\n",
     )
     assert set(mesh.warnings) == {
@@ -243,3 +244,45 @@ def test_files_elsewhere_are_not_included(tmp_path, name):
     (folder / "link.inc").symlink_to("/etc/passwd")
     with pytest.raises(MeshFileError, match=r"^[^\n]*blade.inp: includes [^\n]*$"):
         read(folder, CUBE + f"*INCLUDE, INPUT={name}\n")
+
+
+def test_plane_elements_on_solids_are_surfaces(tmp_path):
+    """As gmsh writes its physical surfaces; one with a thickness is structure too."""
+    mesh = read(
+        tmp_path,
+        CUBE + "*ELEMENT, TYPE=CPS4, ELSET=Surface1\n11, 1, 2, 3, 4\n12, 9, 10, 11, 12\n"
+        "*ELEMENT, TYPE=S3, ELSET=coat\n13, 1, 2, 6\n14, 1, 6, 5\n*ELEMENT, TYPE=M3D4, ELSET=film\n15, 1, 4, 8, 5\n"
+        "*MEMBRANE SECTION, ELSET=film\n.1\n"
+        "*ELSET, ELSET=both\nSurface1\n*SURFACE, NAME=top\n12, SPOS\n*SURFACE, NAME=low\nSurface1, SNEG\n",
+    )
+    assert {name: area(mesh, name) for name in ("Surface1", "both", "top", "low", "film")} == pytest.approx(
+        {"Surface1": 2.0, "both": 2.0, "top": 1.0, "low": 2.0, "film": 1.0}
+    )
+    assert set(mesh.element_sets) == {"lower", "upper"}
+    lost = "left out: no solid elements that are read: their stiffness and mass are missing here"
+    assert mesh.warnings == (f"2 S3, 1 M3D4 {lost}",)
+    assert "2 CPS4 on sides of solid elements: their sets are surfaces" in mesh.notes
+
+
+def test_what_a_deck_says_of_its_faces(tmp_path):
+    """Nodes held in all directions, the pairs of contact, several cyclic ties of which one is the other way round."""
+    wide = CUBE.replace(" 0., 0., ", " 0., 10., ").replace(" 1., 0., ", " 1., 10., ").replace(", 1., ", ", 11., ")
+    wide = "".join(wide.partition("*Element")[1:])
+    nodes = "*NODE\n" + "".join(
+        f"{4 * k + n}, {x}, {10 + y}, {k}\n"
+        for k in range(3)
+        for n, x, y in ((1, -1, 0), (2, 1, 0), (3, 1, 1), (4, -1, 1))
+    )
+    mesh = read(
+        tmp_path,
+        nodes + wide + "*NSET, NSET=foot\n1, 2, 5, 6, 9, 10\n*NSET, NSET=other\n3, 4\n"
+        "*SURFACE, NAME=R1\nlower, S4\n*SURFACE, NAME=L1\nlower, S6\n"
+        "*SURFACE, NAME=R2\nupper, S4\n*SURFACE, NAME=L2\nupper, S6\n"
+        "*TIE, NAME=a, CYCLIC SYMMETRY\nR1, L1\n*TIE, NAME=b, CYCLIC SYMMETRY\nL2, R2\n"
+        "*CONTACT PAIR, INTERACTION=i\nR1, L2\n*CONTACT PAIR, INTERACTION=i, TIED\nR2, L1\n"
+        "*STEP\n*BOUNDARY\nfoot, 1, 2\nfoot, 3\nother, 1, 2\nother, 3, 3, .5\nnowhere, 1, 3\n*END STEP\n",
+    )
+    assert (mesh.root, mesh.contacts) == ("foot", (("R1", "L2"),))
+    ends = {mesh.points[mesh.surfaces[name].nodes(mesh.blocks), 0].mean() for name in ("cyclic_right", "R1", "R2")}
+    assert len(mesh.surfaces["cyclic_left"]) == len(mesh.surfaces["cyclic_right"]) == 2
+    assert len(ends) == 1 or -mesh.points[mesh.surfaces["cyclic_left"].nodes(mesh.blocks), 0].mean() in ends

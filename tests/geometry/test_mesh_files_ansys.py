@@ -80,8 +80,10 @@ def test_prism_form_without_collapsed_mid_side_nodes(tmp_path):
 def test_elements_that_are_no_solids_and_materials_that_are_not_isotropic(tmp_path):
     materials = "MP,EX,1,2.1E11\nMP,NUXY,1,0.3\nMPDATA,R5.0, 1,DENS,  1, 1, 7800.\nMP,EX,2,1E9\nMP,EY,2,2E9\n"
     rows = [(1, 3, [1, 2, 3, 3, 4, 5, 6, 6]), (2, 4, [1, 2, 3, 3])]
-    (tmp_path / "a.cdb").write_text(archive(rows, PRISM, materials))
+    component = "CMBLOCK,LID     ,ELEM,       1  ! users element component definition\n(8i10)\n         2\n"
+    (tmp_path / "a.cdb").write_text(archive(rows, PRISM, materials + component))
     mesh = read_mesh(tmp_path / "a.cdb")
+    assert len(mesh.surfaces["LID"]) == 1
     assert [block.kind for block in mesh.blocks] == ["wedge6"]
     assert mesh.materials == {"1": {"young_modulus": 2.1e11, "poisson_ratio": 0.3, "density": 7800.0}, "2": {}}
     assert any("1 elements of type 154 left out" in note for note in mesh.notes)

@@ -48,7 +48,7 @@ ABAQUS = {
     "shells only": (NODES + "*ELEMENT, TYPE=S4R\n1, 1, 2, 3, 4\n", "holds no solid elements .*S4R"),
     "nothing solid, of two kinds": (
         NODES + "*ELEMENT, TYPE=S4R\n1, 1, 2, 3, 4\n*ELEMENT, TYPE=MASS\n2, 1\n",
-        "holds no solid elements .*1 S4R left out.*; 1 MASS left out",
+        "holds no solid elements .*1 MASS left out.*; 1 S4R left out",
     ),
     "pyramids": (NODES + "*ELEMENT, TYPE=C3D5\n1, 1, 2, 3, 4, 5\n", "TYPE=C3D5 are pyramids"),
     "nodes in a wrong order": (

@@ -326,3 +326,36 @@ def test_grids_without_meshlane(tmp_path, monkeypatch):
     for name in [name for name in sys.modules if name.partition(".")[0] in ("meshlane", "meshio")]:
         monkeypatch.setitem(sys.modules, name, None)
     assert read_mesh(tmp_path / "a.vtu").blocks[0].kind == "tet10"
+
+
+def test_periodic_surfaces_of_gmsh_are_cut_faces(tmp_path):
+    """Those that a rotation turns into each other, but for faces named as contact; translations are none."""
+    import gmsh
+
+    start_gmsh(gmsh)
+    try:
+        occ, mesher = gmsh.model.occ, gmsh.model.mesh
+        occ.extrude([(2, occ.addRectangle(1, 0, 0, 2, 1))], 0, 0, 1)
+        occ.revolve([(2, occ.addRectangle(5, 0, 0, 2, 1))], 0, 0, 0, 0, 1, 0, 0.5)
+        occ.synchronize()
+        faces = {tag: occ.getCenterOfMass(2, tag) for _, tag in gmsh.model.getEntities(2)}
+        first = next(tag for tag, at in faces.items() if at[0] > 4.9 and abs(at[2]) < 1e-6)
+        last = next(tag for tag, at in faces.items() if abs(at[2] / at[0] + np.tan(0.5)) < 1e-6)
+        low, high = (next(tag for tag, at in faces.items() if at[0] < 4 and abs(at[2] - z) < 1e-6) for z in (0, 1))
+        c, s = np.cos(0.5), np.sin(0.5)
+        mesher.setPeriodic(2, [last], [first], [c, 0, s, 0, 0, 1, 0, 0, -s, 0, c, 0, 0, 0, 0, 1])
+        mesher.setPeriodic(2, [high], [low], [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 1, 0, 0, 0, 1])
+        gmsh.model.addPhysicalGroup(3, [1, 2], name="all")
+        mesher.generate(3)
+        gmsh.write(str(tmp_path / "a.msh"))
+        gmsh.model.addPhysicalGroup(2, [first], name="shroud a")
+        gmsh.model.addPhysicalGroup(2, [last], name="shroud b")
+        gmsh.write(str(tmp_path / "b.msh"))
+    finally:
+        gmsh.finalize()
+    mesh = read_mesh(tmp_path / "a.msh")
+    assert set(mesh.node_sets) == {"cyclic_right", "cyclic_left"}
+    angles = [np.arctan2(-mesh.points[rows, 2], mesh.points[rows, 0]) for rows in mesh.node_sets.values()]
+    assert sorted(map(np.mean, angles)) == pytest.approx([0.0, 0.5])
+    assert max(map(np.ptp, angles)) < 1e-6
+    assert set(read_mesh(tmp_path / "b.msh").node_sets) == {"shroud a", "shroud b"}

@@ -212,7 +212,7 @@ def test_what_is_left_out_is_said_with_what_it_does(tmp_path):
     assert volumes(mesh) == pytest.approx([1.5 * 0.25 / 6])
     lost = "no solid elements that are read: their stiffness and mass are missing here"
     assert set(mesh.warnings) == {
-        f"1 CTRIA3, 1 CBAR, 1 CROD left out: {lost}",
+        f"1 CBAR, 1 CROD left out: {lost}",
         "1 RBE2, 1 MPC left out: nodes that they tie move freely here: the structure is softer than that of the file",
         "1 CELAS2 left out: their stiffness is missing here",
         "1 CONM2 left out: their mass is missing here: frequencies come out too high",
@@ -284,3 +284,19 @@ def test_sets_of_the_plotter_and_of_frequencies(tmp_path):
     )  # fmt: skip
     assert {name: mesh.node_labels[rows].tolist() for name, rows in mesh.node_sets.items()} == {"SET_3": [1, 3]}
     assert "SET 4 left out: holds frequencies or times, not labels" in mesh.notes
+
+
+def test_plane_elements_supports_and_cyclic_joints(tmp_path):
+    """Faces by their property, named by HyperMesh or not; nodes held in all directions by SPC, SPC1 and GRID."""
+    mesh = read(
+        tmp_path,
+        '$HMNAME PROP                   7"shroud right" 4\n' + SMALL.replace("2.5-1\n", "2.5-1           123\n") + TET
+        + "CTRIA3,5,7,1,2,3\nCTRIA3,6,8,1,2,4\nPSHELL,8,1,.1\nSPC,1,1,12\nSPC1,1,3,1\nSPC1,1,123,2,THRU,3\n"
+        "CYJOIN,1,C,1,2,3\nCYJOIN,2,C,1,THRU,3\n",
+    )  # fmt: skip
+    assert {name: len(mesh.surfaces[name]) for name in mesh.surfaces} == {"shroud right": 1, "PSHELL_8": 1}
+    assert any("1 CTRIA3 left out" in line for line in mesh.warnings)
+    assert mesh.root == "SPC"
+    assert mesh.node_labels[mesh.node_sets["SPC"]].tolist() == [1, 2, 3, 4]
+    assert mesh.node_labels[mesh.node_sets["cyclic_left"]].tolist() == [1, 2, 3]
+    assert len(mesh.node_sets["cyclic_right"]) == 3

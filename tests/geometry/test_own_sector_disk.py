@@ -183,6 +183,16 @@ def test_cut_faces_of_tetrahedra_are_found_whole(layers):
         assert np.array_equal(found.node_sets[role], np.sort(sides[name][radius[sides[name]] < 0.3151]))
 
 
+def test_cut_faces_that_hold_the_contact_faces_are_the_rest():
+    """As $Periodic of gmsh has them where the contact faces were made periodic too."""
+    sets = made().node_sets
+    both = {
+        role: np.union1d(sets[role], sets[f"face_{side}"]) for role, side in zip(CUTS, ("right", "left"), strict=True)
+    }
+    found = own(with_sets(imported(made()), **both)).sector
+    assert np.array_equal(found.node_sets["cyclic_right"], np.sort(sets["cyclic_right"]))
+
+
 def test_cut_faces_that_do_not_fit_are_refused():
     mesh = in_file(high="cyclic_right", low="cyclic_left")
     with pytest.raises(OwnMeshError, match=r"mesh\.sets\.cyclic_left: .*name both cut faces of the disk, or neither"):

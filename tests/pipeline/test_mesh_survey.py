@@ -157,3 +157,15 @@ def test_contacts_between_bodies_are_found_with_their_kinds():
     }
     choice = SectorChoice(told.n_blades, told.unit, told.axis, sets=told.sets, interfaces=told.interfaces)
     assert set(sector_from_mesh(root_mesh(damper=True), choice).sector.interfaces) == set(told.interfaces)
+
+
+def test_what_the_file_holds_and_joins_goes_before_names_and_geometry():
+    """The pair of a contact of the file, though the faces are apart; nodes that the file holds."""
+    mesh = root_mesh(damper=True)
+    sets = {**mesh.node_sets, "held": np.arange(5)}
+    mesh = replace(mesh, contacts=(("DAMPER_OWN", "PLATFORM_LEFT"),), root="held", node_sets=sets)
+    told = guess(mesh)
+    assert told.sets["root"] == "held"
+    assert any("in contact in the file" in line for line in told.why)
+    assert any(each.right == "DAMPER_OWN" and each.left == "PLATFORM_LEFT" for each in told.interfaces.values())
+    assert all(each.right != "DAMPER_OWN" or each.left == "PLATFORM_LEFT" for each in told.interfaces.values())
