@@ -345,9 +345,10 @@ def _tried(
         return None, f"{folder / SCENE}: {reason_of(error)}", StartingValues(), []
     found = findings_of(own)
     materials = materials_of_file(scene, found)
-    complete = [m.numbers for m in materials.values() if m.name and not m.missing and not m.unread and m.of_file]
+    stiffest = sorted(materials.values(), key=lambda m: -m.numbers.get("young_modulus", 0.0))
+    complete = [m.numbers for m in stiffest if m.name and not m.missing and not m.unread and m.of_file]
     incomplete = {m.name: m.missing for m in materials.values() if m.name and m.missing and (m.unread or m.numbers)}
-    modulus = next((m.numbers["young_modulus"] for m in materials.values() if "young_modulus" in m.of_file), None)
+    modulus = next((m.numbers["young_modulus"] for m in stiffest if "young_modulus" in m.of_file), None)
     area = sum(float(view.right.area.sum()) for view in own.sector.views.values())
     general = any(not m.name or not (m.numbers or m.unread) for m in materials.values())
     values = StartingValues(complete[0] if complete else None, area, None, general, incomplete, modulus)

@@ -169,3 +169,25 @@ def test_what_the_file_holds_and_joins_goes_before_names_and_geometry():
     assert any("in contact in the file" in line for line in told.why)
     assert any(each.right == "DAMPER_OWN" and each.left == "PLATFORM_LEFT" for each in told.interfaces.values())
     assert all(each.right != "DAMPER_OWN" or each.left == "PLATFORM_LEFT" for each in told.interfaces.values())
+
+
+@pytest.mark.parametrize(
+    "soft",
+    [{"young_modulus": 1100.0, "density": 9.5e-10}, {"young_modulus": 300.0, "density": 1.2e-9}],
+    ids=["polymer", "rubber"],
+)
+@pytest.mark.parametrize(
+    "beside", [{}, {"blade": {"young_modulus": 113e3, "density": 4.43e-9}}], ids=["alone", "coat"]
+)
+def test_numbers_that_are_possible_stand(soft, beside):
+    """mm, t, s: a slow or light material is none that is in other units."""
+    proposal = propose_unit(300.0, {**beside, "soft": soft})
+    assert (proposal.unit, proposal.numbers, proposal.stated) == ("mm", {}, {})
+
+
+def test_one_material_in_other_units_does_not_touch_the_others():
+    """Aluminium with the density in kg/m^3 beside titanium in mm, t, s."""
+    numbers = {"young_modulus": 7e4, "density": 2700.0}
+    proposal = propose_unit(300.0, {"blade": {"young_modulus": 113e3, "density": 4.43e-9}, "coat": numbers})
+    assert (proposal.unit, proposal.consistent) == ("mm", False)
+    assert proposal.numbers == {"coat": {"density": pytest.approx(2700.0)}}

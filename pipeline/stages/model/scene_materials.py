@@ -100,7 +100,18 @@ def propose_unit(radius: float, materials: Materials, said: tuple[str, ...] = ()
     if fitting:
         unit = min(fitting, key=lambda name: round(_distance(name, radius, known), 6))
         return UnitProposal(unit, _reason(unit, radius, known) + (", as the file says" if unit in said else ""))
-    unit = _by_size(radius, []).unit
+    alone = {name: {m: own for m, own in known.items() if _fits(name, radius, {m: own})} for name in names}
+    most = max(map(len, alone.values()))
+    if most:  # the numbers of the others stand as long as they are possible
+        names = [name for name in names if len(alone[name]) == most]
+        unit = min(names, key=lambda name: round(_distance(name, radius, alone[name]), 6))
+        why = _reason(unit, radius, alone[unit])
+    else:
+        by_size = _by_size(radius, [])
+        unit, why = (
+            by_size.unit,
+            f"{by_size.why}; no consistent system of units has both size and materials of this file",
+        )
     numbers = {name: dict(_misfits(UNIT_SYSTEMS[unit].length, unit, values)) for name, values in known.items()}
     stated = {
         name: ", ".join(
@@ -110,8 +121,7 @@ def propose_unit(radius: float, materials: Materials, said: tuple[str, ...] = ()
         if own
     }
     plain = {name: {key: value for key, (value, _) in own.items()} for name, own in numbers.items() if own}
-    why = f"{_by_size(radius, []).why}; no consistent system of units has both size and materials of this file"
-    return UnitProposal(unit, why, False, plain, stated)
+    return UnitProposal(unit, why, most > 0 and not plain, plain, stated)
 
 
 def _known(numbers: Mapping[str, float]) -> dict[str, float]:
@@ -171,10 +181,9 @@ def _reason(unit: str, radius: float, materials: Materials) -> str:
 
 
 def _misfits(length: float, unit: str, numbers: Mapping[str, float]) -> Iterator[tuple[str, tuple[float, str]]]:
-    """Numbers that are none of a solid in this system, in SI units, and the unit that they are likely to be in."""
+    """Numbers that no solid has in this system, in SI units, and the unit that they are likely to be in."""
     for key, value in numbers.items():
-        inside = _outside(_in_si(unit, {key: value})[key], TYPICAL[key]) == 0.0
-        if inside:
+        if not USUAL_MATERIAL[key].is_nonsense(_in_si(unit, {key: value})[key]):
             continue
         units = {
             (system.pressure_name, system.pressure)
