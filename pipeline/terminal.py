@@ -211,7 +211,7 @@ def print_validation(scene: Path, as_json: bool, force: bool = False) -> bool:
     try:
         file, errors = all_errors(scene, force)
         if file is not None and file.first.mesh_file is not None:
-            from pipeline.stages.model.build_mesh import check_meshes
+            from pipeline.stages.model.check_meshes import check_meshes
 
             errors, found_in_mesh = check_meshes(file, force)
             file = None if errors else file

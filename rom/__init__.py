@@ -88,7 +88,7 @@ if TYPE_CHECKING:
     from rom.matrix_files.matrix_model import MatrixModel, model_from_matrices
     from rom.matrix_files.node_table import NodeTable, read_dofs, read_nodes
     from rom.matrix_files.superelement import model_from_superelement
-    from rom.reduction.boundary_dofs import BoundaryChoice, LoadVectors
+    from rom.reduction.boundary_dofs import BoundaryChoice, LoadVectors, check_reducible
     from rom.reduction.contact_dofs import ContactNodes, contact_nodes
     from rom.reduction.craig_bampton import Reduction, ReductionOptions, reduce_sector
     from rom.reduction.floating_bodies import stuck_springs
@@ -167,6 +167,7 @@ __all__ = [
     "blade_families",
     "blade_stiffness",
     "centrifugal_displacement",
+    "check_reducible",
     "contact_nodes",
     "contact_springs",
     "coriolis_error",
@@ -287,6 +288,7 @@ _PLACES = {
     "LinearOperation": "rom.reduction.model_comparison",
     "LinearResponse": "rom.reduction.model_comparison",
     "LoadVectors": "rom.reduction.boundary_dofs",
+    "check_reducible": "rom.reduction.boundary_dofs",
     "nearest_vertices": "rom.finite_elements.loads",
     "nodal_force": "rom.finite_elements.loads",
     "strain_row": "rom.finite_elements.strain_gauge",

@@ -10,6 +10,7 @@ four triangles a tetrahedron, one quadrilateral and four triangles a pyramid, wh
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -194,6 +195,8 @@ def imported_mesh(mesh: FileMesh) -> ImportedMesh:
     if turned:
         mesh.notes.append(f"{counted(turned, 'element')} numbered the other way round, inside out: turned round")
     wholes = [part for pair in parts for part in pair if len(part.labels)]
+    for whole in wholes:
+        _check_mid_sides_in_place(mesh, whole, points)
     for kind in dict.fromkeys(whole.kind for whole in wholes):
         _check_doubles(mesh, kind, [whole for whole in wholes if whole.kind == kind])
     blocks, element_labels, side_maps = _blocks(mesh, wholes)
@@ -321,6 +324,25 @@ def _right_way_round(mesh: FileMesh, whole: WholeElements, points: FloatArray) -
         )
     columns, sides = mirrored(kind)
     return _part(whole, ~wrong), _part(whole, wrong, columns, sides[whole.side_map])
+
+
+def _check_mid_sides_in_place(mesh: FileMesh, whole: WholeElements, points: FloatArray) -> None:
+    """Refuse elements of which two mid-side nodes would fit the edges better if they were exchanged."""
+    kind = ELEMENT_KINDS[whole.kind]
+    if not kind.quadratic:
+        return
+    at = points[whole.nodes]
+    middle, ends = at[:, kind.corners :], np.array(kind.edges)
+    between = (at[:, ends[:, 0]] + at[:, ends[:, 1]]) / 2.0
+    wrong = np.zeros(len(at), dtype=bool)
+    for one, other in combinations(range(len(ends)), 2):
+        moved, apart = middle[:, one] - middle[:, other], between[:, one] - between[:, other]
+        wrong |= np.sum(moved * apart, axis=1) < 0.0
+    if wrong.any():
+        raise mesh.refuse(
+            f"element {whole.labels[wrong][0]} ({kind.name}) has mid-side nodes that are not between their corners "
+            f"({counted(int(wrong.sum()), 'such element')}): must be in the order of this format"
+        )
 
 
 def _part(

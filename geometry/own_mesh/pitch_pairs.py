@@ -153,11 +153,14 @@ def _images(body: _Boundary, pitch: float) -> IntArray:
     """The node (N,) of the boundary on which each one of it falls when turned back; -1 for none."""
     from scipy.spatial import cKDTree
 
-    nodes = np.unique(body.corners)
-    distance, row = cKDTree(body.points[nodes]).query(rotate_about_axis(body.points[nodes], -pitch))
-    partner = np.full(len(body.points), -1, dtype=np.int64)
-    near = (distance < _NEAR * body.edge) & (nodes[row] != nodes)
-    partner[nodes[near]] = nodes[row[near]]
+    nodes, partner = np.unique(body.corners), np.full(len(body.points), -1, dtype=np.int64)
+    part = pieces(len(body.points), [body.corners])[nodes]
+    # bodies in contact have nodes at one place: an image in the same body goes before one in another
+    for others in (nodes, *(nodes[part == k] for k in np.unique(part))):
+        own = others if len(others) < len(nodes) else nodes
+        distance, row = cKDTree(body.points[others]).query(rotate_about_axis(body.points[own], -pitch))
+        near = (distance < _NEAR * body.edge) & (others[row] != own)
+        partner[own[near]] = others[row[near]]
     return partner
 
 

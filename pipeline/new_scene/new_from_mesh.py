@@ -29,6 +29,7 @@ from pipeline.scene.reading import Member, given_scene, parameter_error
 from pipeline.stages.model.build_full_model import FULL_MODEL, make_full_model
 from pipeline.stages.model.build_mesh import SECTOR, findings_of, read_mesh_file, sector_choice, write_findings
 from pipeline.stages.model.build_reduced_model import make_reduced_model
+from pipeline.stages.model.check_meshes import check_reduction
 from pipeline.stages.model.model_files import REDUCED_MODEL
 from pipeline.stages.model.scene_materials import check_materials, materials_of_file
 
@@ -40,6 +41,12 @@ if TYPE_CHECKING:
 
 STEEL = {"young_modulus": 210e9, "poisson_ratio": 0.3, "density": 7850.0}
 UNITS = {"young_modulus": "Pa", "density": "kg/m^3"}
+# contact dofs and contact nodes of a face along it and along the radius, in the order in which they are tried
+GRIDS: tuple[tuple[str, tuple[int, int]], ...] = (
+    *(("mortar", grid) for grid in ((3, 3), (3, 2), (2, 3), (2, 2))),
+    *(("patch", grid) for grid in ((3, 3), (3, 2), (2, 3), (2, 2))),
+    *(("mortar", grid) for grid in ((2, 1), (1, 2), (1, 1))),
+)
 SOFT = 1e-4  # contact stiffness to start with, over E sqrt(A)
 SEATED = 0.3  # the same where bodies are held by their contacts
 COLUMN = 30
@@ -56,6 +63,8 @@ class StartingValues:
     # by material of the file: numbers that the user has to give
     incomplete: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     modulus: float | None = None  # young's modulus of a material of the file, Pa
+    grid: tuple[int, int] = (3, 3)  # contact nodes on a face
+    contact_dofs: str = "mortar"
 
 
 def scene_of_mesh(name: str, title: str, file: str, guess: Guess, values: StartingValues) -> str:
@@ -75,10 +84,11 @@ def scene_of_mesh(name: str, title: str, file: str, guess: Guess, values: Starti
         *_keys(
             {"name": name, "title": title, "accuracy": PRESET}, {"accuracy": " or ".join(map(json.dumps, PRESETS))}
         ),
-        *_mesh_lines(file, guess),
+        *_mesh_lines(file, guess, values.grid),
         "",
         *_material_lines(material, values),
         *_named_materials(guess, values),
+        *(["[rom]", f'contact_dofs = "{values.contact_dofs}"', ""] if values.contact_dofs != "mortar" else []),
         "[load]",
         *_keys({"speed_rpm": 3000.0 if guess.interfaces else 0.0}, {"speed_rpm": "rotation; 0 = none"}),
         "",
@@ -104,7 +114,7 @@ def scene_of_mesh(name: str, title: str, file: str, guess: Guess, values: Starti
     return "\n".join(lines) + "\n"
 
 
-def _mesh_lines(file: str, guess: Guess) -> list[str]:
+def _mesh_lines(file: str, guess: Guess, grid: tuple[int, int]) -> list[str]:
     """[mesh], [mesh.sets] and [mesh.interface.NAME]."""
     blades = guess.n_blades
     roles = ("root", *(() if guess.interfaces else ("contact_right", "contact_left")), "tip")
@@ -125,7 +135,7 @@ def _mesh_lines(file: str, guess: Guess) -> list[str]:
             if any(guess.axis_point)
             else []
         ),
-        *_keys({"contact_grid": [3, 3]}, {"contact_grid": "contact nodes on a face, along it and along the radius"}),
+        *_keys({"contact_grid": [*grid]}, {"contact_grid": "contact nodes on a face, along it and along the radius"}),
         *(
             ['# bore = "free"               # nothing holds the disk: without a root']
             if "cyclic_right" in guess.sets
@@ -326,7 +336,7 @@ def _tried(
     folder: Path, text: Callable[[StartingValues], str], mesh: ImportedMesh, told: Guess
 ) -> tuple[OwnSector | None, str, StartingValues, list[str]]:
     """The sector that the guess makes of the mesh, what is wrong, numbers to start with, its materials in words."""
-    from geometry import ParameterError, sector_from_mesh
+    from geometry import ParameterError
 
     if told.n_blades is None:
         return (
@@ -337,28 +347,59 @@ def _tried(
         )
     import tomllib
 
-    scene = given_scene(tomllib.loads(text(StartingValues())), {}).first
-    assert scene.mesh is not None
+    def scene_of(values: StartingValues) -> Scene:
+        return given_scene(tomllib.loads(text(values)), {}).first
+
     try:
-        own = sector_from_mesh(mesh, sector_choice(scene.mesh))
+        own, start = _reducible(mesh, scene_of)
     except ParameterError as error:
         return None, f"{folder / SCENE}: {reason_of(error)}", StartingValues(), []
     found = findings_of(own)
-    materials = materials_of_file(scene, found)
+    materials = materials_of_file(scene_of(start), found)
     stiffest = sorted(materials.values(), key=lambda m: -m.numbers.get("young_modulus", 0.0))
     complete = [m.numbers for m in stiffest if m.name and not m.missing and not m.unread and m.of_file]
     incomplete = {m.name: m.missing for m in materials.values() if m.name and m.missing and (m.unread or m.numbers)}
     modulus = next((m.numbers["young_modulus"] for m in stiffest if "young_modulus" in m.of_file), None)
     area = sum(float(view.right.area.sum()) for view in own.sector.views.values())
     general = any(not m.name or not (m.numbers or m.unread) for m in materials.values())
-    values = StartingValues(complete[0] if complete else None, area, None, general, incomplete, modulus)
-    scene = given_scene(tomllib.loads(text(values)), {}).first
+    material = complete[0] if complete else None
+    values = StartingValues(material, area, None, general, incomplete, modulus, start.grid, start.contact_dofs)
+    scene = scene_of(values)
     lines = [m.line for m in materials.values() if m.numbers]
     try:
         lines += [line for line in check_materials(scene, found, force=False) if line not in mesh.notes]
+        check_reduction(scene, own.sector, found)
     except ParameterError as error:
         return own, str(parameter_error(folder / SCENE, Member(0, scene, {}), error)), values, lines
     return own, "", replace(values, frequency=_frequency_range(scene, own)), lines
+
+
+def _reducible(mesh: ImportedMesh, scene_of: Callable[[StartingValues], Scene]) -> tuple[OwnSector, StartingValues]:
+    """The sector with the finest contact grid that its faces can tell apart, or the first one where none is.
+
+    ParameterError where the mesh makes no sector.
+    """
+    from geometry import ParameterError, sector_from_mesh
+    from rom import BoundaryChoice, check_reducible
+
+    first: OwnSector | None = None
+    for contact_dofs, grid in GRIDS:
+        values = StartingValues(grid=grid, contact_dofs=contact_dofs)
+        scene = scene_of(values)
+        assert scene.mesh is not None
+        try:
+            own = sector_from_mesh(mesh, sector_choice(scene.mesh))
+            first = first or own
+            check_reducible(own.sector, BoundaryChoice(contact_dofs=contact_dofs))
+        except ParameterError as error:
+            if first is None:
+                raise
+            if error.parameter != "contact_dofs":
+                break
+        else:
+            return own, values
+    assert first is not None
+    return first, StartingValues()
 
 
 def _frequency_range(scene: Scene, own: OwnSector) -> tuple[float, float] | None:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from geometry import SectorMesh
 
 FAMILIES = "FETR"
+_LEAST_AIRFOIL = 0.1  # of the height of a body that a shroud leaves to the airfoil; else all of it is
 SLICES = 12  # sections over the height
 FEWEST = 4  # vertices that make a section
 
@@ -205,10 +206,12 @@ class ModeFamilies:
 
 
 def shroud_height(sector: SectorMesh) -> float:
-    """Least z (m) of the contact nodes of the shroud, below which is the airfoil; infinite without a shroud."""
+    """Least z (m) of the contact nodes of the shroud, below which is the airfoil; infinite where there is none."""
     if sector.main != "shroud":
         return np.inf
-    return min(float(sector.points[face.nodes, 2].min()) for face in (sector.right, sector.left))
+    lowest = min(float(sector.points[face.nodes, 2].min()) for face in (sector.right, sector.left))
+    height = sector.points[:, 2]
+    return lowest if lowest - height.min() > _LEAST_AIRFOIL * np.ptp(height) else np.inf
 
 
 def wing_vertices(sector: SectorMesh) -> NDArray[np.int64]:

@@ -25,13 +25,14 @@ R. R. Craig, C.-J. Chang, On the use of attachment modes in substructure couplin
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rom.errors import RomParameterError
+from rom.finite_elements.discretisation import discretise
 from rom.finite_elements.full_model import FullModel, node_dofs
 from rom.linear_algebra.block_lanczos import orthonormal_combinations
 from rom.reduction.contact_dofs import CONTACT_DOFS, ContactDofs, averaged_dofs, nodal_dofs
@@ -283,6 +284,55 @@ def choose_boundary_dofs(full: FullModel, sector: SectorMesh, choice: BoundaryCh
         variables=variables,
         interface=choice.interface,
     )
+
+
+def check_reducible(sector: SectorMesh, choice: BoundaryChoice = AT_TIP) -> None:
+    """Check, without matrices, that a sector has the contact dofs, loads and outputs that a reduction needs.
+
+    Parameters
+    ----------
+    sector : SectorMesh
+        The mesh, of elements that are taken as they are.
+    choice : BoundaryChoice
+        The boundary dofs; its `interface` is told from the cut faces of the sector.
+
+    Raises
+    ------
+    RomParameterError
+        An element is turned inside out, the contact faces have no such contact dofs, a boundary node is clamped or
+        lies on a cut face, or a load or output asks for what the mesh does not have.
+
+    Examples
+    --------
+    A blade of 8-node hexahedra with more contact nodes than its faces can tell apart:
+
+    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
+    >>> from rom import BoundaryChoice, RomParameterError, check_reducible
+    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
+    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02))
+    >>> check_reducible(sector)
+    >>> try:
+    ...     check_reducible(sector, BoundaryChoice(mortar_grid=(9, 9)))
+    ... except RomParameterError as error:
+    ...     print(error.parameter)
+    contact_dofs
+    """
+    from scipy.sparse import csr_matrix
+
+    nodes = discretise(sector)
+    for _ in nodes.batches():
+        pass
+    size = 3 * nodes.n_nodes
+    nothing, fixed = csr_matrix((size, size)), node_dofs(nodes.nodes_on(np.asarray(sector.node_sets["root"]))).ravel()
+    bare = FullModel(nothing, nothing, nodes.positions, nodes.vertex_node, fixed, np.zeros(size), None)
+    cuts = [sector.node_sets[name] for name in ("cyclic_right", "cyclic_left") if name in sector.node_sets]
+    if cuts:
+        joined = np.setdiff1d(nodes.vertex_node[np.concatenate(cuts)], fixed // 3)
+        empty = np.zeros((0, 0))
+        choice = replace(choice, interface=InterfaceMotion(joined, np.zeros((0, 3 * len(joined))), empty, empty))
+    choose_boundary_dofs(bare, sector, choice)
+    if choice.loads is not None:
+        choice.loads(bare)
 
 
 def _contact_nodes(

@@ -15,14 +15,18 @@ from pipeline.errors import InputError, input_error, reason_of
 from pipeline.process.isolated_reading import read_apart
 from pipeline.scene.geometry_parameters import sector_of
 from pipeline.scene.input_files import Contents, copies, file_size
-from pipeline.scene.reading import parameter_error
 from pipeline.scene.size_limits import LARGEST_MODEL, LARGEST_STRAIN, MARGIN, allowed_speed, centrifugal_strain
-from pipeline.stages.model.scene_materials import FINDINGS, check_materials, elements_by_kind, extent, own_findings
+from pipeline.stages.model.scene_materials import (
+    FINDINGS,
+    check_materials,
+    elements_by_kind,
+    extent,
+    own_findings,
+)
 
 if TYPE_CHECKING:
     from geometry import ImportedMesh, OwnSector, SectorChoice, SectorMesh
     from pipeline.scene.mesh_section import Mesh
-    from pipeline.scene.reading import SceneFile
     from pipeline.scene.schema import Scene
 
 
@@ -133,27 +137,6 @@ def findings_of(own: OwnSector) -> dict[str, Any]:
         "findings": [*own.findings.lines, *element_warnings(sector)],
         **extent(sector),
     }
-
-
-def check_meshes(file: SceneFile, force: bool = False) -> tuple[list[str], list[str]]:
-    """Read the mesh files of a scene; a line for each that makes no sector, and warnings about the others."""
-    lines: dict[str, None] = {}
-    warnings: dict[str, None] = {}
-    known: set[object] = set()
-    for member in file.members:
-        scene = member.scene
-        if scene.mesh in known:
-            continue
-        known.add(scene.mesh)
-        try:
-            own = read_own_sector(scene)
-            warnings |= dict.fromkeys(own.findings.warnings)
-            warnings |= dict.fromkeys(check_materials(scene, findings_of(own), force))
-        except InputError as error:
-            lines[str(error)] = None
-        except ValueError as error:
-            lines[str(parameter_error(file.path, member, error))] = None
-    return list(lines), list(warnings)
 
 
 def check_on_mesh(scene: Scene, folder: Path, force: bool) -> list[str]:
