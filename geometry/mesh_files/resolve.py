@@ -173,6 +173,7 @@ def _check_midside(mesh: FileMesh, kind: ElementKind, whole: WholeElements) -> N
 
 def imported_mesh(mesh: FileMesh) -> ImportedMesh:
     """The mesh with its labels looked up."""
+    _make_printable(mesh)
     _check_counts(mesh)
     labels, points = _distinct_nodes(mesh)
     wholes = [whole for elements in mesh.elements for whole in whole_elements(mesh, elements)]
@@ -228,6 +229,33 @@ def imported_mesh(mesh: FileMesh) -> ImportedMesh:
         mesh.root if mesh.root in node_sets else "",
         tuple(pair for pair in mesh.contacts if set(pair) <= node_sets.keys() | surfaces.keys()),
     )
+
+
+def _make_printable(mesh: FileMesh) -> None:
+    """Names and lines without control characters, which a terminal would obey; different names stay different."""
+    tables = ("node_sets", "element_sets", "sides", "faces", "materials", "material_notes", "unread_materials")
+    known: dict[str, str] = {}
+    for name in dict.fromkeys(name for table in tables for name in getattr(mesh, table)):
+        plain = _printable(name)
+        while plain in known.values():
+            plain += "_"
+        known[name] = plain
+    if all(name == plain for name, plain in known.items()) and all(
+        map(str.isprintable, [*mesh.notes, *mesh.warnings])
+    ):
+        return
+    for table in tables:
+        setattr(mesh, table, {known[name]: values for name, values in getattr(mesh, table).items()})
+    mesh.element_material = [(labels, known.get(name, _printable(name))) for labels, name in mesh.element_material]
+    mesh.root = known.get(mesh.root, "")
+    mesh.contacts = [(known[one], known[other]) for one, other in mesh.contacts]
+    mesh.notes, mesh.warnings = ([_printable(line) for line in lines] for lines in (mesh.notes, mesh.warnings))
+    mesh.material_notes = {name: list(map(_printable, lines)) for name, lines in mesh.material_notes.items()}
+    mesh.unread_materials = {name: _printable(what) for name, what in mesh.unread_materials.items()}
+
+
+def _printable(text: str) -> str:
+    return " ".join("".join(c if c.isprintable() else " " for c in text).split()) if not text.isprintable() else text
 
 
 def _check_counts(mesh: FileMesh) -> None:

@@ -27,7 +27,9 @@ _SIDES = (
     *((r"(?<=[^a-z])b$", "a"), (r"(?<=[^\d])2$", "1"), (r"(?<=[^a-z])p$", "m")),
 )
 _ANSYS = re.compile(r"_[mu]\d\d[hl]$")  # matched or unmatched node patterns, number of the pair, high or low
-_CUT_NAME = re.compile(r"cyc|period|(?<![a-z])cut(?![a-z])|_[mu]\d\d[hl]$")
+_CUT_NAME = re.compile(
+    r"cyc|period|(?<![a-z])cut(?![a-z])|(left|right)[_ -]?boundary|boundary[_ -]?(left|right)|_[mu]\d\d[hl]$"
+)
 _PLAIN = re.compile(r"^((sector|edge|side|boundary|face)?[ _-]?)(high|hi)([ _-]?(sector|edge|side|boundary|face)?)$")
 _BESIDE = 0.02  # of the radial extent of the mesh: as far may sides of one shroud be from the radius of its contact
 _LARGER = 1.0  # radial extents of the contact face: as far may sides that border on it reach beyond

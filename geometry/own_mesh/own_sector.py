@@ -15,6 +15,7 @@ from geometry.own_mesh.body import (
     boundary,
     check_orientation,
     checked_body,
+    chosen_sides,
     names_of_file,
     nodes_with_mid_sides,
     side_corners,
@@ -49,7 +50,8 @@ from geometry.own_mesh.matching_faces import (
     with_other_faces,
     without,
 )
-from geometry.own_mesh.sector_choice import MAIN, SectorChoice
+from geometry.own_mesh.pitch_pairs import matched_pairs
+from geometry.own_mesh.sector_choice import MAIN, NO_CONTACT, SectorChoice
 from geometry.own_mesh.side_quadrature import quadrature, side_tables
 from geometry.sector import FacePair as SectorPair
 from geometry.sector import FloatArray, SectorMesh
@@ -112,8 +114,7 @@ class SectorFindings:
         fit, areas = _fit_lines(self)
         return (
             *(f"warning: {warning}" for warning in self.warnings),
-            f"faces: {fit}",
-            f"areas: {areas}",
+            *([f"faces: {fit}", f"areas: {areas}"] if self.areas[0] else []),
             _rotation_text(self.rotation),
             *self.notes,
         )
@@ -232,7 +233,7 @@ def sector_from_mesh(mesh: ImportedMesh, choice: SectorChoice) -> OwnSector:
     cuts = cut_faces(mesh, choice, outside)
     shown = outside if cuts is None else without((cuts.right, cuts.left), outside)
     _check_distinct(choice, cuts)
-    mesh, faces, rotation, found, doubts = _turned(mesh, choice, shown)
+    mesh, faces, rotation, found, doubts = _turned(mesh, choice, shown, joined=cuts is not None)
     sides = [each for face in faces for _, each in face.sides]
     cuts, others = with_other_faces(mesh, choice, outside, sides, of_kind(faces, "neighbours"), cuts)
     joined, of_cuts = ({}, []) if cuts is None else paired_cuts(mesh.points, mesh, cuts, choice.n_blades)
@@ -248,7 +249,7 @@ def sector_from_mesh(mesh: ImportedMesh, choice: SectorChoice) -> OwnSector:
         mismatch=first[1].mismatch,
         gap=first[1].gap,
         overlap=first[1].overlap,
-        areas=first[1].areas,
+        areas=(0.0, 0.0) if first[0] == NO_CONTACT else first[1].areas,
         normal_angle=first[1].normal_angle,
         rotation=rotation,
         notes=(*lines, *said, *dict.fromkeys(each for pair in pairs.values() for each in _remarks(pair))),
@@ -292,22 +293,30 @@ def _check_distinct(choice: SectorChoice, cuts: CutFaces | None) -> None:
 
 
 def _turned(
-    mesh: ImportedMesh, choice: SectorChoice, outside: ElementSides
+    mesh: ImportedMesh, choice: SectorChoice, outside: ElementSides, *, joined: bool
 ) -> tuple[ImportedMesh, list[TouchingFaces], np.ndarray, list[str], list[str]]:
-    """The mesh in our axes, faces by patches, the rotation, notes and warnings; the origin is on the axis."""
+    """The mesh in our axes, faces by patches, the rotation, notes and warnings; the origin is on the axis.
+
+    A sector that is `joined` at its cut faces may be without contact.
+    """
     notes: list[str] = []
     doubts: list[str] = []
     faces = named_faces(mesh, choice, outside)
     if not faces:
-        first = axes_through(choice.direction, mesh.points.mean(axis=0))
-        right, left, doubts = find_faces(mesh.points @ first.T, mesh.blocks, outside, choice.n_blades)
-        notes.append(f"contact faces found: {len(right)} element sides each, the only ones a pitch apart")
+        points = mesh.points @ axes_through(choice.direction, mesh.points.mean(axis=0)).T
         names = FaceNames(), f"mesh.sets.{RIGHT}"
-        faces = [TouchingFaces(MAIN, "neighbours", right, left, choice.contact_grid, *names)]
+        if joined and not matched_pairs(points, mesh.blocks, outside, 2.0 * np.pi / choice.n_blades):
+            faces = [_no_faces(points, mesh, outside)]
+            doubts = [f"no contact: name {RIGHT} and {LEFT} where blades touch; their surfaces are not a pitch apart"]
+        else:
+            right, left, doubts = find_faces(points, mesh.blocks, outside, choice.n_blades)
+            notes.append(f"contact faces found: {len(right)} element sides each, the only ones a pitch apart")
+            faces = [TouchingFaces(MAIN, "neighbours", right, left, choice.contact_grid, *names)]
     at = [quadrature(mesh.points, side_tables(mesh.blocks, face)) for face in (faces[0].right, faces[0].left)]
     if faces[0].kind == "neighbours":
         check_places(at[0], at[1], choice)
-    rotation = axes_through(choice.direction, (at[0].centroid + at[1].centroid) / 2.0)
+    middle = (at[0].centroid + at[1].centroid) / 2.0 if faces[0].name != NO_CONTACT else mesh.points.mean(axis=0)
+    rotation = axes_through(choice.direction, middle)
     if not np.array_equal(rotation, np.eye(3)):
         mesh = replace(mesh, points=mesh.points @ rotation.T)
     found = []
@@ -316,6 +325,13 @@ def _turned(
         notes += exchanged
         found += [face] if face.of == FaceNames() else patches(mesh, face, choice.n_blades)
     return mesh, found, rotation, notes, doubts
+
+
+def _no_faces(points: FloatArray, mesh: ImportedMesh, outside: ElementSides) -> TouchingFaces:
+    """The outermost side of an element as a face that nothing touches: models have a contact node."""
+    radius = np.hypot(*points[side_corners(mesh.blocks, outside), 1:].transpose(2, 0, 1)).mean(axis=1)
+    side = chosen_sides(outside, np.array([radius.argmax()]))
+    return TouchingFaces(NO_CONTACT, "ground", side, side, (1, 1), FaceNames(), "mesh.sets.tip")
 
 
 def _root(

@@ -16,6 +16,7 @@ SETS = ("root", "contact_right", "contact_left", "tip", "cyclic_right", "cyclic_
 BORES = ("clamped", "free")
 OTHER_FACES = ("ask", "free", "cut")
 MAIN = "shroud"  # interface of the sets contact_right and contact_left
+NO_CONTACT = "no_contact"  # in the place of an interface of a sector that touches nothing
 _MOST_POINTS = 40  # in a direction of the contact grid
 
 

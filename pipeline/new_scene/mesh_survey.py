@@ -32,6 +32,7 @@ _PAIRS = (
     ("ps", "ss"),
     ("pressure", "suction"),
     ("next", "prev"),
+    ("r", "l"),
 )
 _CONTACT = ("contact", "shroud", "face", "cont")
 _AXES = ("x", "y", "z")
@@ -168,18 +169,24 @@ def _roles(names: list[str]) -> Iterator[tuple[str, str]]:
     """Sets by role, by the words of their names: the role, the name."""
     words = {name: set(re.findall(r"[a-z]+", name.lower())) for name in dict.fromkeys(names)}
     by_lower = {name.lower(): name for name in words}
-    for role in ("root", "tip"):
-        exact = by_lower.get(role)
-        # CalculiX users write NFIX for a node set, SFIX for a surface
-        found = [name for word in _WORDS[role] for name in words if {word, f"n{word}", f"s{word}"} & words[name]]
-        if exact or found:
-            yield role, exact or found[0]
     pairs = [
         (one, other)
         for right, left in _PAIRS
         for one, other in itertools.permutations(words, 2)
         if right in words[one] and words[other] == words[one] - {right} | {left}
     ]
+    sided = {name for pair in pairs for name in pair}  # a face and its partner are in contact or cut
+    for role in ("root", "tip"):
+        exact = by_lower.get(role)
+        # CalculiX users write NFIX for a node set, SFIX for a surface
+        found = [
+            name
+            for word in _WORDS[role]
+            for name in words
+            if {word, f"n{word}", f"s{word}"} & words[name] and name not in sided
+        ]
+        if exact or found:
+            yield role, exact or found[0]
     from geometry import named_cuts
 
     cuts = named_cuts(words)

@@ -77,6 +77,15 @@ class AeroFamily(Section):
         lists[places[0]] = tuple(int(value) for value in columns[places[0]])
         return self.model_copy(update=lists)
 
+    def with_each_wave_once(self, blades: int) -> AeroFamily:
+        """The family without waves that are given again with the same coefficients: -N/2 and N/2 are one wave."""
+        if self.nodal_diameter is None:
+            return self
+        parts = [name for name in ("nodal_diameter", *AXES, *VALUES_OF) if getattr(self, name)]
+        rows = list(zip(*(getattr(self, name) for name in parts), strict=True))
+        once = list({(row[0] % blades, *row[1:]): row for row in reversed(rows)}.values())[::-1]
+        return self.model_copy(update=dict(zip(parts, zip(*once, strict=True), strict=True)))
+
     @property
     def places(self) -> tuple[int, ...]:
         """Offsets, or nodal diameters."""

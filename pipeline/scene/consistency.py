@@ -20,7 +20,7 @@ from pipeline.scene.contact_section import PER_NODE, FaceField, Interface
 from pipeline.scene.dotted_keys import CONTACT, INTERFACE, interface_of, of_contact
 from pipeline.scene.fields import LEAST_DAMPING
 from pipeline.scene.geometry_parameters import disk_parameters, geometry_parameters, wing_parameters
-from pipeline.scene.loads_section import files_of, force_table, temperature_table
+from pipeline.scene.loads_section import SETS, files_of, force_table, temperature_table
 from pipeline.scene.material_section import USUAL_MATERIAL, unfit_stress_keys
 from pipeline.scene.mesh_section import MAIN_INTERFACE, check_mesh_file
 from pipeline.scene.model_section import unfit_beside_matrices, unfit_matrix_keys
@@ -337,6 +337,7 @@ def _unfit_keys(path: Path, member: Member, wrong: Set[str]) -> Unfit:
         yield from _unfit_excitation(path, member)
     if not wrong & {"excitation", "load", "output"}:
         yield from _unfit_files(path, scene)
+        yield from _unfit_sets(path, scene)
     if not wrong & {"excitation", "response"} and isinstance(scene.response.harmonics, int):
         highest = scene.excitation.highest_harmonic
         if scene.response.harmonics < highest:
@@ -412,12 +413,17 @@ def _lost_stiffness(path: Path, place: str, family: AeroFamily, scale: float, bl
 def _unfit_table(path: Path, place: str, family: AeroFamily, scene: Scene, blades: int) -> Unfit:
     """Places of a mode family that are missing or twice at a speed and frequency, and a speed beyond the table."""
     name = "nodal_diameter" if family.offset is None else "offset"
+    family = family.with_each_wave_once(blades)
     (speeds, frequencies), rows = family.axes(), family.rows()
     every, points = {n % blades for n in family.places}, max(len(speeds), 1) * max(len(frequencies), 1)
     at_each = "" if points == 1 else ", at each speed and frequency"
     if len(every) * points != len(family.places) or any({n % blades for n in row} != every for row in rows.values()):
         said = shown(list(family.places)) if points == 1 else f"a table of {len(family.places)} rows"
-        yield input_error(path, f"{place}.{name}", said, f"each of {blades} places once{at_each}")
+        allowed = f"each of {blades} places once{at_each}"
+        ends = blades // 2, -(blades // 2)
+        if name == "nodal_diameter" and blades % 2 == 0 and set(ends) <= set(family.places):
+            allowed += f"; {ends[0]} and {ends[1]} are one wave, with the same coefficients"
+        yield input_error(path, f"{place}.{name}", said, allowed)
     elif family.offset is None and len(every) < blades:
         last = blades // 2
         allowed = f"each wave of {blades} blades once, {last - blades + 1} to {last} or 0 to {blades - 1}{at_each}"
@@ -434,6 +440,25 @@ def _unfit_files(path: Path, scene: Scene) -> Unfit:
         yield from _raised(force_table, file, scene.contents)
     for file in files_of(scene.load.temperature):
         yield from _raised(temperature_table, file, scene.contents)
+
+
+def _unfit_sets(path: Path, scene: Scene) -> Unfit:
+    """Sets and surfaces of loads and outputs that a blade made here does not have."""
+    if scene.blade is None or scene.mesh_file is not None or scene.model is not None:
+        return
+    parts = [names for section, names in SETS.items() if not section or getattr(scene, section) is not None]
+    known = sorted(name for names in parts for name in names)
+    places = [
+        *((f"excitation.load[{k}]", each) for k, each in enumerate(scene.excitation.load)),
+        *((f"load.force[{k}]", each) for k, each in enumerate(scene.load.force)),
+        *((f"load.pressure[{k}]", each) for k, each in enumerate(scene.load.pressure)),
+        *((f"output[{k}]", each) for k, each in enumerate(scene.output)),
+    ]
+    for place, each in places:
+        for key in ("set", "surface"):
+            name = getattr(each, key, None)
+            if name is not None and name.lower() not in known:
+                yield input_error(path, f"{place}.{key}", shown(name), f"one of {', '.join(known)}")
 
 
 def _unfit_response(path: Path, member: Member) -> Unfit:

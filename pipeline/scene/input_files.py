@@ -7,9 +7,12 @@ includes, are refused before they are opened.
 
 from __future__ import annotations
 
+import csv
 import difflib
 import hashlib
+import io
 import os
+import re
 import stat
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -24,6 +27,7 @@ MOST_INCLUDED = 1000  # as in the readers
 LARGEST_HOLES = 1_000_000_000  # bytes that a file may claim beyond what the disk holds of it
 _WITH_INCLUDES = (".inp", ".bdf", ".dat", ".nas")
 _WITH_DOFS = (".sti", ".mas")  # of CalculiX, with a file .dof beside them
+_DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eEdD][+-]?\d+)?")
 _PIECE = 2**20
 ONCE = "a file that stays as it is while it is used: run again"
 
@@ -74,6 +78,22 @@ def file_problem(file: Path, suffixes: tuple[str, ...] = ("",)) -> str:
             return ""
     except (OSError, ValueError) as error:  # a name that is too long, or with a zero byte
         return f"cannot be read: {system_reason(error) if isinstance(error, OSError) else error}"
+
+
+def csv_rows(text: str) -> Iterator[tuple[int, list[str]]]:
+    """Rows of a CSV file with the numbers of their lines: with commas, semicolons or tabs, whatever ends its lines.
+
+    Raises csv.Error.
+    """
+    head = next((line for line in io.StringIO(text, newline=None) if line.strip()), "")
+    reader = csv.reader(io.StringIO(text, newline=None), delimiter=max(",;\t", key=head.count), strict=True)
+    for row in reader:
+        yield reader.line_num, row
+
+
+def decimal_point(cell: str) -> str:
+    """A number with a decimal comma as one with a point; any other text as it is."""
+    return cell.replace(",", ".") if _DECIMAL_COMMA.fullmatch(cell.strip()) else cell
 
 
 def file_parts(file: str) -> tuple[Path, ...]:

@@ -5,7 +5,6 @@ files of nodal forces and temperatures, a row for each node, found by its number
 from __future__ import annotations
 
 import csv
-import io
 import math
 import os
 from array import array
@@ -17,7 +16,7 @@ from pydantic import Field, ValidationInfo, field_validator
 
 from pipeline.errors import InputError, shown, system_reason
 from pipeline.scene.fields import NotNegative, Number, Section, Vector, Whole, allowed_of, key
-from pipeline.scene.input_files import Contents, file_problem, read_bytes
+from pipeline.scene.input_files import Contents, csv_rows, decimal_point, file_problem, read_bytes
 
 if TYPE_CHECKING:
     import numpy as np
@@ -114,7 +113,7 @@ def csv_columns(file: str, known: tuple[str, ...], contents: Contents | None) ->
     names: list[str] = []
     numbers = array("d")  # row by row: lists of texts and numbers take 60 times as much memory as the file
     try:
-        for number, row in enumerate(csv.reader(io.StringIO(text)), start=1):
+        for number, row in csv_rows(text):
             if names and any(row):
                 numbers.extend(_numbers(file, number, row, len(names)))
             elif any(row):
@@ -138,9 +137,10 @@ def _names(file: str, row: list[str], known: tuple[str, ...]) -> list[str]:
 
 def _numbers(file: str, line: int, row: list[str], count: int) -> list[float]:
     if len(row) != count:
-        raise _refused(file, f"line {line}: {len(row)} values", f"{count}, one for each column")
+        allowed = f"{count}, one for each column; decimal commas only with semicolons between"
+        raise _refused(file, f"line {line}: {len(row)} values", allowed)
     try:
-        numbers = [float(cell) for cell in row]
+        numbers = [float(decimal_point(cell)) for cell in row]
     except ValueError:
         raise _refused(file, f"line {line}: {shown(','.join(row))}", "numbers") from None
     if not all(math.isfinite(number) and abs(number) <= 1e15 for number in numbers):
@@ -166,6 +166,17 @@ Direction = Literal["x", "-x", "y", "-y", "z", "-z"] | Vector
 Value = Annotated[Number, Field(ge=-1e15, le=1e15)]
 Angle = Annotated[Number, Field(ge=-1e6, le=1e6)]
 Harmonic = Annotated[Whole, Field(ge=1, le=HIGHEST_HARMONIC)]
+
+
+SETS = {  # node sets and surfaces of a blade made here; those of further sections
+    "": (
+        *("contact_left", "contact_right", "face_left", "face_right", "leading_edge", "pressure_side", "root"),
+        *("suction_side", "tip", "tip_surface", "trailing_edge"),
+    ),
+    "disk": ("bore", "cyclic_left", "cyclic_right", "rim"),
+    "snubber": ("snubber",),
+    "platform": ("platform",),
+}
 
 
 def unit_vector(direction: Direction) -> tuple[float, float, float]:

@@ -7,7 +7,6 @@ number, also where the scene lists it node by node.
 from __future__ import annotations
 
 import csv
-import io
 import itertools
 import json
 import math
@@ -20,7 +19,7 @@ from typing import Annotated, Any, Union, get_args, get_origin
 from pipeline.errors import InputError, input_error, shown, shown_key, system_reason
 from pipeline.scene.contact_section import FaceField, Interface, mean_of
 from pipeline.scene.dotted_keys import INTERFACE, interface_of, of_contact, split_key
-from pipeline.scene.input_files import open_regular
+from pipeline.scene.input_files import csv_rows, decimal_point, open_regular
 from pipeline.scene.schema import NOT_SWEPT, NOT_SWEPT_KEYS, SECTIONS, Contact, Scene, section_class
 from pipeline.scene.units import column_name
 from pipeline.scene.validation_errors import unknown_key
@@ -92,7 +91,12 @@ def point_columns(scene: Path, name: str, most: int) -> tuple[dict[str, list[Any
     for number, row in points:
         if len(row) != len(keys):
             found = f"{len(row)} value{'s' if len(row) != 1 else ''}"
-            raise _refused(scene, f"{name} line {number}", found, f"{len(keys)}, one for each key")
+            raise _refused(
+                scene,
+                f"{name} line {number}",
+                found,
+                f"{len(keys)}, one for each key; decimal commas only with semicolons between",
+            )
         if "" in (cells := [cell.strip() for cell in row]):
             raise _refused(scene, f"{name} line {number}", f"no {keys[cells.index('')]}", "a value for each key")
     columns = {key: [_value(row[place]) for _, row in points] for place, key in enumerate(keys)}
@@ -109,8 +113,7 @@ def _rows(scene: Path, path: Path) -> list[tuple[int, list[str]]]:
             content = file.read(LARGEST_FILE + 1)
         if len(content) > LARGEST_FILE:
             raise _refused(scene, str(path), f"larger than {LARGEST_FILE} bytes", allowed)
-        reader = csv.reader(io.StringIO(content.decode("utf-8-sig"), newline=""), strict=True)
-        return [(reader.line_num, row) for row in reader]
+        return list(csv_rows(content.decode("utf-8-sig")))
     except FileNotFoundError:
         raise _refused(scene, str(path), "no such file", allowed) from None
     except (OSError, ValueError) as error:
@@ -137,7 +140,7 @@ def _keys(scene: Path, name: str, header: Sequence[str]) -> list[str]:
 def _value(cell: str) -> Any:
     """A number, a list or a word."""
     try:
-        return json.loads(cell)
+        return json.loads(decimal_point(cell))
     except ValueError:
         return cell.strip()
 

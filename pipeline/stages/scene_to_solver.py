@@ -29,6 +29,15 @@ PLATFORM = "platform"  # pair of faces under which a damper lies
 ONE_WAY = 0.7  # cosine of the largest angle between a normal and the mean normal of one face
 NO_CONTACT = {"normal_stiffness": 0.0, "tangential_stiffness": 0.0, "friction": 0.0, "preload": 0.0}
 
+# what a contact that is to have no effect needs to be solved as one: N/m, m
+OUT_OF_REACH = {
+    "normal_stiffness": 1e-6,
+    "tangential_stiffness": 1e-6,
+    "friction": 1.0,
+    "preload": 0.0,
+    "interference": -1.0,
+}
+
 
 @dataclass(frozen=True)
 class InterfaceContact:
@@ -48,7 +57,9 @@ def resolved_contacts(scene: Scene, nodes: ContactNodes) -> tuple[InterfaceConta
     chosen = scene.contact.interfaces or scene.interfaces or tuple(nodes.interfaces)
     for name, own in nodes.split().items():
         contact = scene.contact_of(name)
-        if name not in chosen:
+        if name == "no_contact":  # of a sector without contact faces
+            contact = contact.model_copy(update=OUT_OF_REACH)
+        elif name not in chosen:
             contact = contact.model_copy(update=NO_CONTACT)
         contact = _resolved(scene, contact, None if own.area is None else float(own.area.sum()))
         fields = {key: value for key in PER_NODE if isinstance(value := getattr(contact, key), FaceField)}

@@ -70,6 +70,8 @@ def counted(families: Iterable[str]) -> list[str]:
 
 def section_motion(points: NDArray[np.float64], shapes: NDArray[Any]) -> NDArray[Any]:
     """Flap, edge, torsion and radial motion (M, 4, sections) of the sections of shapes (M, N, 3), linear in these."""
+    if not len(points):
+        return np.zeros((len(shapes), len(FAMILIES), SLICES), dtype=shapes.dtype)
     height = points[:, 2]
     section = np.digitize(height, np.linspace(height.min(), height.max(), SLICES + 1)[1:-1])
     found = np.zeros((len(shapes), len(FAMILIES), SLICES), dtype=shapes.dtype)

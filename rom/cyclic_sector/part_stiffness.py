@@ -49,6 +49,8 @@ def part_stiffness(
         for block, rows in chosen
         if rows.any()
     )
+    if not blocks:  # cut faces up to the tip: all is disk
+        return np.zeros((basis.shape[1], basis.shape[1]))
     used = np.unique(np.concatenate([block.nodes.ravel() for block in blocks]))
     dofs = node_dofs(used).ravel()
     stiffness = elastic_matrices(replace(mesh, blocks=blocks), material)[0][dofs][:, dofs]

@@ -72,7 +72,8 @@ def numbers(
     found = np.empty(len(columns[name]))
     for k, text in enumerate(columns[name]):
         try:
-            value = empty if text == "" and empty is not None else float(text)
+            # decimal commas stand in tables with semicolons or tabs
+            value = empty if text == "" and empty is not None else float(text.replace(",", "."))
         except ValueError:
             value = np.nan
         if not np.isfinite(value) and not (text == "" and empty is not None):

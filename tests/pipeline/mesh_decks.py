@@ -21,8 +21,13 @@ class Body:
     divisions: tuple[int, int, int]
 
 
-def write_deck(path: Path, bodies: list[Body], sets: Mapping[str, Callable[..., np.ndarray]], more: str = "") -> Path:
-    """A deck; `sets`: node sets, each by a function of body, radius, angle in degrees and axial place of a node."""
+def write_deck(
+    path: Path, bodies: list[Body], sets: Mapping[str, Callable[..., np.ndarray]], *, joined: bool = False
+) -> Path:
+    """A deck; `sets`: node sets, each by a function of body, radius, angle in degrees and axial place of a node.
+
+    Nodes of different bodies at one place are one where the bodies are `joined`.
+    """
     rows, cells, start = [], [], 0
     for number, body in enumerate(bodies):
         ends = (body.radius, body.angle, body.axial)
@@ -35,7 +40,11 @@ def write_deck(path: Path, bodies: list[Body], sets: Mapping[str, Callable[..., 
         )
         rows.append(np.column_stack([np.full(grid[..., 0].size, number), grid.reshape(-1, 3)]))
         start += grid[..., 0].size
-    body, radius, angle, axial = np.concatenate(rows).T
+    table = np.concatenate(rows)
+    if joined:
+        _, first, place = np.unique(table[:, 1:].round(6), axis=0, return_index=True, return_inverse=True)
+        table, cells = table[first], [place.ravel()[each] for each in cells]
+    body, radius, angle, axial = table.T
     turn = np.radians(angle)
     text = "*NODE\n" + "".join(
         f"{k}, {r * np.cos(t):.12g}, {r * np.sin(t):.12g}, {z:.12g}\n"
@@ -47,5 +56,5 @@ def write_deck(path: Path, bodies: list[Body], sets: Mapping[str, Callable[..., 
     for name, chosen in sets.items():
         nodes = np.flatnonzero(chosen(body, radius, angle, axial)) + 1
         text += f"*NSET, NSET={name}\n" + ",\n".join(map(str, nodes)) + "\n"
-    path.write_text(text + STEEL + more)
+    path.write_text(text + STEEL)
     return path

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from mesh_decks import Body, write_deck
 from mesh_file_scenes import scene_with_mesh, small_sector, with_mid_sides
-from pipeline_support import shroud, write_scene
+from pipeline_support import shroud, small_scene, write_scene
 
 from geometry import MeshFileError, read_mesh, write_mesh
 
@@ -66,6 +66,10 @@ def test_mid_side_nodes_in_the_order_of_another_program(tmp_path: Path) -> None:
 
 
 def test_validate_says_that_a_surface_does_not_exist(tmp_path: Path) -> None:
+    made_here = small_scene(load__pressure=[{"surface": "NOWHERE", "pressure": 1e3}])
+    status, _, error = shroud("validate", write_scene(tmp_path / "made.toml", made_here))
+    assert status == 2
+    assert 'load.pressure[0].surface: "NOWHERE", allowed: one of contact_left' in error
     write_mesh(tmp_path / "blade.inp", with_mid_sides(small_sector(0.02), "hex20"))
     scene = scene_with_mesh("blade.inp", load__pressure=[{"surface": "NOWHERE", "pressure": 1e3}])
     status, _, error = shroud("validate", write_scene(tmp_path / "s.toml", scene))

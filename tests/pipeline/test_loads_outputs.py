@@ -350,7 +350,7 @@ def test_what_only_the_mesh_tells_gets_one_line(
     [
         (
             {"excitation__load": [{"set": "nose"}]},
-            'excitation.load[0].set: "nose", allowed: a node set of the mesh: ',
+            'excitation.load[0].set: "nose", allowed: one of contact_left, ',
         ),
         ({"output": [{"name": "nose"}]}, "outputs: 'nose', allowed: tip, tip_x, tip_y, tip_z"),
         ({"excitation__load": [{"mode": 900}]}, "mode 900: not a mode of the model, allowed: 1 to "),

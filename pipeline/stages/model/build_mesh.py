@@ -54,6 +54,7 @@ def read_mesh_file(file: str, contents: Contents | None = None) -> ImportedMesh:
             mesh = read_apart(Path(file), ALLOWED, partial(read_mesh, copy(file)), READER, memory)
     except MeshFileError as error:
         raise InputError(reason_of(error)) from None
+    mesh = replace(mesh, path=file)  # messages name the file, not its copy
     if mesh.n_elements > LARGEST_MODEL:
         raise input_error(file, "", f"{mesh.n_elements} elements", f"{LARGEST_MODEL} at most")
     return mesh
