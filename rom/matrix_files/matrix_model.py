@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from geometry import UNIT_SYSTEMS, SectorMesh
 from rom.errors import MatrixFileError, RomParameterError
 from rom.finite_elements.full_model import FullModel, node_dofs
+from rom.matrix_files.calculix import SUFFIXES
 from rom.matrix_files.labelled_matrix import FORCE, MASS, STIFFNESS, DofLabels, LabelledMatrix
 from rom.matrix_files.matrix_choice import MatrixChoice
 from rom.matrix_files.matrix_file import read_matrix
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 _TRANSLATIONS = 3
 _RIGID = 1e-2  # force of a rigid translation on a row over its diagonal entry that is suspicious
 
+_INNER = "inner coordinates, such as the incompatible modes of C3D8I"
 _ABSENT = ("centrifugal force: the mass coupled to nodes without rows is not in the matrices and is left out",)
 
 
@@ -65,6 +67,7 @@ class Rows:
     place: NDArray[np.int64]
     size: int
     dofs: DofLabels
+    inner: int = 0  # rows of nodes that CalculiX made
 
 
 def read_matrix_pair(choice: MatrixChoice) -> tuple[csr_matrix, csr_matrix, DofLabels | None, tuple[str, ...]]:
@@ -139,10 +142,13 @@ def model_from_matrices(choice: MatrixChoice) -> MatrixModel:
     if choice.speed_rpm and np.any(rows.place >= _TRANSLATIONS * n):
         allowed = "must be 0 with rotations or generalised coordinates, whose Coriolis forces are not known"
         raise RomParameterError("model", "speed_rpm", choice.speed_rpm, allowed)
-    absent, held, single = _constrained(rows, found.sector.node_sets["root"])
+    empty = ~np.asarray(abs(stiffness).sum(axis=1) + abs(mass).sum(axis=1)).ravel().astype(bool)
+    absent, held, single = _constrained(rows, found.sector.node_sets["root"], empty)
     _check_boundary(choice, found, np.union1d(held, single // 3))
     full = _full_model(choice, found, rows, (stiffness, mass), (held, single))
     said = f"{len(rows.place)} dofs, {len(held)} clamped nodes, {np.sum(single < 3 * n)} single constraints"
+    notes = (*notes, *([f"{empty.sum()} rows without entries are held: constrained dofs"] if empty.any() else []))
+    notes = (*notes, *([f"{rows.inner} rows of nodes that the table does not have: {_INNER}"] if rows.inner else []))
     left_out = _ABSENT if len(absent) and choice.centrifugal is None else ()
     return MatrixModel(full, found.sector, (*notes, *found.notes, said, *left_out, *_findings(choice, full, n)))
 
@@ -216,6 +222,10 @@ def _rows(choice: MatrixChoice, found: SectorNodes, labels: DofLabels | None, co
         labels = DofLabels(np.repeat(table.labels, 3), np.tile([1, 2, 3], n))
     generalised = (labels.component == 0) | (labels.node <= 0)
     row = table.rows_of(labels.node)
+    # nodes of incompatible modes are numbered behind those of the deck
+    made = np.full(len(row), os.fspath(choice.stiffness).lower().endswith(SUFFIXES))
+    made &= (row < 0) & (labels.node > table.labels.max())
+    generalised |= made
     unknown = np.flatnonzero((row < 0) & ~generalised)
     if len(unknown):
         shown = f"no node {labels.node[unknown[0]]}, which the matrices have"
@@ -224,7 +234,7 @@ def _rows(choice: MatrixChoice, found: SectorNodes, labels: DofLabels | None, co
     others = np.flatnonzero(~translation)
     place = _TRANSLATIONS * row + labels.component - 1
     place[others] = _TRANSLATIONS * n + np.arange(len(others))
-    return Rows(place, _TRANSLATIONS * (n + -(-len(others) // 3)), labels)
+    return Rows(place, _TRANSLATIONS * (n + -(-len(others) // 3)), labels, int(made.sum()))
 
 
 def _scale(unit: str, rows: Rows) -> NDArray[np.float64]:
@@ -233,11 +243,14 @@ def _scale(unit: str, rows: Rows) -> NDArray[np.float64]:
 
 
 def _constrained(
-    rows: Rows, root: NDArray[np.int64]
+    rows: Rows, root: NDArray[np.int64], empty: NDArray[np.bool_]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """Nodes without rows, all clamped nodes, and single dofs without a row (of other nodes, or places left over)."""
+    """Nodes without rows, all clamped nodes, and single dofs without a row (of other nodes, or places left over).
+
+    `empty` (n,): rows without entries, as Ansys writes those of constrained dofs; they count as none.
+    """
     present = np.zeros(rows.size, dtype=bool)
-    present[rows.place] = True
+    present[rows.place[~empty]] = True
     absent = np.asarray(~present.reshape(-1, 3).any(axis=1))
     held = absent.copy()
     held[root] = True

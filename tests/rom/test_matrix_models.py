@@ -389,3 +389,47 @@ def test_a_wrong_order_of_dofs_is_noticed(full, sector, tmp_path):
     write_matrix(tmp_path / "M.mtx", full.mass[order][:, order])
     write_nodes(tmp_path / "n.csv", sector.points, sector, sector.node_sets["root"])
     assert any("warning" in note and "rigid" in note for note in model_from_matrices(choice(tmp_path)).notes)
+
+
+def test_rows_without_entries_are_constrained(full, sector, reduced, tmp_path):
+    """As Ansys writes the dofs that its supports hold: nobody names the root."""
+    held = np.zeros(full.n_dofs, dtype=bool)
+    held[full.fixed] = True
+    for name, matrix in (("K", full.stiffness), ("M", full.mass)):
+        write_matrix(tmp_path / f"{name}.mtx", np.where(held | held[:, None], 0.0, matrix.toarray()))
+    write_nodes(tmp_path / "n.csv", sector.points, sector, [])
+    found = model_from_matrices(choice(tmp_path))
+    assert f"{len(full.fixed)} rows without entries are held: constrained dofs" in found.notes
+    ours = reduce_sector(found.full, found.sector, MODES, NODAL).model
+    assert np.allclose(natural_frequencies(ours, 0.7)[:8], natural_frequencies(reduced, 0.7)[:8], rtol=1e-9)
+
+
+@pytest.mark.parametrize("mass", [0.0, 1e-3])
+def test_rows_of_nodes_that_calculix_made(full, sector, tmp_path, mass):
+    """Inner coordinates, each a mass on a spring on a node of the body: without mass they are rigid links."""
+    n, free = full.n_dofs, np.setdiff1d(np.arange(full.n_dofs), full.fixed)
+    own, at = n + np.arange(6), free[:6]
+    k, m = np.zeros((2, n + 6, n + 6))
+    k[:n, :n], m[:n, :n] = full.stiffness.toarray(), full.mass.toarray()
+    spring = 0.1 * full.stiffness.diagonal().mean()
+    k[own, own], k[at, at], k[own, at], k[at, own] = spring, k[at, at] + spring, -spring, -spring
+    m[own, own] = mass
+    kept = np.concatenate([free, own])
+    for suffix, matrix in ((".sti", k), (".mas", m)):
+        lower = np.tril(matrix[np.ix_(kept, kept)])
+        i, j = np.nonzero(lower) if suffix == ".sti" or mass else np.nonzero(lower + np.eye(len(kept)))
+        text = "\n".join(f"{a + 1} {b + 1} {lower[a, b]:.17g}" for a, b in zip(i, j, strict=True))
+        (tmp_path / f"b{suffix}").write_text(text + "\n")
+    labels = [f"{dof // 3 + 1}.{dof % 3 + 1}" for dof in free] + [
+        f"{n // 3 + 7 + j // 3}.{j % 3 + 1}" for j in range(6)
+    ]
+    (tmp_path / "b.dof").write_text("\n".join(labels) + "\n")
+    write_nodes(tmp_path / "n.csv", sector.points, sector, [])
+    files = {"stiffness": tmp_path / "b.sti", "mass": tmp_path / "b.mas"}
+    found = model_from_matrices(choice(tmp_path, **files))
+    assert any(note.startswith("6 rows of nodes that the table does not have") for note in found.notes)
+    ours = reduce_sector(found.full, found.sector, ReductionOptions(20), NODAL).model
+    inverse = np.linalg.inv(k[np.ix_(kept, kept)])
+    root = np.linalg.cholesky(inverse)
+    exact = 1.0 / np.sqrt(np.linalg.eigvalsh(root.T @ m[np.ix_(kept, kept)] @ root)[::-1][:4]) / (2.0 * np.pi)
+    assert np.allclose(natural_frequencies(ours, 0.7)[:4], exact, rtol=5e-4)
