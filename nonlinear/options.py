@@ -194,6 +194,8 @@ class SolverOptions:
         Number of points after which a curve is given up.
     peak_tolerance : float
         Relative error of the frequency of a peak.
+    largest_motion : float
+        Relative displacement of two contact nodes beyond which a curve ends, m: the size of the body.
 
     Examples
     --------
@@ -224,6 +226,7 @@ class SolverOptions:
     min_step: float = 1e-6
     max_points: int = 20000
     peak_tolerance: float = 1e-7
+    largest_motion: float = math.inf
 
     def __post_init__(self) -> None:
         """Check ranges."""

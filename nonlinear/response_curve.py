@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from nonlinear.contact.fourier import ComplexArray, largest_lengths
 from nonlinear.contact.parameters import Array, ContactParameters
 
-Kind = Literal["complete", "start failed", "step too small", "too many points", "turned back"]
+Kind = Literal["complete", "start failed", "step too small", "too many points", "turned back", "too large"]
 Motion = Literal["periodic", "quasi-periodic", "irregular"]
 END_TOLERANCE = 1e-9  # relative distance of a frequency from a limit of the range that counts as reached
 
@@ -102,7 +102,8 @@ class TerminationReason:
     kind : str
         "complete": the frequency range is covered, or the branch is closed. "start failed": no solution at its start.
         "step too small": no next point was found with the smallest step. "too many points": `max_points` of the
-        options was reached. "turned back": the branch left the range at the end where it began.
+        options was reached. "turned back": the branch left the range at the end where it began. "too large": the
+        contact nodes move further than `largest_motion` of the options.
     frequency_hz : float
         Frequency of the last point, Hz.
     message : str

@@ -99,6 +99,7 @@ def print_modes(models: Sequence[ModelModes], campbell: Sequence[dict[str, Any]]
             print(table.flutter_line(model.flutter))
             console.print(table.flutter_table(model.flutter))
         console.print(table.static_table(model.static, model.speed_rpm))
+        print_notes([case.warning for case in model.static if case.warning], "warning")
         print(table.range_line(model))
     for line in [*table.crossing_lines(campbell), table.left_out(models), *table.table_notes(models)]:
         if line:

@@ -53,7 +53,7 @@ def continue_over_range(continuation: Continuation, static: Array, progress: Pro
         if branch.termination.complete:
             return [_in_rising_order(branch, _with_failures(attempt, branch, failed))]
         failed.append((attempt, branch))
-        if branch.termination.kind == "too many points":
+        if branch.termination.kind in ("too many points", "too large"):
             break
     attempt, longest = max(failed, key=lambda item: len(item[1].points))
     others = [item for item in failed if item[1] is not longest]
@@ -103,8 +103,20 @@ def _continue_from_end(continuation: Continuation, static: Array, upwards: bool,
             message = f"no start at {frequency_hz:.6g} Hz: no periodic solution found, {error}"
             return Branch([], [], [], TerminationReason("start failed", frequency_hz, message))
         first = continuation.solver.starting_point(start.solution, omega, direction, start.iterations)
-    points = list(continuation.continue_branch(first, patience))
+    points = []
+    for point in continuation.continue_branch(first, patience):
+        points.append(point)
+        if (motion := _motion(point)) > options.largest_motion:
+            where = point.omega / (2.0 * np.pi)
+            message = f"contact nodes move {motion:.3g} m apart at {where:.6g} Hz, further than the body is large "
+            message += f"({options.largest_motion:.3g} m): nothing holds it there"
+            return Branch(points, [], [], TerminationReason("too large", where, message))
     return with_special_points(continuation, points, _termination(points, options, upwards, patience.is_gone))
+
+
+def _motion(point: SolutionPoint) -> float:
+    """Bound of the relative displacement of any contact node over a period, m."""
+    return float(np.linalg.norm(np.abs(point.displacement).sum(axis=0), axis=-1).max())
 
 
 def _termination(

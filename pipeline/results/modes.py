@@ -8,6 +8,7 @@ range that is proposed holds both of the modes that the force excites in the pre
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -73,6 +74,18 @@ class StaticCase:
     open_share: float  # share of the face that is open
     lowest_m: float  # smallest and largest v = v0 + d_n of the nodes, m: above 0 pressed together, below 0 a gap
     highest_m: float
+    size_m: float | None = None  # of the body; None: not known
+
+    @property
+    def warning(self) -> str:
+        """What is wrong where the body moves further than it is large; empty otherwise."""
+        motion = max(abs(self.lowest_m), abs(self.highest_m))
+        if self.size_m is None or motion <= self.size_m:
+            return ""
+        told = (
+            f"{self.label}: a contact is {motion:.3g} m open in the static state, the body {self.size_m:.3g} m large"
+        )
+        return f"{told}: nothing holds the body there; its loads must press the contact together"
 
 
 @dataclass(frozen=True)
@@ -163,7 +176,7 @@ def _static_case(store: Store, model: BuiltModel, member: Member) -> StaticCase:
 
 def _write_static(path: Path, rom: Path, scene: Scene) -> None:
     from nonlinear import static_contact
-    from pipeline.stages.scene_to_solver import contact_on_model, scene_modes, solver_options
+    from pipeline.stages.scene_to_solver import contact_on_model, scene_modes, size_of_body, solver_options
     from rom import one_blas_thread, read_reduced_model
 
     model = read_reduced_model(rom, with_basis=False)
@@ -171,6 +184,9 @@ def _write_static(path: Path, rom: Path, scene: Scene) -> None:
         modal = scene_modes(scene, model)
         values = plain(static_contact(modal, contact_on_model(scene, model), solver_options(scene)))
     del values["opened"]
+    size = size_of_body(scene, model)
+    own = "no_contact" not in model.interfaces and math.isfinite(size)  # a contact out of reach is open by design
+    values["size_m"] = size if own else None
     path.write_text(json.dumps(values), encoding="utf-8")
 
 

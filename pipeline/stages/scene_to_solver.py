@@ -207,8 +207,20 @@ def nonlinear_problem(
     scene: Scene, model: ReducedModel
 ) -> tuple[RingModes, ContactParameters, Excitation, SolverOptions]:
     """What `forced_response` solves for a scene on a reduced model."""
-    modal = scene_modes(scene, model)
-    return modal, contact_on_model(scene, model), excitation(scene), solver_options(scene)
+    options = replace(solver_options(scene), largest_motion=size_of_body(scene, model))
+    return scene_modes(scene, model), contact_on_model(scene, model), excitation(scene), options
+
+
+def size_of_body(scene: Scene, model: ReducedModel) -> float:
+    """Distance of the farthest contact node from the origin, m, beyond which no motion is one of a body that is held.
+
+    Infinite for a model from elsewhere, whose places may be numbers of masses.
+    """
+    import numpy as np
+
+    if scene.blade is None and scene.mesh_file is None:
+        return np.inf
+    return float(np.linalg.norm(model.contact_position, axis=1).max()) or np.inf
 
 
 def scene_modes(scene: Scene, model: ReducedModel) -> RingModes:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from pipeline.errors import InputError
@@ -33,11 +34,21 @@ def check_meshes(file: SceneFile, force: bool = False) -> tuple[list[str], list[
             found = findings_of(own)
             warnings |= dict.fromkeys(check_materials(scene, found, force))
             check_reduction(scene, own.sector, found)
+            warnings |= dict.fromkeys(_nothing_presses(scene, own.findings.notes))
         except InputError as error:
             lines[str(error)] = None
         except ValueError as error:
             lines[str(parameter_error(file.path, member, error))] = None
     return list(lines), list(warnings)
+
+
+def _nothing_presses(scene: Scene, notes: Sequence[str]) -> list[str]:
+    """Bodies that contacts alone hold in a scene at rest without interference or preload."""
+    given = [(contact.interference, contact.preload) for contact in scene.contacts.values()]
+    if scene.load.speed_rpm or any(each not in (0.0, None) for pair in given for each in pair):
+        return []
+    told = "; at rest, without contact.interference or preload, only loads may press them together"
+    return [f"{note}{told}" for note in notes if note.endswith("held by contacts alone")]
 
 
 def check_reduction(scene: Scene, sector: SectorMesh, found: dict[str, Any]) -> None:
