@@ -237,12 +237,12 @@ class Bifurcation:
 
 @dataclass(frozen=True)
 class StaticContact:
-    """Contact in static equilibrium at speed, before the excitation acts.
+    """Contact nodes in static equilibrium at speed, before the excitation acts: those of one interface, or all.
 
     Attributes
     ----------
     force_n : float
-        Normal force of a face, N.
+        Normal force, the sum over the nodes, N.
     open_share : float
         Share of the contact that is open: nodes by normal stiffness, which is shared by area; by number without any.
     lowest_m, highest_m : float
@@ -286,6 +286,22 @@ class StaticContact:
             highest_m=float(v.max()),
             opened=bool(np.any(is_open & (contact.initial_load > 0.0))),
         )
+
+    @classmethod
+    def by_interface(
+        cls, contact: ContactParameters, displacement: Array, interfaces: Mapping[str, int]
+    ) -> "dict[str, StaticContact]":
+        """The contact of each interface: forces of different joints are no sum, nor are their gaps.
+
+        Parameters
+        ----------
+        contact, displacement
+            Of all nodes, as for `of`.
+        interfaces : mapping of str to int
+            Contact interfaces by name in the order of their nodes, with their numbers of nodes.
+        """
+        nodes = np.split(np.arange(contact.n_contacts), np.cumsum([*interfaces.values()])[:-1])
+        return {name: cls.of(contact.at(own), displacement[own]) for name, own in zip(interfaces, nodes, strict=True)}
 
 
 @dataclass(frozen=True)
@@ -404,7 +420,7 @@ class ResponseCurve:
         Number of contact nodes that stick all the time, that slip at some time without opening, that open at some
         time.
     dissipated_j : (P,) float
-        Friction work per cycle on one contact face, J. Each blade has one pair of faces.
+        Friction work per cycle of one blade, the sum over all contact nodes, J.
     iterations : (P,) int
         Newton iterations.
     kept_harmonics : (P,) int
@@ -460,7 +476,10 @@ class ResponseCurve:
     outputs : mapping of str to (P, H+1, c) complex
         Fourier coefficients of the further outputs that `SolverOptions.outputs` names; c = 3 for a vector x, y, z.
     static_contact : StaticContact or None
-        Contact in static equilibrium at speed; None on a detached branch and without a solution.
+        All contact nodes in static equilibrium at speed; None on a detached branch and without a solution. Of several
+        interfaces, each: `StaticContact.by_interface`.
+    static_displacement : (n_c, 3) float or None
+        Relative displacement (t1, t2, n) of that equilibrium, m.
 
     Examples
     --------
@@ -512,6 +531,7 @@ class ResponseCurve:
     motion_truncation_error: float = float("nan")
     outputs: Mapping[str, ComplexArray] = field(default_factory=dict)
     static_contact: StaticContact | None = None
+    static_displacement: Array | None = None
 
     def amplitude_of(self, name: str) -> Array:
         """Largest abs(x(t)) of a further output over a period at each point, (P,); of a vector its largest length.

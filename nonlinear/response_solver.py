@@ -222,7 +222,7 @@ def _stages(
     else:
         branches = continue_over_range(continuation, static, progress)
     curve = assemble_curve(balance, branches[0], options)
-    curve = replace(curve, static_contact=StaticContact.of(contact, static))
+    curve = replace(curve, static_contact=StaticContact.of(contact, static), static_displacement=static)
     yield "main branch", curve
     if options.truncation and options.harmonics != "auto":
         truncation = estimator.of_branch(branches[0].points, branches[0].peak_indices)

@@ -134,10 +134,11 @@ def _print_conclusion(request: Request, outcome: RunOutcome, curves: Sequence[Sh
     from pipeline.results.tables import has_static_load
 
     console, shown = _console(), conclusion.shown_numbers([curve.height for curve in curves])
-    table = conclusion.conclusion_table(curves, shown, any(map(has_static_load, outcome.curves)))
+    loads = any(map(has_static_load, outcome.curves))
+    table = conclusion.conclusion_table(curves, shown, loads)
     lines = conclusion.wrapped(conclusion.lines_of(outcome.summary), console.width)
     print("\n".join([*lines, *conclusion.table_lines(table, console.width, console)]))
-    for line in conclusion.interface_lines([curves[number] for number in shown], console.width):
+    for line in conclusion.interface_lines([curves[number] for number in shown], console.width, loads):
         print(line)
     if len(shown) < len(curves) and outcome.table is not None:
         lines, found = overview_lines(outcome.table)

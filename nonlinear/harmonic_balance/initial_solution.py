@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from nonlinear.contact.element_choice import contact_element
 from nonlinear.contact.parameters import Array, ContactError, ContactParameters
@@ -190,7 +191,9 @@ def static_displacement(receptance: RelativeReceptance, contact: ContactParamete
     return balance.displacement(result.solution)[0]
 
 
-def static_contact(modal: RingModes, contact: ContactParameters, options: SolverOptions) -> StaticContact:
+def static_contact(
+    modal: RingModes, contact: ContactParameters, options: SolverOptions, nodes: NDArray[np.intp] | None = None
+) -> StaticContact:
     """The contact in static equilibrium, before the excitation acts; all blades move alike.
 
     Parameters
@@ -201,6 +204,8 @@ def static_contact(modal: RingModes, contact: ContactParameters, options: Solver
         Parameters of the nodes.
     options : SolverOptions
         How the contact force is integrated, and the tolerance.
+    nodes : (n,) int, optional
+        Nodes that are asked for, as those of one of several interfaces; None: all.
 
     Returns
     -------
@@ -221,7 +226,9 @@ def static_contact(modal: RingModes, contact: ContactParameters, options: Solver
     2.0
     """
     receptance = on_support(RelativeReceptance(modal, 0.0, (0,), 0.0), contact, options)
-    return StaticContact.of(contact, static_displacement(receptance, contact, options))
+    displacement = static_displacement(receptance, contact, options)
+    own = np.arange(contact.n_contacts) if nodes is None else nodes
+    return StaticContact.of(contact.at(own), displacement[own])
 
 
 def periodic_start(

@@ -226,8 +226,12 @@ class LiveScene:
         return derived_member(self.file, {**self.values, **few}, PLACE, self.models.rom is not None).scene
 
     def _view(self, stage: str, found: ResponseCurve, solved: Scene) -> LiveView:
-        limits = self.models.limits(self.scene, self.loaded)
-        return LiveView(stage, certainty_of(stage, found, solved), found, limits, solved)
+        from nonlinear import StaticContact
+
+        model, displacement = self.loaded.model, found.static_displacement
+        limits, contact = self.models.limits(self.scene, self.loaded), contact_on_model(solved, model)
+        static = {} if displacement is None else StaticContact.by_interface(contact, displacement, model.interfaces)
+        return LiveView(stage, certainty_of(stage, found, solved), found, limits, solved, static)
 
     def _static_ranges(self) -> dict[str, Range]:
         from nonlinear import response_stages

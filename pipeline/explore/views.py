@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -10,7 +11,7 @@ from pipeline.results.worst import share
 from pipeline.stages.curve.curve_summary import CurveSummary, summary_of
 
 if TYPE_CHECKING:
-    from nonlinear import ResponseCurve
+    from nonlinear import ResponseCurve, StaticContact
     from pipeline.figures.linear_limits import Limit
     from pipeline.scene.schema import Scene
 
@@ -31,6 +32,7 @@ class LiveView:
     response: ResponseCurve  # points, contact states, peaks, bifurcations, static contact, detached branches
     limits: tuple[Limit, ...]  # linear responses with free and with stuck contacts; no free one where none exists
     solved: Scene  # the scene that was solved: at the first stage with few harmonics
+    static: Mapping[str, StaticContact]  # static contact by interface; {} where it is not known
 
     @cached_property
     def facts(self) -> CurveSummary:
@@ -46,11 +48,6 @@ class LiveView:
     def is_last(self) -> bool:
         """Whether it is all that `shroud run` knows of this curve."""
         return self.stage == LAST
-
-    @property
-    def static_force_n(self) -> float:
-        """Static normal force of a face, N; nan where it is not known."""
-        return self.facts.static_force_n
 
 
 def certainty_of(stage: str, found: ResponseCurve, scene: Scene) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 from typing import TYPE_CHECKING, Any
@@ -167,7 +167,7 @@ def readouts(view: LiveView, chart: ResponseChart) -> list[dict[str, Any]]:
                 "exact": " ".join(str(int(count)) for count in counts.values()),
             }
         )
-    found.append(_static(view))
+    found.extend(_static(view))
     found.append(_worst(view, chart))
     return found
 
@@ -183,14 +183,15 @@ def _number(name: str, value: float, factor: float, unit: str, of: str) -> dict[
     return {"name": name, "value": text, "unit": unit, "of": of, "exact": repr(float(value))}
 
 
-def _static(view: LiveView) -> dict[str, Any]:
-    force, apart = view.facts.static_force_n, view.facts.static_open_share
-    if math.isnan(force):
-        return _number("static normal force", force, 1.0, "", "not known yet")
-    factor, unit = prefixed(abs(force), "N")
+def _static(view: LiveView) -> Iterator[dict[str, Any]]:
+    if not view.static:
+        yield _number("static normal force", math.nan, 1.0, "", "not known yet")
     known = {0.0: "all closed", 1.0: "all open"}
-    of = f"of a face, {known.get(apart, f'{100.0 * apart:.3g} % open')}"
-    return _number("static normal force", force, factor, unit, of)
+    for interface, static in view.static.items():
+        factor, unit = prefixed(abs(static.force_n), "N")
+        apart = known.get(static.open_share, f"{100.0 * static.open_share:.3g} % open")
+        name = f"static normal force, {interface}" if len(view.static) > 1 else "static normal force"
+        yield _number(name, static.force_n, factor, unit, apart)
 
 
 def _worst(view: LiveView, chart: ResponseChart) -> dict[str, Any]:

@@ -48,10 +48,18 @@ from pipeline.report.rows import (
     over_sweep,
 )
 from pipeline.report.viewer import MOST_MODELS, ViewerData, chosen_evenly
-from pipeline.results.conclusion import INTERFACES_SAID, interface_rows, screen_curves, shown_numbers
+from pipeline.results.conclusion import (
+    INTERFACES_SAID,
+    STATIC_SAID,
+    interface_rows,
+    screen_curves,
+    shown_numbers,
+    static_rows,
+)
 from pipeline.results.publishing import Attempts
 from pipeline.results.run_folder import origin
 from pipeline.results.stress import SPOT_HEADINGS
+from pipeline.results.tables import has_static_load
 from pipeline.results.worst import END_MARK, with_unit
 from pipeline.scene.labels import member_label, prefixed
 from pipeline.scene.schema import Scene
@@ -149,7 +157,6 @@ def _content(source: ReportSource, attempts: Attempts) -> dict[str, Any]:
         "contacts": details,
         "contacts_of": of_curves,
         "by_interface": _by_interface(source),
-        "by_interface_said": INTERFACES_SAID,
         "errors": errors,
         "costs": cost_rows(source),
         "style": (TEMPLATES / "report.css").read_text(encoding="utf-8"),
@@ -315,10 +322,12 @@ def _springs(model: BuiltModel, scene: Scene) -> dict[str, dict[str, Any]]:
     return {state: states[state] for state in ("free", "stuck")}
 
 
-def _by_interface(source: ReportSource) -> tuple[list[str], list[list[str]]]:
-    """Headings and rows of the table of friction work by interface; no rows with one interface."""
+def _by_interface(source: ReportSource) -> list[tuple[str, list[str], list[list[str]]]]:
+    """Titles, headings and rows of the tables of friction work and static contact; no rows with one interface."""
     curves = screen_curves(source.curves, {})
-    return interface_rows([curves[number] for number in shown_numbers([curve.height for curve in curves])])
+    shown = [curves[number] for number in shown_numbers([curve.height for curve in curves])]
+    static = [(STATIC_SAID, *static_rows(shown))] * any(map(has_static_load, source.curves))
+    return [(INTERFACES_SAID, *interface_rows(shown)), *static]
 
 
 def _contacts(

@@ -264,7 +264,7 @@ def _notes(curve: Any, stable: bool) -> Iterable[str]:
     if said := end_said(facts):
         yield said
     if has_static_load(curve) and (said := static_said(curve)):
-        yield said + "; closed at rest, opened by static forces" * facts.static_opened
+        yield said
     if not stable:
         yield "unstable peak"
     yield from seen_remarks(facts)

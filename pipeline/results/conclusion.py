@@ -23,6 +23,7 @@ from pipeline.results.tables import (
     measured_errors,
     short_value,
     static_cells,
+    static_text,
     truncation_cell,
 )
 from pipeline.results.worst import (
@@ -49,6 +50,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
+    from nonlinear import StaticContact
     from pipeline.stages.curve.respond import CurveResult
     from pipeline.stages.model.sweep_models import Models
     from pipeline.stages.request import Run, RunOutcome
@@ -214,7 +216,8 @@ def conclusion_table(curves: Sequence[ShownCurve], shown: Sequence[int], static:
     for name in [*headings, *(f"mean [{unit}]",) * means, "at [Hz]"]:
         table.add_column(escape(name), justify="right", no_wrap=True)
     table.add_column("contact", no_wrap=True)
-    if static:
+    together = static and not any(curve.facts.interfaces for curve in curves if curve.facts is not None)
+    if together:
         table.add_column("static open", justify="right")
     table.add_column("remark")
     best = lowest(curves)
@@ -223,13 +226,14 @@ def conclusion_table(curves: Sequence[ShownCurve], shown: Sequence[int], static:
         said = "; ".join(_remarks(curve, factor, curve is best and len(curves) > 1))
         height, at = _motion(curve.facts, factor)
         cells = [height, *(f"{curve.mean * factor:.4g}",) * means, at]
-        open_share = [] if not static else [_open_share(curve.facts)]
+        open_share = [] if not together else [static_cells(_static(curve))[1]]
         contact = CONTACT_SAID.get(curve.contact or "", "-")
         table.add_row(str(curve.number), *values, *cells, contact, *open_share, escape(said))
     return table
 
 
 INTERFACES_SAID = "Friction work per cycle by contact interface, and its nodes, at the peak of the main branch"
+STATIC_SAID = "Static contact by interface, before the excitation acts (v < 0: gap)"
 _STATES = {"sticking": "stick", "slipping": "slip", "separating": "open"}
 
 
@@ -261,12 +265,31 @@ def _of_interface(entry: Mapping[str, Any], factor: float) -> str:
     return ", ".join([f"{_work(entry) * factor:.3g}", *states])
 
 
-def interface_lines(curves: Sequence[ShownCurve], width: int) -> list[str]:
-    """`interface_rows` as lines of text; none with one interface."""
+def static_rows(curves: Sequence[ShownCurve]) -> tuple[list[str], list[list[str]]]:
+    """Headings and a row for each curve: static contact of each interface; none with one interface."""
+    known = {curve.number: curve.facts.static_contacts for curve in curves if curve.facts and curve.facts.interfaces}
+    names = list(dict.fromkeys(name for found in known.values() for name in found))
+    headings = ["#", *(quantity(key).axis() for key in curves[0].parameters), *names] if curves else []
+    rows = []
+    for curve in (curve for curve in curves if known.get(curve.number)):
+        values = [short_value(key, value) for key, value in curve.parameters.items()]
+        found = known[curve.number]
+        cells = [static_text(found[name]) if name in found else "-" for name in names]
+        rows.append([str(curve.number), *values, *cells])
+    return headings, rows
+
+
+def interface_lines(curves: Sequence[ShownCurve], width: int, static: bool) -> list[str]:
+    """`interface_rows`, and under `static` loads `static_rows`, as lines of text; none with one interface."""
+    lines = _lines(INTERFACES_SAID, *interface_rows(curves), width)
+    return lines + (_lines(STATIC_SAID, *static_rows(curves), width) if static else [])
+
+
+def _lines(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]], width: int) -> list[str]:
+    """A table with its title as lines of text; none without rows."""
     from rich.markup import escape
     from rich.table import Table
 
-    headings, rows = interface_rows(curves)
     if not rows:
         return []
     table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
@@ -274,7 +297,7 @@ def interface_lines(curves: Sequence[ShownCurve], width: int) -> list[str]:
         table.add_column(escape(name), justify="right")
     for row in rows:
         table.add_row(*row)
-    return [f"{INTERFACES_SAID}:", *table_lines(table, width)]
+    return [f"{title}:", *table_lines(table, width)]
 
 
 def technical_table(curves: Sequence[ShownCurve], static: bool) -> Table:
@@ -285,6 +308,7 @@ def technical_table(curves: Sequence[ShownCurve], static: bool) -> Table:
     table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
     factor, unit = amplitude_unit(curves)
     sampled = any(curve.facts is not None and curve.facts.sampling_error > 0.0 for curve in curves)
+    static = static and not any(curve.facts.interfaces for curve in curves if curve.facts is not None)
     headings = ["#", *(quantity(key).axis() for key in curves[0].parameters), "worst on\nbranch"]
     headings += ["main\npeak [Hz]", f"main\npeak [{unit}]", *("static normal\nforce [N]", "static\nv [µm]") * static]
     headings += [
@@ -305,7 +329,7 @@ def technical_table(curves: Sequence[ShownCurve], static: bool) -> Table:
 
 
 def _technical(facts: CurveSummary, factor: float, sampled: bool, static: bool) -> list[str]:
-    force, _, span = static_cells(facts)
+    force, _, span = static_cells(facts.static_contact)
     sampling = max(facts.sampling_error, facts.sampling_frequency_error)
     known = math.isfinite(facts.peak_frequency_hz)
     return [
@@ -348,9 +372,8 @@ def _motion(facts: CurveSummary | None, factor: float) -> tuple[str, str]:
     return f"{least}{facts.height * factor:.4g}", f"{at:.1f}" if at >= 100.0 else f"{at:.4g}"
 
 
-def _open_share(facts: CurveSummary | None) -> str:
-    known = facts is not None and math.isfinite(facts.static_force_n)
-    return f"{100.0 * facts.static_open_share:.3g} %" if known and facts is not None else "-"
+def _static(curve: ShownCurve) -> StaticContact | None:
+    return None if curve.facts is None else curve.facts.static_contact
 
 
 def _remarks(curve: ShownCurve, factor: float, is_lowest: bool) -> Iterator[str]:

@@ -157,13 +157,15 @@ class Curve(_Points):
     rom : Path or None
         File of its reduced model, None where that could not be computed.
     static_contact : StaticContact or None
-        Contact in static equilibrium at speed: normal force of a face, open share, gap; None where it is not known.
+        Contact in static equilibrium at speed: normal force, open share, gap; None where it is not known, and of
+        several `interfaces`, which have their own.
     outputs : tuple of dict
         Name, largest value over a period (`peak_amplitude`), frequency and branch of each further output. Its values
         at the points are ``datasets["amplitude_NAME"]``, its complex coefficients ``datasets["output_NAME"]``.
     interfaces : tuple of dict
         Of several contact interfaces, in the order of their nodes: `name`, number of `nodes`, at the peak of the main
-        branch those `sticking`, `slipping` and `separating`, and the friction work per cycle `dissipated_j`.
+        branch those `sticking`, `slipping` and `separating`, the friction work per cycle `dissipated_j`, and the
+        static contact: `static_force_n`, `static_open_share`, `static_lowest_m`, `static_highest_m`, `static_opened`.
 
     Examples
     --------

@@ -177,7 +177,7 @@ def _curve_lines(found: dict[str, Any], width: int) -> Iterator[str]:
     shown = shown_numbers([curve.height for curve in curves])
     yield from lines_of(found)
     yield from table_lines(conclusion_table(curves, shown, loads), width)
-    yield from interface_lines([curves[place] for place in shown], width)
+    yield from interface_lines([curves[place] for place in shown], width, loads)
     if len(shown) < len(curves):
         yield f"... {len(curves)} curves: --json, or curves.csv beside the file"
         yield from end_lines(found["statistics"])

@@ -70,8 +70,9 @@ class StaticCase:
     """Contact of one member of a sweep in static equilibrium at speed, before the excitation acts."""
 
     label: str  # its swept keys
-    force_n: float  # normal force of a face, N
-    open_share: float  # share of the face that is open
+    interface: str  # its name; "" where there is one
+    force_n: float  # normal force of the interface, N
+    open_share: float  # share of the interface that is open
     lowest_m: float  # smallest and largest v = v0 + d_n of the nodes, m: above 0 pressed together, below 0 a gap
     highest_m: float
     size_m: float | None = None  # of the body; None: not known
@@ -113,7 +114,8 @@ def modes_of_scene(run: Run, models: Models, problems: list[str]) -> list[ModelM
         first, model = group[0], models[group[0].index]
         assert model is not None
         try:
-            static = [_static_case(run.store, model, member) for member in group if member.index in shown]
+            chosen = [member for member in group if member.index in shown]
+            static = [case for member in chosen for case in _static_cases(run.store, model, member)]
             found.append(_model_modes(run.store, model, first, static))
         except StorageError:
             raise
@@ -163,31 +165,37 @@ def _wave(order: int, limits: tuple[float, float], found: dict[str, Any], speed_
     return WaveModes(order, *where, limits, excitation, tuple(modes))
 
 
-def _static_case(store: Store, model: BuiltModel, member: Member) -> StaticCase:
-    """The static contact of a member, from the store or computed."""
+def _static_cases(store: Store, model: BuiltModel, member: Member) -> list[StaticCase]:
+    """The static contact of a member by interface, from the store or computed."""
     scene = member.scene
     response, load = scene.response.model_dump(), scene.load.model_dump(exclude={"coriolis"})
     sections = {"response": response, "load": load, **contact_inputs(scene)}
     material = scene.material.model_dump() if scene.material else None
     key = fingerprint({"reduce": model.key, **sections, "material": material, "code": code_fingerprint(__name__)})
     entry = store.get(KIND, key, lambda folder: _write_static(folder / FILE, model.rom, scene))
-    return StaticCase(member_label(member), **json.loads(entry.file(FILE).read_text(encoding="utf-8")))
+    found = json.loads(entry.file(FILE).read_text(encoding="utf-8"))
+    return [StaticCase(member_label(member), **each) for each in found]
 
 
 def _write_static(path: Path, rom: Path, scene: Scene) -> None:
+    import numpy as np
+
     from nonlinear import static_contact
     from pipeline.stages.scene_to_solver import contact_on_model, scene_modes, size_of_body, solver_options
     from rom import one_blas_thread, read_reduced_model
 
-    model = read_reduced_model(rom, with_basis=False)
+    model, found, first = read_reduced_model(rom, with_basis=False), [], 0
     with one_blas_thread():
-        modal = scene_modes(scene, model)
-        values = plain(static_contact(modal, contact_on_model(scene, model), solver_options(scene)))
-    del values["opened"]
-    size = size_of_body(scene, model)
-    own = "no_contact" not in model.interfaces and math.isfinite(size)  # a contact out of reach is open by design
-    values["size_m"] = size if own else None
-    path.write_text(json.dumps(values), encoding="utf-8")
+        problem = scene_modes(scene, model), contact_on_model(scene, model), solver_options(scene)
+        size = size_of_body(scene, model)
+        own = "no_contact" not in model.interfaces and math.isfinite(size)  # a contact out of reach is open by design
+        for name, count in model.interfaces.items():
+            values = plain(static_contact(*problem, np.arange(first, first + count)))
+            del values["opened"]
+            said = {"interface": name if len(model.interfaces) > 1 else "", "size_m": size if own else None}
+            found.append({**said, **values})
+            first += count
+    path.write_text(json.dumps(found), encoding="utf-8")
 
 
 ROWS = 6  # modes of a wave that the table shows, or more that are in the frequency range
@@ -238,13 +246,14 @@ def flutter_table(flutter: LinearFlutter) -> Table:
 
 
 def static_table(cases: Sequence[StaticCase], speed_rpm: float) -> Table:
-    """One row a member of the sweep: static contact, before the excitation acts."""
+    """One row a member of the sweep and interface: static contact, before the excitation acts."""
     title = f"static contact, {speed_rpm:g} rev/min"
     table = _empty(title, "normal force [N]", "open [%]", "v [µm]", justify_first="left")
     for case in cases:
         ends = (1e6 * case.lowest_m, 1e6 * case.highest_m)
         ends_said = " to ".join(dict.fromkeys(f"{value:.4g}" for value in ends))
-        table.add_row(case.label, f"{case.force_n:.4g}", f"{100.0 * case.open_share:.3g}", ends_said)
+        label = f"{case.label}, {case.interface}" if case.interface else case.label
+        table.add_row(label, f"{case.force_n:.4g}", f"{100.0 * case.open_share:.3g}", ends_said)
     return table
 
 

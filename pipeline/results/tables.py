@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pipeline.results.worst import MOST_NAMED, share
 from pipeline.scene.labels import prefixed, quantity, value_label
 from pipeline.stages.curve.curve_summary import CurveSummary
 from pipeline.stages.curve.respond import CurveResult
+
+if TYPE_CHECKING:
+    from nonlinear import StaticContact
 
 
 def branch_remarks(branch: Mapping[str, Any]) -> str:
@@ -128,24 +131,31 @@ def has_static_load(curve: CurveResult) -> bool:
     return bool(load.speed_rpm or load.force or load.pressure or load.temperature)
 
 
-def static_cells(facts: CurveSummary) -> tuple[str, str, str]:
-    """Static normal force of a face, N, its open share, and the range of v, um (above 0 pressed together)."""
-    if not math.isfinite(facts.static_force_n):
+def static_cells(static: StaticContact | None) -> tuple[str, str, str]:
+    """Static normal force of an interface, N, its open share, and the range of v, um (above 0 pressed together)."""
+    if static is None:
         return "-", "-", "-"
-    low, high = (f"{1e6 * v:.3g}" for v in (facts.static_lowest_m, facts.static_highest_m))
+    low, high = (f"{1e6 * v:.3g}" for v in (static.lowest_m, static.highest_m))
     span = low if low == high else f"{low} to {high}"
-    return f"{facts.static_force_n:.4g}", f"{100.0 * facts.static_open_share:.3g} %", span
+    return f"{static.force_n:.4g}", f"{100.0 * static.open_share:.3g} %", span
+
+
+def static_text(static: StaticContact) -> str:
+    """The static contact of an interface in words."""
+    force, share_open, span = static_cells(static)
+    opened = ", closed at rest and opened by static forces" * static.opened
+    return f"normal force {force} N, {share_open} open, v = {span} µm{opened}"
 
 
 def static_said(curve: CurveResult) -> str:
-    """The static contact of a curve in words; "" where it is not known."""
-    facts = curve.facts
-    if facts is None or not math.isfinite(facts.static_force_n):
+    """The static contact of a curve in words, by interface; "" where it is not known."""
+    known = {} if curve.facts is None else curve.facts.static_contacts
+    if not known:
         return ""
-    force, share_open, span = static_cells(facts)
     speed = curve.member.scene.load.speed_rpm
     at = f"at {speed:g} rev/min" if speed else "at rest"
-    return f"static contact {at}: {force} N on a face, {share_open} of it open, v = {span} µm (below 0: gap)"
+    parts = (f"{name}: {static_text(static)}" if name else static_text(static) for name, static in known.items())
+    return f"static contact {at}, {'; '.join(parts)} (v < 0: gap)"
 
 
 def truncation_cell(error: float, branch: str) -> str:

@@ -1,5 +1,6 @@
 """Scenes with several contact interfaces: [interface.NAME], contact.interfaces, results by interface."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ from pipeline_support import ground_model, overlapping_texts, shroud, small_scen
 
 from nonlinear import LIFT_OFF, SLIP, STICK, nodal_contact
 from pipeline import run_scene
+from pipeline.explore.live import LiveScene
 from pipeline.figures.data import plotted_curves
 from pipeline.figures.hysteresis import node_figure
 from pipeline.results.outputs import curve_summary
@@ -144,6 +146,41 @@ def test_results_are_told_by_interface(tmp_path: Path) -> None:
     assert len(names) == 2
     assert "node 1 of tip" in names
     assert overlapping_texts(figure) == []
+
+
+def test_static_contact_is_that_of_each_interface(tmp_path: Path) -> None:
+    """One face is pressed, another has a gap: no force of both, no share, no span of v, wherever they stand."""
+    write_reduced_model(tmp_path / "rom.h5", replace(cut("tip", "foot"), force_centrifugal=np.eye(12)[2] * 1e-3))
+    pressed = {"interference": 0.5, "preload": 0.0, "normal_stiffness": 6.0}
+    tables = scene(tip=pressed, foot={"interference": -1e3, "preload": 0.0}) | {"load": {"speed_rpm": 60.0}}
+    path = write_scene(tmp_path / "scene.toml", tables)
+    arguments = path, "--rom", tmp_path / "rom.h5", "--out", tmp_path / "out"
+    status, said, _ = shroud("respond", *arguments)
+    assert status == 0
+    (curve,) = summary_of(tmp_path / "out")["curves"]
+    assert (curve["static_force_n"], curve["static_open_share"], curve["static_highest_m"]) == (None, None, None)
+    tip, foot = (curve["interfaces"][name] for name in ("tip", "foot"))
+    assert (foot["static_force_n"], foot["static_open_share"]) == (0.0, 1.0)
+    assert (tip["static_open_share"], tip["static_lowest_m"]) == (0.0, tip["static_highest_m"])
+    assert tip["static_force_n"] == pytest.approx(6.0 * tip["static_lowest_m"]) != 0.0
+    text = f"normal force {tip['static_force_n']:.4g} N, 0 % open"
+    assert text in said
+    assert text in shroud("info", tmp_path / "out")[1]
+    run = run_scene(path, tmp_path / "out", rom=tmp_path / "rom.h5", until="report", quiet=True)
+    assert text in (tmp_path / "out" / "report.html").read_text()
+    (read,) = run.curves
+    assert read.static_contact is None
+    assert [each["static_force_n"] for each in read.interfaces] == [tip["static_force_n"], 0.0]
+    assert shroud("modes", *arguments)[0] == 0
+    (model,) = json.loads((tmp_path / "out/modes/modes.json").read_text())["models"]
+    forces = {case["interface"]: case["force_n"] for case in model["static"]}
+    assert forces == pytest.approx({"tip": tip["static_force_n"], "foot": 0.0})
+    live = LiveScene.open(path, tmp_path / "live", rom=tmp_path / "rom.h5")
+    try:
+        seen = live.curve().static
+    finally:
+        live.close()
+    assert {name: each.force_n for name, each in seen.items()} == pytest.approx(forces)
 
 
 def test_an_interface_that_never_touches_changes_nothing(tmp_path: Path) -> None:

@@ -103,7 +103,8 @@ class CurveSummary:
     mean_m: float = math.nan  # mean displacement of the output at the worst motion, of its branch or the main one
     outputs: tuple[dict[str, Any], ...] = ()
     # of several contact interfaces, in the order of their nodes: name and number of nodes, at the peak of the main
-    # branch those sticking, slipping and separating, and the friction work per cycle, dissipated_j
+    # branch those sticking, slipping and separating, and the friction work per cycle, dissipated_j; the static
+    # contact, which is then not given for all of them together
     interfaces: tuple[dict[str, Any], ...] = ()
 
     @property
@@ -138,10 +139,24 @@ class CurveSummary:
 
     @property
     def static_contact(self) -> StaticContact | None:
-        """The static contact; None where it is not known."""
+        """The static contact; None where it is not known, and of several interfaces."""
         from nonlinear import StaticContact
 
         return None if math.isnan(self.static_force_n) else of_prefix(StaticContact, STATIC, self)
+
+    @property
+    def static_contacts(self) -> dict[str, StaticContact]:
+        """The static contact by interface, "" where there is one; {} where it is not known."""
+        from nonlinear import StaticContact
+
+        if (alone := self.static_contact) is not None:
+            return {"": alone}
+        known = {name.removeprefix(STATIC) for name in NO_STATIC}
+        return {
+            each["name"]: StaticContact(**{name: each[f"{STATIC}{name}"] for name in known})
+            for each in self.interfaces
+            if each.get(f"{STATIC}force_n") is not None and math.isfinite(each[f"{STATIC}force_n"])
+        }
 
 
 def _unknown(prefix: str) -> dict[str, Any]:
@@ -172,7 +187,8 @@ def shared_fields() -> list[str]:
 
 def summary_attributes(response: ResponseCurve, interfaces: Sequence[Mapping[str, Any]] = ()) -> dict[str, Any]:
     """The summary of a curve as attributes of its file."""
-    summary = replace(summary_of(response), interfaces=tuple(map(dict, interfaces)))
+    together: dict[str, Any] = NO_STATIC if interfaces else {}
+    summary = replace(summary_of(response), interfaces=tuple(map(dict, interfaces)), **together)
     return {**attributes_of(summary), "branches_left_out": int(response.branches_left_out)}
 
 

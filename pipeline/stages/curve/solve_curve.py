@@ -8,9 +8,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pipeline.codec import prefixed_values
 from pipeline.process.progress import seconds_since
 from pipeline.stages.curve.curve_file import CURVE, read_curve, used_parameters, write_curve, write_searched
-from pipeline.stages.curve.curve_summary import keep_summary
+from pipeline.stages.curve.curve_summary import STATIC, keep_summary
 from pipeline.stages.scene_to_solver import InterfaceContact, nonlinear_problem, resolved_contacts
 
 if TYPE_CHECKING:
@@ -63,18 +64,26 @@ def interfaces_at_peak(
     response: ResponseCurve,
     contacts: Sequence[InterfaceContact],
 ) -> list[dict[str, Any]]:
-    """States and friction work of each of several interfaces at the peak, as `CurveSummary` has them."""
-    from nonlinear import LIFT_OFF, SLIP, STICK, nodal_contact
+    """States and friction work at the peak, and static contact, of each of several interfaces, as `CurveSummary` has
+    them.
+    """
+    import numpy as np
 
-    peak = response.peak
-    if len(contacts) < 2 or peak is None:
-        return [{"name": each.name, "nodes": each.nodes} for each in contacts if len(contacts) > 1]
-    nodes, found, first = nodal_contact(problem, response, peak.index), [], 0
-    for each in contacts:
-        own = slice(first, first + each.nodes)
-        states = {"sticking": STICK, "slipping": SLIP, "separating": LIFT_OFF}
-        counts = {name: int((nodes.state[own] == state).sum()) for name, state in states.items()}
-        work = float(nodes.dissipated_j[own].sum())
-        found.append({"name": each.name, "nodes": each.nodes, **counts, "dissipated_j": work})
-        first += each.nodes
-    return found
+    from nonlinear import LIFT_OFF, SLIP, STICK, StaticContact, nodal_contact
+
+    if len(contacts) < 2:
+        return []
+    sizes = {each.name: each.nodes for each in contacts}
+    found: dict[str, dict[str, Any]] = {name: {"name": name, "nodes": nodes} for name, nodes in sizes.items()}
+    if response.peak is not None:
+        nodes = nodal_contact(problem, response, response.peak.index)
+        for name, own in zip(
+            sizes, np.split(np.arange(sum(sizes.values())), np.cumsum([*sizes.values()])), strict=False
+        ):
+            states = {"sticking": STICK, "slipping": SLIP, "separating": LIFT_OFF}
+            found[name] |= {state: int((nodes.state[own] == number).sum()) for state, number in states.items()}
+            found[name]["dissipated_j"] = float(nodes.dissipated_j[own].sum())
+    if response.static_displacement is not None:
+        for name, static in StaticContact.by_interface(problem[1], response.static_displacement, sizes).items():
+            found[name] |= prefixed_values(STATIC, static)
+    return [*found.values()]
