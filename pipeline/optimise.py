@@ -27,7 +27,7 @@ from pipeline.process.interrupts import Stopped
 from pipeline.process.progress import Reporter
 from pipeline.results.publishing import PicturesMissing
 from pipeline.run import solved_members
-from pipeline.scene.dotted_keys import interface_of, of_contact, split_key
+from pipeline.scene.dotted_keys import interface_of, is_condition, of_contact, split_key
 from pipeline.scene.labels import value_label
 from pipeline.scene.plausibility import far_beyond
 from pipeline.scene.reading import SceneFile, derived_member, given_scene
@@ -40,7 +40,6 @@ from pipeline.stress.stress_stage import worst_stress
 from pipeline.studies.optimum.checks import OPTIMISED_KEYS, PLACE, unfit_optimum_keys
 from pipeline.studies.optimum.checks import TOLERANCE as TOLERANCE_PLACE
 from pipeline.studies.optimum.section import LIFE, MOST_KEYS, Objective, Optimum, Range
-from pipeline.studies.optimum.trials import CASES
 from pipeline.studies.registry import study_named
 from pipeline.studies.study import StudyContext, StudyError
 from pipeline.studies.study_stage import studied, write_study
@@ -368,7 +367,7 @@ def _base(file: SceneFile, over: Iterable[str], given_model: bool) -> SceneFile:
     """The scene without a sweep but of its load cases, which are not optimised; the first values of all others."""
     if not file.swept:
         return file
-    cases = [key for key in file.swept if key.partition(".")[0] in CASES and key not in over]
+    cases = [key for key in file.swept if is_condition(key) and key not in over]
     first = {key: value for key, value in file.members[0].parameters.items() if key not in cases}
     points: list[dict[str, Any]] = []
     for member in file.members:

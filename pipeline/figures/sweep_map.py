@@ -12,6 +12,7 @@ import numpy as np
 
 from pipeline.figures.data import Array, SweepKey, SweepPoint, is_grid, sweep_keys
 from pipeline.figures.style import LOG_FROM, give_data, plain_log_labels, scale, subplots, write_heading
+from pipeline.results.best_design import DesignPoint, best_design, compares_designs, condition_keys
 from pipeline.scene.sweep import takes_fractions
 
 if TYPE_CHECKING:
@@ -146,19 +147,27 @@ def _dots(axes: Axes, points: Sequence[SweepPoint], keys: Sequence[SweepKey], va
 
 
 def _mark_cells(axes: Axes, points: Sequence[SweepPoint], keys: Sequence[SweepKey], heights: Array) -> None:
-    """A frame around the lowest worst motion, dots where it is not settled, explained above the map."""
+    """A frame around the lowest worst motion, over conditions the highest of the best design; dots where it is not
+    settled; both explained above the map.
+    """
     from matplotlib.patches import Rectangle
 
-    at, known = _numbers(points, keys), np.isfinite(heights)
+    at = _numbers(points, keys)
     said = []
     is_open = np.array([point.worst_open for point in points])
-    closed = known & ~is_open
-    if closed.any():
-        low = int(np.argmin(np.where(closed, heights, np.inf)))
+    best = best_design(
+        [
+            DesignPoint(point.parameters, height, not left)
+            for point, height, left in zip(points, heights.tolist(), is_open.tolist(), strict=True)
+        ]
+    )
+    if not isinstance(best, str) and compares_designs(points[0].parameters):
+        low = best.highest
         axes.add_patch(
             Rectangle(at[low], 1, 1, fill=False, edgecolor="#D55E00", linewidth=2.2, clip_on=False, zorder=5)
         )
-        said.append("orange frame: lowest")
+        over = condition_keys(points[0].parameters)
+        said.append(f"orange frame: {'highest of the best design' if over else 'lowest'}")
     if is_open.any():
         axes.plot(at[is_open, 0] + 0.88, at[is_open, 1] + 0.84, "o", color="#D55E00", markersize=2.5, zorder=5)
         said.append("dot: not settled")

@@ -18,6 +18,14 @@ import numpy as np
 from nonlinear import TRUNCATION_TOLERATED as TOLERATED
 from pipeline.figures.data import PlottedCurve, SweepKey, SweepPoint, sweep_keys
 from pipeline.report.report_source import ReportSource
+from pipeline.results.best_design import (
+    BestDesign,
+    DesignPoint,
+    best_design,
+    compares_designs,
+    condition_keys,
+    values_label,
+)
 from pipeline.results.certainty import error_sentences, has_coriolis, search_sentences
 from pipeline.results.overview import MOST_ROWS
 from pipeline.results.tables import (
@@ -327,8 +335,8 @@ def story(source: ReportSource, points: Sequence[SweepPoint], errors: Sequence[E
     known = [point for point in points if math.isfinite(point.worst[1])]
     if known:
         told.append(("Worst motion", _worst(known, len(source.curves))))
-    if len(known) > 1:
-        told.append(("Best value", _best(known)))
+    if len(known) > 1 and compares_designs(known[0].parameters):
+        told.append(("Best design" if condition_keys(known[0].parameters) else "Best value", _best(known)))
     facts = {number: curve.facts for number, curve in enumerate(source.curves) if curve.facts is not None}
     told.append(("How sure", _how_sure(source, facts, errors, [p.index for p in known if p.worst_open])))
     if searched := search_sentences(facts):
@@ -398,12 +406,22 @@ def _open_of(known: Sequence[SweepPoint]) -> str:
     return f", {'all' if count == len(known) else count} of which may be higher than found" if count else ""
 
 
+def compared_designs(points: Sequence[SweepPoint]) -> BestDesign | str:
+    """The best design of the curves of a report."""
+    return best_design([DesignPoint(p.parameters, p.worst[1], not p.worst_open) for p in points])
+
+
 def _best(known: Sequence[SweepPoint]) -> str:
-    closed = [point for point in known if not point.worst_open]
-    if not closed:
-        return "Not known: each worst motion may be higher than found (see the remarks of the table)."
-    lowest = min(closed, key=lambda point: point.worst[1])
-    highest = max(known, key=lambda point: point.worst[1])
+    best, conditions = compared_designs(known), condition_keys(known[0].parameters)
+    if isinstance(best, str):
+        return f"{best[:1].upper()}{best[1:]} (see the remarks of the table)."
+    lowest, highest = known[best.highest], max(known, key=lambda point: point.worst[1])
+    if conditions:
+        at, mildest = values_label(lowest.parameters, design=False), known[best.lowest]
+        return (
+            f"{values_label(lowest.parameters, design=True)}: over all conditions the worst motion is at most "
+            f"{_place(lowest)} ({at}). The lowest single curve has {_place(mildest)}, with {mildest.label}."
+        )
     text = f"{lowest.label}, with a worst motion of {_place(lowest)}"
     if highest.worst[1] > NOTICEABLE * lowest.worst[1] > 0.0:
         text += f"; the highest is {highest.worst[1] / lowest.worst[1]:.3g} times as high"

@@ -32,7 +32,7 @@ from pipeline.report.details import (
     stress_details,
     study_sections,
 )
-from pipeline.report.error_budget import LEVELS, error_rows, quantile_rows, shown_rows, story
+from pipeline.report.error_budget import LEVELS, compared_designs, error_rows, quantile_rows, shown_rows, story
 from pipeline.report.report_source import ReportSource
 from pipeline.report.rows import (
     blade_rows,
@@ -48,6 +48,7 @@ from pipeline.report.rows import (
     over_sweep,
 )
 from pipeline.report.viewer import MOST_MODELS, ViewerData, chosen_evenly
+from pipeline.results.best_design import compares_designs, condition_keys, values_label
 from pipeline.results.conclusion import (
     INTERFACES_SAID,
     STATIC_SAID,
@@ -198,7 +199,11 @@ def _cards(source: ReportSource, points: Sequence[SweepPoint]) -> list[tuple[str
 
 
 def _worst_cards(curves: Sequence[SweepPoint]) -> list[tuple[str, str, str]]:
-    """Highest and lowest worst motion; of the lowest only where nothing was left open that may be higher."""
+    """Highest and lowest worst motion; of the lowest only where nothing was left open that may be higher, and under
+    conditions that of the best design.
+    """
+    if len(curves) > 1 and condition_keys(curves[0].parameters):
+        return _cards_over_conditions(curves)
     closed = [curve for curve in curves if not curve.worst_open]
     cards = _extremes(curves, [curve.worst for curve in curves], "worst motion", [curve.mark for curve in curves])
     if len(closed) == len(curves):
@@ -211,6 +216,24 @@ def _worst_cards(curves: Sequence[SweepPoint]) -> list[tuple[str, str, str]]:
         title, value, of = _extremes(closed, [curve.worst for curve in closed], "worst motion", marks)[:2][-1]
         known = f"{len(closed)} of {len(curves)} curves, the others may be higher (>=)"
         cards.append(("lowest worst motion", value, f"{of}; {known}"))
+    return cards
+
+
+def _cards_over_conditions(curves: Sequence[SweepPoint]) -> list[tuple[str, str, str]]:
+    """Highest worst motion, and where designs are compared the highest of the best one."""
+    title, value, of = _extremes(curves, [curve.worst for curve in curves], "worst motion", [c.mark for c in curves])[
+        0
+    ]
+    cards = [(title, f"{'>= ' * any(curve.worst_open for curve in curves)}{value}", of)]
+    if compares_designs(curves[0].parameters):
+        best = compared_designs(curves)
+        if isinstance(best, str):
+            return [*cards, ("best design", "-", best)]
+        shown = curves[best.highest]
+        of = f"{values_label(shown.parameters, design=True)}; at {values_label(shown.parameters, design=False)}"
+        cards.append(
+            ("best design, at most", with_unit(shown.worst[1]), f"{of}, {shown.worst[0]:.5g} Hz{shown.mark}")
+        )
     return cards
 
 

@@ -12,6 +12,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from nonlinear import TRUNCATION_TOLERATED
+from pipeline.results.best_design import (
+    BestDesign,
+    DesignPoint,
+    best_design,
+    compares_designs,
+    condition_keys,
+    values_label,
+)
 from pipeline.results.certainty import coriolis_said
 from pipeline.results.frequency_range import MOST, linear_modes, stored_resonances
 from pipeline.results.overview import FEW_ROWS, MOST_ROWS
@@ -55,6 +63,7 @@ if TYPE_CHECKING:
     from pipeline.stages.model.sweep_models import Models
     from pipeline.stages.request import Run, RunOutcome
 
+_BEST = "highest of the best design"  # over the conditions
 ROW = ("contact", "free_blade_m")  # what summary.json adds to the entry of a curve that has a row
 ALL_SAID = {1: "", 2: "both "}  # of so many frequencies inside the range
 MOST_MODES = 3  # modes in the line about them
@@ -221,9 +230,12 @@ def conclusion_table(curves: Sequence[ShownCurve], shown: Sequence[int], static:
         table.add_column("static open", justify="right")
     table.add_column("remark")
     best = lowest(curves)
+    marked = {}
+    if isinstance(best, BestDesign) and compares_designs(swept):
+        marked = {curves[best.highest].number: _BEST if condition_keys(swept) else "lowest"}
     for curve in (curves[number] for number in shown):
         values = [short_value(key, value) for key, value in curve.parameters.items()]
-        said = "; ".join(_remarks(curve, factor, curve is best and len(curves) > 1))
+        said = "; ".join(_remarks(curve, factor, marked.get(curve.number, "") if len(curves) > 1 else ""))
         height, at = _motion(curve.facts, factor)
         cells = [height, *(f"{curve.mean * factor:.4g}",) * means, at]
         open_share = [] if not together else [static_cells(_static(curve))[1]]
@@ -376,7 +388,7 @@ def _static(curve: ShownCurve) -> StaticContact | None:
     return None if curve.facts is None else curve.facts.static_contact
 
 
-def _remarks(curve: ShownCurve, factor: float, is_lowest: bool) -> Iterator[str]:
+def _remarks(curve: ShownCurve, factor: float, compared: str) -> Iterator[str]:
     """What a reader must know of the number of a curve, in words; the most important first."""
     facts = curve.facts
     if facts is None:
@@ -384,8 +396,8 @@ def _remarks(curve: ShownCurve, factor: float, is_lowest: bool) -> Iterator[str]
         return
     if not facts.complete:
         yield f"INCOMPLETE: {curve.reason}"
-    if is_lowest:
-        yield "lowest"
+    if compared:
+        yield compared
     if GROWS_SAID in facts.worst_unresolved:
         yield "FLUTTER, can grow without bound"
     elif facts.at_end:
@@ -427,13 +439,13 @@ def _beside_peak(facts: CurveSummary, factor: float) -> Iterator[str]:
         yield f"peak {peak * factor:.4g} is unstable"
 
 
-def lowest(curves: Sequence[ShownCurve]) -> ShownCurve | None:
-    """The curve with the lowest worst motion of those that nothing was left open on."""
-    return min((c for c in curves if c.closed), key=lambda c: c.height, default=None)
+def lowest(curves: Sequence[ShownCurve]) -> BestDesign | str:
+    """The design whose highest motion over the conditions is lowest, or why it is not known."""
+    return best_design([DesignPoint(c.parameters, c.height, c.closed) for c in curves])
 
 
 def lowest_line(curves: Sequence[ShownCurve]) -> str:
-    """The lowest curve, its ratio to the free blade, and what to do next; of a single curve its worst motion."""
+    """The best design, its ratio to the free blade, and what to do next; of a single curve its worst motion."""
     if not any(math.isfinite(c.height) for c in curves):
         return ""
     best, factor_unit = lowest(curves), amplitude_unit(curves)
@@ -442,25 +454,40 @@ def lowest_line(curves: Sequence[ShownCurve]) -> str:
         least = "" if curve.closed else "at least "
         text = f"worst motion: {least}{_height(curve, factor_unit)}{_below_free(curve, factor_unit)}"
         return f"{text}; compare values with [sweep] or shroud optimise"
-    waiting = any(c.waits for c in curves)
-    if best is None:
-        return f"lowest: not known{' so far' * waiting}, every curve{' computed' * waiting} may be higher"
-    parts = [
-        f"lowest{' so far' * waiting}: {best.label}, {_height(best, factor_unit)}{_below_free(best, factor_unit)}"
-    ]
-    if not waiting:
-        parts.append(_end_of_sweep(best, curves) or "refine with shroud optimise")
-    if lower := [c.number for c in curves if not c.closed and c.height < best.height]:
-        parts.append(f"perhaps lower, but not settled: {listed(lower)}")
+    swept, so_far = curves[0].parameters, " so far" * any(c.waits for c in curves)
+    if not compares_designs(swept):
+        return _highest_line(curves, factor_unit, so_far)
+    if isinstance(best, str):
+        return f"{'best design' if condition_keys(swept) else 'lowest'}{so_far}: {best}"
+    shown, mildest = curves[best.highest], curves[best.lowest]
+    height = f"{_height(shown, factor_unit)}{_below_free(shown, factor_unit)}"
+    if condition_keys(swept):
+        at = values_label(shown.parameters, design=False)
+        parts = [f"best design{so_far}: {values_label(shown.parameters, design=True)}, at most {height}, with {at}"]
+        parts.append(f"lowest of single curves: {mildest.label}, {_height(mildest, factor_unit)}")
+    else:
+        parts = [f"lowest{so_far}: {shown.label}, {height}"]
+        lower = [c.number for c in curves if not c.closed and c.height < shown.height]
+        parts += [f"perhaps lower, but not settled: {listed(lower)}"] * bool(lower)
+    if not so_far:
+        parts.insert(1, _end_of_sweep(shown, best.design, curves) or "refine with shroud optimise")
     return "; ".join(parts)
 
 
-def _end_of_sweep(best: ShownCurve, curves: Sequence[ShownCurve]) -> str:
-    """What to do where a curve has the smallest or largest value of the one number that is swept; "" elsewhere."""
-    keys, values = list(best.parameters), list(best.parameters.values())
+def _highest_line(curves: Sequence[ShownCurve], factor_unit: tuple[float, str], so_far: str) -> str:
+    """The highest curve where conditions alone are swept, of which none is best."""
+    highest = max((c for c in curves if math.isfinite(c.height)), key=lambda c: c.height)
+    least = "at least " * (not all(c.closed for c in curves))
+    height = f"{least}{_height(highest, factor_unit)}{_below_free(highest, factor_unit)}"
+    return f"highest over the conditions{so_far}: {highest.label}, {height}; compare designs with shroud optimise"
+
+
+def _end_of_sweep(best: ShownCurve, design: Mapping[str, Any], curves: Sequence[ShownCurve]) -> str:
+    """What to do where a design has the smallest or largest value of the one number that is swept; "" elsewhere."""
+    keys, values = list(design), list(design.values())
     if len(values) != 1 or not isinstance(values[0], int | float):
         return ""
-    numbers = [next(iter(curve.parameters.values())) for curve in curves]
+    numbers = sorted({curve.parameters[keys[0]] for curve in curves})
     if len(numbers) <= 2 or values[0] not in (min(numbers), max(numbers)):
         return ""
     linear = {max(numbers): STUCK, min(numbers): FREE}[values[0]]

@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.results.best_design import DesignPoint, best_design, compares_designs, condition_keys
 from pipeline.results.tables import short_value
 from pipeline.results.worst import with_unit
+from pipeline.scene.dotted_keys import is_design
 from pipeline.scene.labels import prefixed, quantity, value_label
 from pipeline.stages.curve.curve_table import CurveTable, plain_value
 
@@ -28,9 +30,10 @@ PARTS = 5
 def statistics(table: CurveTable) -> dict[str, Any]:
     """Statistics of the curves, as in summary.json.
 
-    The height of a curve is its worst motion, or the peak of its main branch where that is not known. Of a swept key
-    the best value is the one with the lowest height of its highest curve. What may be higher than found, an end of
-    the frequency range for example, is never best; `lower_bounds` is the number of such curves.
+    The height of a curve is its worst motion, or the peak of its main branch where that is not known. `best` is the
+    highest curve of the best design, `design` its values, `lowest` the lowest curve of all. Of a swept key the best
+    value is the one with the lowest height of its highest curve; a condition has none. What may be higher than found,
+    an end of the frequency range for example, is never best; `lower_bounds` counts such curves.
     """
     heights = table.heights
     found: dict[str, Any] = {"curves": len(table), "complete": int(np.sum(table.columns["complete"]))}
@@ -38,13 +41,27 @@ def statistics(table: CurveTable) -> dict[str, Any]:
     found |= {"levels": list(LEVELS), "quantiles": {name: _quantiles(table.columns[name]) for name in QUANTITIES}}
     known = np.flatnonzero(np.isfinite(heights))
     if known.size == 0:
-        return found | {"best": None, "worst": None, "keys": {}}
-    closed = known[~table.lower_bounds[known]]
+        return found | {"best": None, "design": None, "lowest": None, "worst": None, "keys": {}}
     worst = int(known[np.argmax(heights[known])])
-    best = None if closed.size == 0 else _curve(table, int(closed[np.argmin(heights[closed])]))
     open_above = table.lower_bounds[known]
     keys = {key: _by_value(values[known], heights[known], open_above) for key, values in table.parameters.items()}
-    return found | {"best": best, "worst": _curve(table, worst), "keys": keys}
+    for key in condition_keys(keys):
+        keys[key]["best"] = None
+    return found | _best(table) | {"worst": _curve(table, worst), "keys": keys}
+
+
+def _best(table: CurveTable) -> dict[str, Any]:
+    """The best design, its highest curve, and the lowest curve of all; null where they are not known."""
+    heights, closed = table.heights, ~table.lower_bounds
+    settled = np.flatnonzero(closed & np.isfinite(heights))
+    lowest = _curve(table, int(settled[np.argmin(heights[settled])])) if settled.size else None
+    points = [
+        DesignPoint(table.parameters_of(k), float(heights[k]), bool(closed[k])) for k in range(len(table))
+    ] * compares_designs(table.parameters)
+    best = best_design(points) if points else ""
+    if isinstance(best, str):
+        return {"best": None, "design": None, "lowest": lowest}
+    return {"best": _curve(table, best.highest), "design": dict(best.design), "lowest": lowest}
 
 
 def _quantiles(values: Array) -> list[float | None]:
@@ -130,7 +147,7 @@ def key_table(found: Mapping[str, Any]) -> Table:
         cells = []
         for end in (ends["best"], ends["worst"]):
             if end is None:
-                cells += ["not known", "-", "-"]
+                cells += ["not known" if is_design(key) else "a condition", "-", "-"]
                 continue
             cells += [_value(key, end["value"]), with_unit(end["median_m"]), with_unit(end["highest_m"])]
         table.add_row(quantity(key).symbol, *cells)
@@ -149,8 +166,10 @@ def overview_lines(table: CurveTable) -> tuple[list[str], dict[str, Any]]:
 def end_lines(found: Mapping[str, Any] | None) -> list[str]:
     """Lines on the lowest and the highest curve of the statistics `found`; none without them."""
     lines = []
-    for name, word in (("best", "lowest"), ("worst", "highest")):
-        if found is not None and (curve := found[name]) is not None:
+    best = "highest of the best design" if found is not None and condition_keys(found["keys"]) else "lowest"
+    rows = {best: "best", "lowest": "lowest", "highest": "worst"}
+    for word, name in rows.items():
+        if found is not None and (curve := found.get(name)) is not None:
             swept = ", ".join(value_label(key, value) for key, value in curve["parameters"].items())
             least = ">= " * curve.get("lower_bound", False)
             height = f"{least}{with_unit(curve['amplitude_m'])} at {curve['frequency_hz']:.6g} Hz"

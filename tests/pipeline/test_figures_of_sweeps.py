@@ -174,7 +174,7 @@ def test_a_map_has_the_height_of_each_curve_in_its_cell() -> None:
         column, row = round(each.parameters[V0] * 1e6) + 2, round(each.parameters[MU] * 10) - 1
         assert cells[row, column] == pytest.approx(each.worst[1] * 1e6)
     frame = figure.axes[0].patches[0]
-    assert (frame.get_x(), frame.get_y()) == (0, 0)
+    assert (frame.get_x(), frame.get_y()) == (0, 2)  # of the lowest v0 the highest over the friction
     assert cell_figure([point(i, {V0: i * 1e-6}, 1e-6) for i in range(9)], "one key") is None
     rng = np.random.default_rng(1)
     samples = [point(i, {V0: x, MU: y}, 1e-6) for i, (x, y) in enumerate(rng.random((50, 2)))]

@@ -29,7 +29,7 @@ from pipeline.terminal import print_outcome
 
 pytestmark = pytest.mark.xdist_group("many")  # one worker: what the module makes is made once
 
-FRICTION, GAP, LAW = "contact.friction", "contact.interference", "contact.law"
+FRICTION, GAP, PRELOAD, FORM = "contact.friction", "contact.interference", "contact.preload", "damper.form"
 SWEEP = {FRICTION: [0.1, 0.2, 0.4], GAP: [0.0, 0.1]}
 MANY = 50
 
@@ -225,18 +225,18 @@ def test_a_missing_package_is_named(ran: Path, monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_statistics_of_known_heights(ran: Path, file: SceneFile, tmp_path: Path) -> None:
-    parameters = [{FRICTION: 0.1 * (n % 10), LAW: "cone" if n < 50 else "two_sliders"} for n in range(101)]
+    parameters = [{PRELOAD: 0.1 * (n % 10), FORM: "wedge" if n < 50 else "cylinder"} for n in range(101)]
     found = statistics(table(ran, file, parameters, tmp_path))
     assert (found["curves"], found["best"]["curve"], found["worst"]["curve"]) == (101, 0, 100)
     assert found["quantiles"]["worst_amplitude_m"] == pytest.approx([2e-4 * q for q in found["levels"]])
-    assert found["keys"][LAW]["best"] == {"value": "cone", "median_m": pytest.approx(49e-6), "highest_m": 98e-6}
-    assert found["keys"][FRICTION]["worst"]["value"] == 0.0
-    assert found["keys"][FRICTION]["best"]["value"] == 0.1
+    assert found["keys"][FORM]["best"] == {"value": "wedge", "median_m": pytest.approx(49e-6), "highest_m": 98e-6}
+    assert found["keys"][PRELOAD]["worst"]["value"] == 0.0
+    assert found["keys"][PRELOAD]["best"]["value"] == 0.1
     json.dumps(found, allow_nan=False)
 
 
 def test_ranges_in_place_of_many_values(ran: Path, file: SceneFile, tmp_path: Path) -> None:
-    found = statistics(table(ran, file, [{FRICTION: 0.01 * n} for n in range(100)], tmp_path))["keys"][FRICTION]
+    found = statistics(table(ran, file, [{PRELOAD: 0.01 * n} for n in range(100)], tmp_path))["keys"][PRELOAD]
     assert found["best"]["value"] == pytest.approx([0.0, 0.19])
     assert found["worst"]["value"] == pytest.approx([0.8, 0.99])
     assert found["best"]["highest_m"] == pytest.approx(38e-6)

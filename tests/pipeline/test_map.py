@@ -88,6 +88,20 @@ def test_the_lowest_point_brackets_the_best_friction_limit(damper: Path) -> None
     assert found.points[found.basin.lowest].height < 1.2 * level
 
 
+def test_the_best_design_of_a_map_is_judged_over_its_condition(damper: Path) -> None:
+    """Friction is no choice: the preload whose highest motion over the friction is lowest, in closed form."""
+    found = map_of(read_results(damper / "out"))
+    loads, frictions = (axis.values for axis in found.grid.axes)
+    highest = {load: max(peak(load * friction)[1] for friction in frictions) for load in loads}
+    best = min(highest, key=lambda load: highest[load])
+    assert found.best is not None
+    point = found.points[found.best]
+    assert point.values[0] == best != found.lowest.values[0]  # type: ignore[union-attr]
+    assert point.amplitude_m == pytest.approx(highest[best], rel=1e-6)
+    first = map_section(found).conclusion[0]
+    assert first.startswith(f"Best design: preload {best:.6g} N, at most {point.amplitude_m:.4g} m")
+
+
 def test_a_second_run_computes_no_map_again(damper: Path) -> None:
     results = read_results(damper / "out")
     before = (damper / "out" / "map.json").read_bytes()
@@ -123,8 +137,8 @@ def test_the_page_says_where_the_lowest_motion_lies(damper: Path) -> None:
     found = map_of(read_results(damper / "out"))
     lowest, section = found.lowest, map_section(found)
     assert lowest is not None
-    assert f"{lowest.amplitude_m:.4g} m" in section.conclusion[0]
-    assert f"preload {lowest.values[0]:.6g} N" in section.conclusion[0]
+    assert f"{lowest.amplitude_m:.4g} m" in section.conclusion[1]
+    assert f"preload {lowest.values[0]:.6g} N" in section.conclusion[1]
     assert any("slipping" in sentence and "stuck" in sentence for sentence in section.conclusion)
     assert [row[1] for row in section.rows] == [f"{lowest.values[0]:.6g} N", f"{lowest.values[1]:.6g}"]
     assert all(len(row) == len(section.headings) for row in section.rows)

@@ -183,7 +183,7 @@ def test_the_figure_marks_what_the_map_knows() -> None:
     assert any("jumps" in each for each in said)
     assert any("detached" in each for each in said)
     assert "not settled" in said
-    assert any(each.startswith("lowest: ") for each in said)
+    assert any(each.startswith("highest of the best design: ") for each in said)
     states = figure.axes[0].collections
     assert {text.get_text() for text in figure.axes[0].texts} == {"slipping", "stuck"}
     lines = next(each for each in states if each.get_label() != "" and hasattr(each, "get_segments"))

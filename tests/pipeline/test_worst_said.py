@@ -10,6 +10,7 @@ import pytest
 from pipeline_support import small_scene, write_scene
 
 from pipeline.figures.curve_line import mark_worst
+from pipeline.figures.data import SweepPoint
 from pipeline.figures.style import styled
 from pipeline.report.page import _worst_cards
 from pipeline.results.certainty import error_sentences, open_sentences, search_sentences
@@ -137,6 +138,45 @@ def test_best_curve_and_best_value_are_no_end_of_the_range(curves: list[CurveRes
     assert ends["best"] is None
     assert ends["keys"]["contact.interference"]["best"] is None
     assert ">= 1 nm" in "".join(overview_lines(table_of(listed[2:], ["contact.interference"], tmp_path))[0])
+
+
+def test_no_design_is_best_under_its_mildest_condition(tmp_path: Path) -> None:
+    """12 um of half a gram at half a newton were "lowest"; at 8 N that mass has 7909 um, and two grams 644."""
+    heights = {(0.0005, 0.5): 12e-6, (0.0005, 8.0): 7909e-6, (0.002, 0.5): 40e-6, (0.002, 8.0): 644e-6}
+    sweep = {"contact.preload": [5.0, 20.0], "excitation.force": [0.5, 8.0]}
+    members = read_scene(write_scene(tmp_path / "s.toml", small_scene(sweep=sweep))).members
+    found = [
+        CurveResult(member, tmp_path / "rom.h5", tmp_path / "c.h5", periodic(height), "")
+        for member, height in zip(members, heights.values(), strict=True)
+    ]
+    rows = screen(found)
+    assert ["highest of the best design" in row for row in rows] == [False, False, False, True]
+    assert "lowest" not in "".join(rows)
+    line = lowest_line(shown(found))
+    assert line.startswith(
+        "best design: preload 20 N, at most 644 µm (1.6 times below the free blade), with force 8 N"
+    )
+    assert line.endswith("lowest of single curves: preload 5 N, force 0.5 N, 12 µm")
+    told = statistics(table_of(found, list(sweep), tmp_path))
+    assert (told["best"]["curve"], told["design"], told["lowest"]["curve"]) == (3, {"contact.preload": 20.0}, 0)
+    assert told["keys"]["excitation.force"]["best"] is None
+    said = " | ".join(overview_lines(table_of(found, list(sweep), tmp_path))[0])
+    assert "highest of the best design: 644 µm" in said
+    assert "lowest: 12 µm" in said
+    points = [SweepPoint(c.member, c.facts) for c in found if c.facts is not None]
+    assert ("best design, at most", "644 µm", "preload 20 N; at force 8 N, 440 Hz") in _worst_cards(points)
+    missing = [found[0], found[1], found[2], replace(found[3], file=None, facts=None)]  # 20 N was not seen at 8 N
+    assert lowest_line(shown(missing)).startswith("best design: preload 5 N, at most 7909 µm")
+    alone = [
+        replace(c, member=replace(c.member, parameters={"excitation.force": float(n)})) for n, c in enumerate(found)
+    ]
+    assert lowest_line(shown(alone)).startswith("highest over the conditions: force 1 N, 7909 µm")
+    assert statistics(table_of(alone, ["excitation.force"], tmp_path))["best"] is None
+    spread = [
+        replace(c, member=replace(c.member, parameters={"contact.preload": n, "excitation.force": float(n)}))
+        for n, c in enumerate(found)
+    ]
+    assert lowest_line(shown(spread)) == "best design: not known, no design was computed under all conditions"
 
 
 def test_the_static_contact_is_said_where_loads_act(curves: list[CurveResult]) -> None:
@@ -332,7 +372,13 @@ def test_tiles_of_the_report_do_not_praise_a_curve_whose_search_is_open() -> Non
 
     def plotted(height_m: float, is_open: bool) -> Any:
         label = f"curve of {1e6 * height_m:g} um"
-        return SimpleNamespace(worst=(100.0, height_m), worst_open=is_open, label=label, parameters={"a": 1}, mark="")
+        return SimpleNamespace(
+            worst=(100.0, height_m),
+            worst_open=is_open,
+            label=label,
+            parameters={"contact.interference": 1e-6},
+            mark="",
+        )
 
     known, other, unsure = plotted(5e-6, False), plotted(9e-6, False), plotted(1e-6, True)
     tiles = _worst_cards([known, other])

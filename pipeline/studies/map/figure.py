@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from nonlinear import NEARLY_LOWEST
 from pipeline.figures.data import SweepKey
 from pipeline.figures.style import LOG_FROM, give_data, legend_columns, scale, subplots, write_heading
+from pipeline.results.best_design import condition_keys
 from pipeline.results.worst import FREE, SEPARATING, SLIPPING, STUCK, UNKNOWN
 from pipeline.scene.labels import quantity, value_label
 from pipeline.studies.map.grid import MapAxis, known_heights
@@ -316,13 +317,15 @@ def _hatch(axes: Axes, shape: MapShape, chosen: NDArray[np.bool_], look: tuple[s
 
 
 def _mark_lowest(axes: Axes, shape: MapShape) -> None:
+    """A star at the lowest point, or where a condition is mapped at the highest of the best design."""
     result = shape.result
-    basin, lowest = result.basin, result.lowest
-    if basin is None or lowest is None:
+    over = bool(condition_keys(result.keys))
+    number = result.best if over else None if result.basin is None else result.basin.lowest
+    if number is None:
         return
-    place = shape.points[basin.lowest]
-    at = ", ".join(value_label(key, value) for key, value in zip(result.keys, lowest.values, strict=True))
-    factor, unit = scale([lowest.height], "m")
+    place, point = shape.points[number], result.points[number]
+    at = ", ".join(value_label(key, value) for key, value in zip(result.keys, point.values, strict=True))
+    factor, unit = scale([point.height], "m")
     look: dict[str, Any] = {
         "color": LOWEST,
         "markersize": 13,
@@ -330,7 +333,8 @@ def _mark_lowest(axes: Axes, shape: MapShape) -> None:
         "clip_on": False,
         "zorder": 5,
     }
-    label = f"lowest: {lowest.height * factor:.3g} {unit} at {at}"
+    name = "highest of the best design" if over else "lowest"
+    label = f"{name}: {point.height * factor:.3g} {unit} at {at}"
     axes.plot(*place, "*", linestyle="none", label=label, **look)
 
 

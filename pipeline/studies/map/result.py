@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nonlinear import NEARLY_LOWEST
+from pipeline.scene.dotted_keys import is_design
 from pipeline.studies.map.grid import MapGrid, MapPoint, known_heights
 
 Array = NDArray[np.float64]
@@ -264,6 +265,10 @@ class WorstMotionMap:
     points: tuple[MapPoint, ...]  # A point for each curve: those of the grid, then those of the refined cells
     basin: Basin | None  # the lowest worst motion with its neighbourhood; None where no worst motion is known
     shares: Mapping[str, float]  # part of the map's area by contact state at the worst motion
+    # where a design is mapped over a condition: the point of the best design that is highest over the conditions; its
+    # highest motion is lowest of the designs with a curve at every value of the condition in the grid. None: none is
+    # known, or no design or no condition is mapped
+    best: int | None = None
 
     @property
     def keys(self) -> tuple[str, str]:
@@ -300,4 +305,23 @@ def worst_motion_map(grid: MapGrid, points: Sequence[MapPoint]) -> WorstMotionMa
         tuple(points),
         find_basin(points, keys, triangles),
         {state: float(share) for state, share in shares.items()},
+        best_over_condition(grid, points),
     )
+
+
+def best_over_condition(grid: MapGrid, points: Sequence[MapPoint]) -> int | None:
+    """`WorstMotionMap.best`; of refined points those of a design that is on the grid count."""
+    of_design = [is_design(axis.key) for axis in grid.axes]
+    if sum(of_design) != 1:
+        return None
+    design, condition = of_design.index(True), of_design.index(False)
+    lines: dict[float, list[int]] = {}
+    for number, point in enumerate(points):
+        lines.setdefault(point.values[design], []).append(number)
+    asked = set(grid.axes[condition].values)
+    best: list[int] = []
+    for line in lines.values():
+        settled = all(points[k].is_known and not (points[k].at_end or points[k].may_be_higher) for k in line)
+        if settled and asked <= {points[k].values[condition] for k in line}:
+            best.append(max(line, key=lambda k: points[k].height))
+    return min(best, key=lambda k: points[k].height, default=None)

@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from nonlinear import NO_PEAK, TRUNCATION_TOLERATED
+from pipeline.results.best_design import OPEN_OVER, compares_designs, condition_keys, values_label
 from pipeline.results.worst import motion_said, share, truncation_mark
 from pipeline.scene.labels import value_label
 from pipeline.studies.map.grid import MapAxis, MapGrid, MapPoint, Place, even_in_logarithm, map_point, spaced
@@ -190,8 +191,9 @@ def conclusion(result: WorstMotionMap) -> list[str]:
         return [*_ends_said(ends, result), "the worst motion is not known anywhere on the map"]
     at = ", ".join(value_label(key, value) for key, value in zip(result.keys, lowest.values, strict=True))
     said = [
+        *best_said(result),
         f"lowest worst motion of {len(result.points)} curves: {motion_said(lowest.height, lowest.frequency_hz, 6)}"
-        f"{truncation_mark(lowest.truncation_error)}, {lowest.state}, with {at}"
+        f"{truncation_mark(lowest.truncation_error)}, {lowest.state}, with {at}",
     ]
     ranges = " and ".join(
         f"{value_label(each.key, each.together[0])} to {value_label(each.key, each.together[1])}"
@@ -213,6 +215,22 @@ def conclusion(result: WorstMotionMap) -> list[str]:
             f"{share(most)}; raise response.harmonics"
         )
     return said
+
+
+def best_said(result: WorstMotionMap) -> list[str]:
+    """The best design of a map over a condition, or that none is known; nothing where designs alone are mapped."""
+    if not (compares_designs(result.keys) and condition_keys(result.keys)):
+        return [] if compares_designs(result.keys) else ["both keys are conditions: no design is compared"]
+    if result.best is None:
+        return [f"best design: {OPEN_OVER}"]
+    point = result.points[result.best]
+    values = dict(zip(result.keys, point.values, strict=True))
+    assert point.frequency_hz is not None
+    return [
+        f"best design: {values_label(values, design=True)}, at most "
+        f"{motion_said(point.height, point.frequency_hz, 6)}{truncation_mark(point.truncation_error)} "
+        f"({values_label(values, design=False)})"
+    ]
 
 
 def _ends_said(ends: Sequence[MapPoint], result: WorstMotionMap) -> list[str]:

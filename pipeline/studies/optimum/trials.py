@@ -15,7 +15,7 @@ from nonlinear import ContactError, JointOptimum, Optimum, find_joint_optimum, f
 from pipeline.errors import InputError, StageError
 from pipeline.process.interrupts import Stopped
 from pipeline.results.worst import number_error, with_unit
-from pipeline.scene.dotted_keys import of_contact
+from pipeline.scene.dotted_keys import is_condition, of_contact
 from pipeline.scene.labels import value_label
 from pipeline.scene.sweep import WHOLE_FACE, as_in_scene, key_value
 from pipeline.stages.curve.curve_file import read_curve
@@ -249,14 +249,11 @@ def highest(point: Mapping[str, float], trials: Sequence[Trial]) -> Trial:
     return missing[0] if missing else max(trials, key=lambda trial: trial.value)
 
 
-CASES = ("excitation", "load")  # sections of swept keys whose values are load cases, of which the worst counts
-
-
 def load_cases(context: StudyContext) -> list[dict[str, Any]]:
-    """The values of swept keys of excitation and load: an optimum is that of the highest of them."""
+    """The values of swept conditions: an optimum is that of the highest of them."""
     section = context.scene.optimum
     over = {} if section is None else section.ranges
-    keys = [key for key in context.file.swept if key.partition(".")[0] in CASES and key not in over]
+    keys = [key for key in context.file.swept if is_condition(key) and key not in over]
     cases = [{key: member.parameters[key] for key in keys} for member in context.file.members]
     return [case for place, case in enumerate(cases) if case not in cases[:place]]
 
