@@ -23,6 +23,7 @@ from pipeline.scene.consistency import check_scene, check_scene_for_model
 from pipeline.scene.reading import Member, SceneFile, derived_member, given_scene, read_scene
 from pipeline.scene.sweep import as_in_scene, key_value, swept_keys
 from pipeline.stages.cache_keys import model_keys
+from pipeline.stages.curve.curve_summary import checked
 from pipeline.stages.engine_orders import SPEED
 from pipeline.stages.scene_to_solver import contact_on_model, nonlinear_problem, resolved_contacts
 from pipeline.stages.warm_up import warm_up
@@ -231,7 +232,7 @@ class LiveScene:
         model, displacement = self.loaded.model, found.static_displacement
         limits, contact = self.models.limits(self.scene, self.loaded), contact_on_model(solved, model)
         static = {} if displacement is None else StaticContact.by_interface(contact, displacement, model.interfaces)
-        return LiveView(stage, certainty_of(stage, found, solved), found, limits, solved, static)
+        return LiveView(stage, certainty_of(stage, found, solved), checked(found), limits, solved, static)
 
     def _static_ranges(self) -> dict[str, Range]:
         from nonlinear import response_stages

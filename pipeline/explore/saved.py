@@ -55,7 +55,7 @@ def figure_text(title: str, view: LiveView, pins: Sequence[Named], log: bool) ->
                 draw_line(axes, branch, branch.amplitude_m * factor, label, color=colour)
             facts = each.facts
             if facts.points:
-                mark_peak(axes, facts.peak_frequency_hz, facts.peak_amplitude_m * factor, colour, facts.peak_at_end)
+                mark_peak(axes, facts, factor, colour)
         axes.set_xlim(*view.solved.response.frequency)
         if log:
             axes.set_yscale("log")

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol
 import numpy as np
 
 from pipeline.figures.data import PlottedCurve, is_isolated
+from pipeline.results.worst import peak_is_unstable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -128,19 +129,25 @@ def stability_segments(
 MARKS = {"branch point": "D", "Neimark-Sacker": "s", "period doubling": "^"}
 END_OF_RANGE = "end of the range, no peak"
 MARK_OF_END = 6  # of matplotlib: an arrow head up, its tip on the point
+PEAK, UNSTABLE_PEAK = "peak", "unstable peak"
+PEAKS: dict[str, Any] = {PEAK: "o", UNSTABLE_PEAK: "X", END_OF_RANGE: MARK_OF_END}
 SAME_HEIGHT = 1e-3  # relative difference of a worst motion and a peak that are one point of the figure
 FOLLOWED = "worst motion by time integration"
 THIN = 0.8  # width of a detached branch
 OPEN: dict[str, Any] = {"linestyle": "none", "markerfacecolor": "none", "zorder": 4}
 
 
-def mark_peak(
-    axes: Axes, frequency_hz: float, height: float, colour: Any, at_end: bool = False, name: str = ""
-) -> None:
-    """A small circle on the peak; an arrow head up where the highest point lies at an end of the range."""
-    look = OPEN | {"markersize": 5, "markeredgewidth": 1.0, "clip_on": not at_end}
-    label = f"_{name}, {END_OF_RANGE if at_end else 'peak'}"
-    axes.plot(frequency_hz, height, MARK_OF_END if at_end else "o", color=colour, label=label, **look)
+def mark_peak(axes: Axes, facts: CurveSummary, factor: float, colour: Any, name: str = "") -> None:
+    """A small circle on the peak, a cross where it is unstable, an arrow head up at an end of the range."""
+    look = OPEN | {"markersize": 5, "markeredgewidth": 1.0, "clip_on": not facts.peak_at_end}
+    what = peak_kind(facts)
+    height = facts.peak_amplitude_m * factor
+    axes.plot(facts.peak_frequency_hz, height, PEAKS[what], color=colour, label=f"_{name}, {what}", **look)
+
+
+def peak_kind(facts: CurveSummary) -> str:
+    """What the highest point of a main branch is, a key of `PEAKS`."""
+    return END_OF_RANGE if facts.peak_at_end else UNSTABLE_PEAK if peak_is_unstable(facts) else PEAK
 
 
 def mark_bifurcations(axes: Axes, curves: Sequence[PlottedCurve], colours: Sequence[Any], factor: float) -> None:
@@ -208,10 +215,10 @@ def explain_lines(axes: Axes, curves: Sequence[PlottedCurve]) -> None:
     for name, shown in (("isolated branch", any(closed)), ("detached branch", not all(closed))):
         if shown:
             axes.plot([], [], linewidth=THIN, label=f"{name} (thin)", **grey)
-    if any(not curve.facts.peak_at_end for curve in curves):
-        axes.plot([], [], "o", markersize=5, label="peak", **OPEN, **grey)
-    if any(curve.facts.peak_at_end for curve in curves):
-        axes.plot([], [], MARK_OF_END, markersize=5, label=END_OF_RANGE, **OPEN, **grey)
+    there = {peak_kind(curve.facts) for curve in curves}
+    for name, mark in PEAKS.items():
+        if name in there:
+            axes.plot([], [], mark, markersize=5, label=name, **OPEN, **grey)
 
 
 def grey_mark(handle: Any) -> Any:

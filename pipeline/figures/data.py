@@ -19,6 +19,7 @@ from pipeline.results.worst import height_mark
 from pipeline.scene.labels import member_label, quantity
 from pipeline.scene.schema import Scene
 from pipeline.stages.curve.curve_file import AMPLITUDE, branch_groups, contacts_of_curve, curve_from
+from pipeline.stages.curve.curve_summary import checked
 from pipeline.stages.engine_orders import Swept
 from pipeline.stages.scene_to_solver import InterfaceContact, contact_parameters
 
@@ -232,7 +233,7 @@ def _read(point: SweepPoint, file: Path, rom: Path, model: tuple[Array | None, b
             point.member,
             point.facts,
             rom=rom,
-            response=curve_from(source, left_out=("relative_displacement", "contact_force")),
+            response=checked(curve_from(source, left_out=("relative_displacement", "contact_force"))),
             peak_displacement=source["relative_displacement"][point.facts.peak_index],
             outputs=tuple(_outputs(group) for group in (source, *branch_groups(source))),
             contacts=contacts_of_curve(source),

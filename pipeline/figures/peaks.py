@@ -213,7 +213,7 @@ def band_figure(curves: Sequence[PlottedCurve], points: Sequence[SweepPoint], ti
         if curve is not None:
             label = f"{name} worst motion: {curve.label}"
             draw_line(axes, curve.response, curve.response.amplitude_m * factor, label, **look)
-            mark_peak(axes, curve.peak[0], curve.peak[1] * factor, colour)
+            mark_peak(axes, curve.facts, factor, colour)
     axes.set_xlim(low, high)
     _set_heights(axes, heights)
     read = "" if len(curves) >= len(points) else f", bands from {len(curves)} of them"

@@ -157,7 +157,7 @@ def _draw_panel(
         for branch in curve.response.detached:
             label = f"_{name}, detached branch"
             draw_line(axes, branch, branch.amplitude_m * factor, label, color=colour, linewidth=THIN)
-        mark_peak(axes, curve.peak[0], curve.peak[1] * factor, colour, curve.facts.peak_at_end, name)
+        mark_peak(axes, curve.facts, factor, colour, name)
     explain_lines(axes, curves)
     _draw_residual_bands(axes, curves, colours, factor)
     mark_followed(axes, curves, colours, factor)

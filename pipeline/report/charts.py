@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.figures.curve_line import END_OF_RANGE, KINDS, MARKS, SAME_HEIGHT, stability_segments
+from pipeline.figures.curve_line import END_OF_RANGE, KINDS, MARKS, SAME_HEIGHT, peak_kind, stability_segments
 from pipeline.figures.data import PlottedCurve, SweepKey, SweepPoint, is_isolated, sweep_keys
 from pipeline.figures.hysteresis import node_figure, spread
 from pipeline.figures.peaks import END_COLOURS, ENDS, MOST_KEYS, WORST, ends, has_few_lines, lines_over
@@ -314,7 +314,7 @@ def _line(curve: ResponseCurve, factor: float, step: int) -> dict[str, Any]:
 
 
 def _marks(curve: PlottedCurve, factor: float, bifurcations: bool) -> Iterable[dict[str, Any]]:
-    what = END_OF_RANGE if curve.facts.peak_at_end else "peak of the main branch"
+    what = END_OF_RANGE if curve.facts.peak_at_end else f"{peak_kind(curve.facts)} of the main branch"
     yield {"shape": "circle", "what": what, **_place([curve.peak], factor)}
     frequency, height = curve.worst
     if math.isfinite(height) and not np.isclose(height, curve.peak[1], rtol=SAME_HEIGHT):

@@ -36,7 +36,7 @@ from pipeline.results.tables import (
     is_estimate,
     sampling_errors,
 )
-from pipeline.results.worst import NOTICEABLE, motion_said, share, with_unit
+from pipeline.results.worst import NOTICEABLE, motion_said, share, unstable_peaks, with_unit
 from pipeline.scene.labels import quantity
 from pipeline.stages.curve.curve_summary import CurveSummary
 from pipeline.stages.curve.respond import CurveResult
@@ -302,7 +302,8 @@ def _coriolis(source: ReportSource) -> list[ErrorRow]:
 
 
 def _stability(source: ReportSource, shown: Sequence[PlottedCurve]) -> ErrorRow:
-    lost = [curve.index for curve in shown if not curve.response.stable[curve.facts.peak_index]]
+    lost = unstable_peaks({curve.index: curve.facts for curve in shown})
+    worst = [curve.index for curve in shown if curve.facts.worst_unstable and curve.index not in lost]
     kinds_of = {c.index: [e.kind.value for e in c.response.bifurcations if e.kind.value != "fold"] for c in shown}
     other = {index: kinds for index, kinds in kinds_of.items() if kinds}
     how = STABILITY[source.first.response.stability]
@@ -310,14 +311,20 @@ def _stability(source: ReportSource, shown: Sequence[PlottedCurve]) -> ErrorRow:
     if lost:
         curves = f"curve{'s' if len(lost) > 1 else ''} {listed(lost)}"
         findings.append(f"the peak of the main branch is unstable on {curves}")
+    if worst:
+        findings.append(
+            f"the highest solution found is unstable on curve{'s' if len(worst) > 1 else ''} {listed(worst)}"
+        )
     if other:
         kinds = ", ".join(dict.fromkeys(kind for each in other.values() for kind in each))
         curves = listed(list(other))
         findings.append(f"bifurcations other than folds ({kinds}) on curve{'s' if len(other) > 1 else ''} {curves}")
-    verdict = "unstable" if lost else FAIR if other else "stable"
+    verdict = "unstable" if lost or worst else FAIR if other else "stable"
+    looked_at = source.first.response.stability == "ring"
+    none = "every peak is stable" if looked_at else "no unstable peak found by what was looked at"
     if not shown:
         return ErrorRow("stability", "no curve", UNKNOWN, how)
-    return ErrorRow("stability", "; ".join(findings) or "every peak is stable", verdict, how)
+    return ErrorRow("stability", "; ".join(findings) or none, verdict, how)
 
 
 def _verdict(error: float, small: float, fair: float) -> str:

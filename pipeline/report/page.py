@@ -128,7 +128,6 @@ def _content(source: ReportSource, attempts: Attempts) -> dict[str, Any]:
     colours = dict(zip([member.index for member in members], curve_colours(members), strict=True))
     bifurcations = source.first.figures.bifurcations
     charts_of = attempts.result("charts", lambda: charts(shown, points, colours, bifurcations)) or {}
-    stable = {c.index: bool(c.response.stable[c.facts.peak_index]) for c in shown}
     model = next((found for found in source.models.values() if found is not None), None)
     details, of_curves = _contacts(source, shown, attempts)
     viewer = attempts.result("shapes", lambda: _viewer(source, shown))
@@ -136,7 +135,7 @@ def _content(source: ReportSource, attempts: Attempts) -> dict[str, Any]:
         "source": source,
         "provenance": _origin(),
         "story": story(source, points, errors),
-        "table": curve_table(source, stable, shown_rows(points, source.curves)),
+        "table": curve_table(source, shown_rows(points, source.curves)),
         "quantiles": quantile_rows(source.curves),
         "levels": [f"{100.0 * level:.0f} %" for level in LEVELS],
         "cards": _cards(source, points),

@@ -21,7 +21,16 @@ from pipeline.results.tables import (
     static_said,
     truncation_cell,
 )
-from pipeline.results.worst import END_MARK, branch_said, end_said, open_remarks, seen_remarks, share, worst_cells
+from pipeline.results.worst import (
+    END_MARK,
+    branch_said,
+    end_said,
+    open_remarks,
+    peak_is_unstable,
+    seen_remarks,
+    share,
+    worst_cells,
+)
 from pipeline.scene.contact_section import PER_NODE, Contact
 from pipeline.scene.geometry_parameters import geometry_parameters
 from pipeline.scene.labels import member_label, prefixed, quantity, value_label
@@ -216,8 +225,8 @@ class FrequencyTable:
     rows: tuple[tuple[str, tuple[Cell, ...]], ...]
 
 
-def curve_table(source: ReportSource, stable_at_peak: dict[int, bool], shown: Sequence[int]) -> CurveTable:
-    """The curves of these numbers; `stable_at_peak` by number of the curve."""
+def curve_table(source: ReportSource, shown: Sequence[int]) -> CurveTable:
+    """The curves of these numbers."""
     factor, unit = amplitude_scale(source.curves)
     rows = []
     for number in shown:
@@ -250,14 +259,14 @@ def curve_table(source: ReportSource, stable_at_peak: dict[int, bool], shown: Se
                 _number(facts.energy_error, "{:.0e}"),
                 Cell(str(facts.points), str(facts.points)),
                 _number(facts.seconds, "{:.2f}"),
-                tuple(_notes(curve, stable_at_peak.get(number, True))),
+                tuple(_notes(curve)),
             )
         )
     sampled = any(is_sampled(curve) for curve in source.curves)
     return CurveTable(tuple(quantity(key).axis() for key in source.swept), unit, sampled, tuple(rows))
 
 
-def _notes(curve: Any, stable: bool) -> Iterable[str]:
+def _notes(curve: Any) -> Iterable[str]:
     facts = curve.facts
     if not curve.complete:
         yield f"incomplete: {curve.reason}"
@@ -265,7 +274,7 @@ def _notes(curve: Any, stable: bool) -> Iterable[str]:
         yield said
     if has_static_load(curve) and (said := static_said(curve)):
         yield said
-    if not stable:
+    if peak_is_unstable(facts):
         yield "unstable peak"
     yield from seen_remarks(facts)
     for said in open_remarks(facts):

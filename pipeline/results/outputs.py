@@ -187,6 +187,7 @@ _NUMBERS: dict[str, Any] = {
     **dict.fromkeys(("truncation_error", "sampling_error", "sampling_frequency_error")),
     **dict.fromkeys(("truncation_branch", "truncation_frequency_hz", "motion_truncation_error")),
     "peak_at_end": False,
+    "peak_stable": None,
     "points": 0,
     "iterations": 0,
     "seconds": 0.0,

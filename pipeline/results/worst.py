@@ -88,12 +88,14 @@ def _branch(facts: CurveSummary) -> str:
 
 
 def unstable_peaks(facts: Mapping[int, CurveSummary]) -> list[int]:
-    """Curves whose worst motion is noticeably lower than the peak of the main branch, which does not persist."""
-    return [
-        number
-        for number, item in facts.items()
-        if math.isfinite(item.worst_amplitude_m) and item.worst_amplitude_m * NOTICEABLE < item.peak_amplitude_m
-    ]
+    """Curves whose peak of the main branch is unstable."""
+    return [number for number, item in facts.items() if peak_is_unstable(item)]
+
+
+def peak_is_unstable(facts: CurveSummary) -> bool:
+    """Whether the peak of the main branch does not persist; in files of earlier versions it is above what does."""
+    worst = facts.worst_amplitude_m
+    return not facts.peak_stable or (math.isfinite(worst) and worst * NOTICEABLE < facts.peak_amplitude_m)
 
 
 def seen_remarks(facts: CurveSummary) -> Iterator[str]:

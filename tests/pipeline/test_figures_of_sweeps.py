@@ -14,7 +14,7 @@ import pytest
 from matplotlib.colors import to_rgb
 from pipeline_support import overlapping_texts, small_scene, write_scene
 
-from nonlinear import Peak, ResponseCurve, TerminationReason
+from nonlinear import Peak, ResponseCurve, TerminationReason, WorstMotion
 from pipeline.figures.data import PlottedCurve, SweepPoint, curve_colours, groups, is_grid, sweep_keys
 from pipeline.figures.peaks import (
     band_figure,
@@ -30,9 +30,18 @@ from pipeline.figures.response import has_lines, response_figure
 from pipeline.figures.style import figure_table, ordered_colours
 from pipeline.figures.sweep_map import cell_figure, map_of_sweep, sweep_map_figure
 from pipeline.report.charts import charts
-from pipeline.report.error_budget import ErrorRow, first_few, listed, quantile_rows, shown_rows, story
+from pipeline.report.error_budget import (
+    ErrorRow,
+    _stability,
+    first_few,
+    listed,
+    quantile_rows,
+    shown_rows,
+    story,
+)
+from pipeline.results.worst import unstable_peaks
 from pipeline.scene.reading import read_scene
-from pipeline.stages.curve.curve_summary import CurveSummary
+from pipeline.stages.curve.curve_summary import CurveSummary, checked
 from pipeline.stages.curve.respond import CurveResult
 
 V0, MU = "contact.interference", "contact.friction"
@@ -142,6 +151,29 @@ def test_two_keys_are_told_by_colour_and_panel_and_the_legend_explains_the_lines
     marks = [line for axes in figure.axes for line in axes.lines if line.get_marker() not in ("None", "")]
     assert marks
     assert all(line.get_markerfacecolor() == "none" for line in marks)  # the curve shows through
+
+
+def test_a_peak_that_the_ring_leaves_is_unstable_everywhere() -> None:
+    """Looked at for folds alone, but for the highest solution: table "(unstable)", report "every peak is stable"."""
+    at = point(0, {V0: 1e-6}, 158.6e-6)
+    stable = curve(at)
+    top = stable.facts.peak_index
+    worst = WorstMotion(158.6e-6, 400.0, 0, top, searched="searched: ", nodal_diameter=3, unstable=True)
+    response = checked(replace(stable.response, worst=worst))
+    facts = replace(stable.facts, worst_unstable=True, worst_unresolved="unstable", peak_stable=False)
+    found = replace(stable, response=response, facts=facts)
+    assert response.stable.sum() == stable.response.stable.sum() - 1
+    figure = response_figure([found], [], {0: "C0"}, "title")
+    said = set(figure.axes[0].get_legend_handles_labels()[1])
+    assert {"unstable peak", "unstable, other nodal diameter"} <= said
+    assert "peak" not in said
+    source: Any = SimpleNamespace(first=SimpleNamespace(response=SimpleNamespace(stability="folds")))
+    row = _stability(source, [found])
+    assert (row.found, row.verdict) == ("the peak of the main branch is unstable on curve 0", "unstable")
+    elsewhere = replace(found, facts=replace(facts, peak_stable=True, worst_branch=1))
+    assert _stability(source, [elsewhere]).found == "the highest solution found is unstable on curve 0"
+    assert _stability(source, [stable]).found == "no unstable peak found by what was looked at"
+    assert unstable_peaks({0: facts}) == [0]
 
 
 def test_a_motion_followed_in_time_is_drawn_in_the_colour_of_its_curve() -> None:

@@ -76,6 +76,7 @@ CURVE_KEYS = {
     "worst_followed_hz",
     "worst_followed_m",
     "peak_at_end",
+    "peak_stable",
     "static_force_n",
     "static_open_share",
     "static_lowest_m",

@@ -42,6 +42,7 @@ class CurveSummary:
     peak_index: int = -1
     peak_located: bool = False
     peak_at_end: bool = False
+    peak_stable: bool = True  # whether nothing that was looked at grows there
     points: int
     total_iterations: int
     seconds: float
@@ -197,6 +198,7 @@ def summary_of(response: ResponseCurve) -> CurveSummary:
     import numpy as np
 
     errors, ended = response.energy_error[np.isfinite(response.energy_error)], response.termination
+    peak, stable = response.peak, checked(response).stable
     return from_attributes(
         CurveSummary,
         {name: getattr(response, name) for name in shared_fields()}
@@ -205,6 +207,7 @@ def summary_of(response: ResponseCurve) -> CurveSummary:
         | prefixed_values(STATIC, response.static_contact)
         | _residual(response.residual_bounds)
         | {
+            "peak_stable": peak is None or bool(stable[peak.index]),
             "points": response.points,
             "total_iterations": response.iterations.sum(),
             "energy_error": errors.max() if errors.size else math.nan,
@@ -219,6 +222,20 @@ def summary_of(response: ResponseCurve) -> CurveSummary:
             "mean_m": _mean(response),
         },
     )
+
+
+def checked(response: ResponseCurve) -> ResponseCurve:
+    """The curve with what was found at its worst motion: unstable there, where points were looked at for less."""
+    worst = response.worst
+    if worst is None or not worst.unstable or worst.branch < 0:
+        return response
+    branches = [response, *response.detached]
+    branch = branches[worst.branch]
+    changed = {name: getattr(branch, name).copy() for name in ("stable", "growth_nodal_diameter")}
+    changed["stable"][worst.index], changed["growth_nodal_diameter"][worst.index] = False, worst.nodal_diameter
+    branches[worst.branch] = replace(branch, **changed)
+    main, *detached = branches
+    return replace(main, detached=tuple(detached))
 
 
 def _mean(response: ResponseCurve) -> float:
