@@ -19,10 +19,11 @@ from pipeline.process.isolated_reading import read_given_model
 from pipeline.process.progress import Reporter, seconds_since
 from pipeline.report.published_page import PAGE, results_fingerprint, retire_page
 from pipeline.results.conclusion import ROW, known_of
-from pipeline.results.frequency_range import Resonance, missing_warnings, stored_resonances
+from pipeline.results.frequency_range import missing_warnings, stored_resonances
 from pipeline.results.outputs import LISTED, curve_summary, write_results, write_summary
 from pipeline.results.overview import statistics
 from pipeline.results.publishing import PicturesMissing, remove_outdated
+from pipeline.results.resonances import Resonance
 from pipeline.results.run_folder import SUMMARY, TABLE_HASH, provenance
 from pipeline.scene.consistency import check_scene, check_scene_for_model, free_bore
 from pipeline.scene.plausibility import plausibility_warnings

@@ -255,7 +255,8 @@ def _left_out(file: SceneFile) -> list[str]:
     folder = Path("out") / file.first.name / "store"
     if not folder.is_dir():
         return []
-    from pipeline.results.frequency_range import Resonance, missing_warnings, stored_resonances
+    from pipeline.results.frequency_range import missing_warnings, stored_resonances
+    from pipeline.results.resonances import Resonance
     from pipeline.stages.cache_keys import model_keys
     from pipeline.store.content_store import Store
 

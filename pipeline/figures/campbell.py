@@ -7,7 +7,7 @@ listed below the diagram.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -17,7 +17,7 @@ from pipeline.figures.data import Array
 from pipeline.figures.style import TO_POINT, keep_apart, subplots, write_heading
 from pipeline.stages.engine_orders import COUNT, FEWEST, by_speed, excited_orders
 from pipeline.stages.model.model_files import read_families
-from pipeline.stages.scene_to_solver import contact_on_model, springs_by_state
+from pipeline.stages.scene_to_solver import contact_on_model, coriolis_acts, frequencies_of, springs_by_state
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -95,7 +95,7 @@ def numbered_crossings(
     curve: Modelled, model: ReducedModel, families: ModeFamilies | None, orders: Collection[int]
 ) -> list[NumberedCrossing]:
     """The crossings of engine orders and their multiples in the frequency range, as in the table of the report."""
-    from rom import inter_blade_phase, natural_frequencies, resonance_crossings
+    from rom import inter_blade_phase, resonance_crossings
 
     springs, count = springs_by_state(contact_on_model(curve.scene, model)), min(COUNT, model.size)
     ranges = sorted({item for order in orders for item in excited_orders(curve.scene, order)})
@@ -103,7 +103,8 @@ def numbered_crossings(
     for order, (low, high) in ranges:
         phase = inter_blade_phase(order, model.n_blades)
         free, stuck = (
-            natural_frequencies(model, phase, count=count, **springs[state]) for state in ("free", "stuck")
+            frequencies_of(curve.scene, model)(model, phase, count=count, **springs[state])
+            for state in ("free", "stuck")
         )
         names = [f"mode {mode}" for mode in range(1, count + 1)]
         if families is not None:
@@ -238,12 +239,14 @@ def _draw_states(
     axes: Axes, scene: Scene, model: ReducedModel, diameters: Sequence[int], families: ModeFamilies | None
 ) -> float:
     """Lines of free, sliding and stuck shrouds with names; returns the highest frequency, Hz."""
-    from rom import modes_over_diameters
+    from rom import inter_blade_phase, modes_over_diameters, wave_direction
 
-    found = {
-        state: modes_over_diameters(model, diameters, families, count=min(DRAWN, model.size), **springs)
-        for state, springs in springs_by_state(contact_on_model(scene, model)).items()
-    }
+    found = {}
+    sign = -1 if wave_direction(scene.excitation.engine_order, model.n_blades) == "forward" else 1
+    phases = [inter_blade_phase(sign * int(diameter), model.n_blades) for diameter in diameters]
+    for state, springs in springs_by_state(contact_on_model(scene, model)).items():
+        modes = modes_over_diameters(model, diameters, families, count=min(DRAWN, model.size), **springs)
+        found[state] = as_in_response(modes, [(scene, model, phase) for phase in phases], springs)
     top = float(found["stuck"].frequency_hz[:, :MODES].max())
     for state, modes in found.items():
         draw_followed(axes, modes, state)
@@ -342,10 +345,24 @@ def followed_over_speeds(chosen: Mapping[float, Modelled], engine_order: int) ->
     models = [read_reduced_model(chosen[speed].rom, with_basis=False) for speed in speeds]
     families = [read_families(chosen[speed].rom) for speed in speeds]
     phase, count = inter_blade_phase(engine_order, models[0].n_blades), min(DRAWN, models[0].size)
+    places = [(chosen[speed].scene, model, phase) for speed, model in zip(speeds, models, strict=True)]
     return {
-        state: modes_over_speeds(models, speeds, families, phase, count=count, **springs)
+        state: as_in_response(
+            modes_over_speeds(models, speeds, families, phase, count=count, **springs), places, springs
+        )
         for state, springs in springs_by_state(contact_on_model(chosen[speeds[0]].scene, models[0])).items()
     }
+
+
+def as_in_response(
+    modes: FollowedModes, places: Sequence[tuple[Scene, ReducedModel, float]], springs: Mapping[str, Any]
+) -> FollowedModes:
+    """Followed modes with Coriolis forces where these act: scene, model and inter-blade phase of each place."""
+    found = modes.frequency_hz.copy()
+    for row, (scene, model, phase) in zip(found, places, strict=True):
+        if coriolis_acts(scene, model):
+            row[:] = frequencies_of(scene, model)(model, phase, count=len(row), **springs)
+    return replace(modes, frequency_hz=found)
 
 
 def _crossings(

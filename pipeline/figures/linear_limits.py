@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.figures.data import Array, PlottedCurve
+from pipeline.results.resonances import modes_about, resonances_of_problem
 from pipeline.stages.scene_to_solver import scene_modes, section_excitation
 
 if TYPE_CHECKING:
     from nonlinear import ContactParameters, Excitation
     from rom import ReducedModel, RingModes
 
-BEYOND = 4.0  # ratio of frequencies up to which a resonance outside the range is looked for
 FINE, COARSE = (600, 121), (160, 41)  # evenly spaced frequencies, and frequencies around each resonance
 _WIDTH = 0.04  # relative distance of the latter from it at most
 
@@ -25,8 +25,8 @@ _WIDTH = 0.04  # relative distance of the latter from it at most
 class Limit:
     """Amplitude of the vibration, m, over frequency, Hz, and the indices of the plotted curves with this limit.
 
-    `resonance` (Hz, m) is its highest peak in the frequency range; where the range ends below a higher amplitude, the
-    highest peak beyond that end; None without either.
+    `resonance` (Hz, m): of the modes that the frequency range is about, as the run names them, the one that moves
+    most; None where the force excites none.
     """
 
     kind: str
@@ -117,21 +117,10 @@ def limit_of(
     if kind == "free" and own.pushes_floating_bodies:
         return None
     frequency, amplitude = linear_limit(kind, model, problem, (low, high), counts)
-    top = int(np.argmax(amplitude))
-    resonance: tuple[float, float] | None = float(frequency[top]), float(amplitude[top])
-    if top in (0, len(frequency) - 1):
-        beyond = (low / BEYOND, low) if top == 0 else (high, high * BEYOND)
-        resonance = _highest_inside(*linear_limit(kind, model, problem, beyond, counts))
+    ways = modes_about(resonances_of_problem(model, problem, wave.engine_order), (low, high))
+    top = max((way[kind] for way in ways if kind in way), key=lambda each: each.amplitude_m, default=None)
+    resonance = None if top is None else (top.frequency_hz, top.amplitude_m)
     return Limit(kind, frequency, amplitude, curves, resonance)
-
-
-def _highest_inside(frequency: Array, amplitude: Array) -> tuple[float, float] | None:
-    """The highest local maximum (Hz, m); None where the response has none but at its ends."""
-    inner = 1 + np.flatnonzero((amplitude[1:-1] > amplitude[:-2]) & (amplitude[1:-1] >= amplitude[2:]))
-    if not inner.size:
-        return None
-    top = inner[np.argmax(amplitude[inner])]
-    return float(frequency[top]), float(amplitude[top])
 
 
 def linear_limit(

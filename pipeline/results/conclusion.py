@@ -123,9 +123,10 @@ def known_of(run: Run, models: Models, outcome: RunOutcome) -> dict[str, Any]:
             resonances[member.index] = stored_resonances(run.store, model.key, member.scene, model.rom)
             blades = blades or stored_frequencies(run.store, model, member.scene)["n_blades"]
     linear, free_m = linear_modes([member for member in members if member.index in resonances], resonances)
-    names = {order: called for model in outcome.models for order, called in model.get("free_names", {}).items()}
     for entry in linear:
-        entry["name"] = (names.get(str(entry["engine_order"])) or [""] * entry["mode"])[entry["mode"] - 1]
+        for name, state in (("name", "free"), ("stuck_name", "stuck")):
+            names = {order: each for m in outcome.models for order, each in m.get(f"{state}_names", {}).items()}
+            entry[name] = (names.get(str(entry["engine_order"])) or [""] * entry["mode"])[entry["mode"] - 1]
     rows, loads = {}, any(map(has_static_load, outcome.curves))
     for number in shown:
         curve = outcome.curves[number]
@@ -170,13 +171,15 @@ def heading(subject: Mapping[str, Any]) -> str:
 
 def modes_line(linear: Sequence[Mapping[str, Any]], limits: Sequence[float]) -> str:
     """Resonances with free and with stuck shrouds of the modes that the range is about; "" where none is known."""
-    modes: dict[tuple[int, str], list[Mapping[str, Any]]] = {}
-    for entry in linear:
-        modes.setdefault((entry["mode"], entry["name"]), []).append(entry)
+    modes: dict[tuple[int, str, str], list[Mapping[str, Any]]] = {}
+    for entry in linear:  # files of earlier versions name the free shape alone
+        names = entry["name"], entry.get("stuck_name", entry["name"])
+        modes.setdefault((entry["mode"], *names), []).append(entry)
     if not modes:
         return ""
     said, outside, count = [], [], 0
-    for (number, name), entries in list(modes.items())[:MOST_MODES]:
+    for (number, free_name, stuck_name), entries in list(modes.items())[:MOST_MODES]:
+        name = free_name if free_name == stuck_name else ""
         states = []
         for state in ("free", "stuck"):
             if f"{state}_hz" not in entries[0]:
@@ -184,7 +187,8 @@ def modes_line(linear: Sequence[Mapping[str, Any]], limits: Sequence[float]) -> 
             low = min(entry[f"{state}_hz"][0] for entry in entries)
             high = max(entry[f"{state}_hz"][1] for entry in entries)
             text = " to ".join(dict.fromkeys(map(_hertz, (low, high)))) + " Hz"
-            states.append(f"{text} {state}")
+            shape = "" if name else {"free": free_name, "stuck": stuck_name}[state]
+            states.append(f"{text} {state}{f' ({shape})' if shape else ''}")
             count += 1
             if low < limits[0] or high > limits[1]:
                 outside.append(text)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipeline.codec import plain, restored
+from pipeline.results.resonances import FREE, STUCK, Resonance, modes_about, resonances_of_problem
 from pipeline.scene.contact_section import FaceField
 from pipeline.stages.cache_keys import modal_inputs, stiffness_inputs
 from pipeline.stages.code_fingerprint import code_fingerprint
@@ -22,30 +22,12 @@ if TYPE_CHECKING:
     from pipeline.stages.request import RunOutcome
     from pipeline.store.content_store import Store
 
-FREE, STUCK = "free", "stuck"
-COUNT = 10  # natural frequencies of each state that are looked at
-EXCITED = 0.05  # of the highest resonance: lower ones are not excited
 ROOM = 0.05  # part of a frequency by which the proposed range goes beyond it
 NAMED = 4  # resonances in a line
 MOST = 100  # members of a sweep that are looked at, evenly spread
 KIND, FILE = "resonances", "resonances.json"
 
 _HELD_FROM = 20.0  # free over stuck: the force at the point works on 5 % of what it does in the free mode
-
-
-@dataclass(frozen=True)
-class Resonance:
-    """A resonance of the linear structure with free or stuck contacts under one harmonic of the excitation.
-
-    `number` counts the natural frequencies of its wave: whatever the contacts do, that of a number lies between its
-    free and its stuck value. `frequency_hz` is the excitation frequency, `amplitude_m` that of the output there.
-    """
-
-    state: str
-    engine_order: int
-    number: int
-    frequency_hz: float
-    amplitude_m: float
 
 
 def missing_warnings(members: Sequence[Member], resonances: Callable[[Member], Sequence[Resonance]]) -> list[str]:
@@ -84,7 +66,7 @@ def missing(scene: Scene, resonances: Sequence[Resonance]) -> list[Resonance]:
     """
     low, high = scene.response.frequency
     states = dict.fromkeys(state for face in scene.contacts.values() for state in contact_states(face))
-    about = _modes_about(resonances, (low, high))
+    about = modes_about(resonances, (low, high))
     ends = (way[state] for way in about for state in states if state in way)
     return [end for end in ends if not low <= end.frequency_hz <= high]
 
@@ -94,7 +76,7 @@ def proposed_range(resonances: Sequence[Resonance], limits: tuple[float, float])
 
     None where the excitation moves no mode.
     """
-    about = _modes_about(resonances, limits)
+    about = modes_about(resonances, limits)
     if not about:
         return None
     low = min(way.get(FREE, way[STUCK]).frequency_hz for way in about) * (1.0 - ROOM)
@@ -113,7 +95,7 @@ def linear_modes(
     found: dict[tuple[int, int], dict[str, Any]] = {}
     free_m = {}
     for member in members:
-        about = _modes_about(resonances[member.index], member.scene.response.frequency)
+        about = modes_about(resonances[member.index], member.scene.response.frequency)
         if any(FREE in way for way in about):
             free_m[member.index] = max(way[FREE].amplitude_m for way in about if FREE in way)
         for way in about:
@@ -123,30 +105,6 @@ def linear_modes(
                 hertz = [end.frequency_hz, *entry.get(f"{state}_hz", ())]
                 entry[f"{state}_hz"] = [min(hertz), max(hertz)]
     return list(found.values()), free_m
-
-
-def _modes_about(resonances: Sequence[Resonance], limits: tuple[float, float]) -> list[dict[str, Resonance]]:
-    """Free and stuck resonance of each excited mode that has a part in a range, Hz; else of the first excited one.
-
-    A blade that contacts alone hold has stuck ones only.
-    """
-    strongest = max((each.amplitude_m for each in resonances), default=0.0)
-    ways: dict[tuple[int, int], dict[str, Resonance]] = {}
-    states = len({each.state for each in resonances})
-    for each in resonances:
-        ways.setdefault((each.engine_order, each.number), {})[each.state] = each
-    excited = {
-        key: way
-        for key, way in ways.items()
-        if len(way) == states and max(each.amplitude_m for each in way.values()) >= EXCITED * strongest > 0.0
-    }
-    low, high = limits
-    about = [
-        way
-        for way in excited.values()
-        if way.get(FREE, way[STUCK]).frequency_hz <= high and way[STUCK].frequency_hz >= low
-    ]
-    return about or [excited[key] for key in sorted(excited)[:1]]
 
 
 def held_point_warning(outcome: RunOutcome, scene: Scene) -> str:
@@ -205,40 +163,11 @@ def _write(path: Path, rom: Path, scene: Scene) -> None:
 def resonances_of(rom: Path, scene: Scene) -> list[Resonance]:
     """First resonances of a reduced model with free and with stuck contacts, for every excited harmonic."""
     from pipeline.stages.scene_to_solver import contact_on_model, excitation, scene_modes
-    from rom import (
-        RelativeReceptance,
-        gyroscopic_frequencies,
-        linear_response,
-        natural_frequencies,
-        read_reduced_model,
-    )
+    from rom import read_reduced_model
 
     model = read_reduced_model(rom, with_basis=False)
-    modal, contact, wave = (
-        scene_modes(scene, model),
-        contact_on_model(scene, model),
-        excitation(scene),
-    )
-    phase = modal.phase(wave.engine_order)
-    given: dict[str, Any] = {"phase": phase, "force": wave.force, "harmonic_factors": wave.factors}
-    springs = {"normal": contact.normal_stiffness, "tangential": contact.tangential_stiffness}
-    states: dict[str, dict[str, Any]] = {FREE: {}, STUCK: springs}
-    frequencies = gyroscopic_frequencies if modal.turns else natural_frequencies
-    found = []
-    receptance = RelativeReceptance(modal, phase, (1,), wave.force, wave.factors)
-    if receptance.pushes_floating_bodies:
-        del states[FREE]
-    for h in receptance.excited_harmonics:
-        for state, stiffness in states.items():
-            own = frequencies(model, h * phase, count=min(COUNT, model.size), **stiffness) / h
-            amplitude = abs(linear_response(modal, own, harmonic=h, **given, **stiffness))
-            order = h * scene.excitation.engine_order
-            found += [
-                Resonance(state, order, number, float(hz), float(height))
-                for number, (hz, height) in enumerate(zip(own, amplitude, strict=True), start=1)
-                if hz > 0.0
-            ]
-    return found
+    problem = scene_modes(scene, model), contact_on_model(scene, model), excitation(scene)
+    return resonances_of_problem(model, problem, scene.excitation.engine_order)
 
 
 def _rounded(frequency_hz: float, towards: Callable[[float], int]) -> float:

@@ -100,6 +100,7 @@ class ModelModes:
     static: tuple[StaticCase, ...]
     proposed_hz: tuple[float, float] | None  # frequency range; None where nothing is excited
     flutter: LinearFlutter | None = None  # damping of all waves in the flow; None without [aero]
+    coriolis: bool = False  # whether the frequencies include Coriolis forces, as the response does
 
 
 def modes_of_scene(run: Run, models: Models, problems: list[str]) -> list[ModelModes]:
@@ -144,6 +145,7 @@ def _model_modes(store: Store, model: BuiltModel, member: Member, static: Sequen
         tuple(static),
         proposed_range(stored_resonances(store, model.key, scene, model.rom), scene.response.frequency),
         stored_flutter(store, model, scene),
+        values[0][2]["coriolis"],
     )
 
 
@@ -278,6 +280,8 @@ def table_notes(models: Sequence[ModelModes]) -> list[str]:
         at = f"at {next(iter(speeds)):g} rev/min" if len(speeds) == 1 else "at the speed of its table"
         lines.append(f"resonance at: speeds where EO meets the free and the stuck frequency, with the stiffness {at}")
     if any(wave.excitation_hz for wave in waves):
+        included = any(model.coriolis for model in models)
+        lines += ["frequencies include Coriolis forces, as the response does"] * included
         lines.append("margin: of the nearest of these frequencies from the excitation; 0: resonance is possible")
     lines += ["open: share of the contact face; v: interference and static displacement, below 0 a gap"] * bool(
         models

@@ -6,7 +6,7 @@ resolved by `resolved_contacts` alone.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -226,6 +226,18 @@ def size_of_body(scene: Scene, model: ReducedModel) -> float:
 def scene_modes(scene: Scene, model: ReducedModel) -> RingModes:
     """The modal model of a reduced model with the damping, the speed, Coriolis forces and the flow of a scene."""
     return damped_modes(model, scene.response, scene.load, scene.aero_families())
+
+
+def frequencies_of(scene: Scene, model: ReducedModel) -> Callable[..., NDArray[np.float64]]:
+    """`natural_frequencies`, with the Coriolis forces where they act in the response: one number everywhere."""
+    from rom import gyroscopic_frequencies, natural_frequencies
+
+    return gyroscopic_frequencies if coriolis_acts(scene, model) else natural_frequencies
+
+
+def coriolis_acts(scene: Scene, model: ReducedModel) -> bool:
+    """Whether Coriolis forces act in the response."""
+    return scene.load.coriolis and model.has_coriolis and scene.load.speed_rpm != 0.0
 
 
 def damped_modes(

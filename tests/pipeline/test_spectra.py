@@ -13,7 +13,9 @@ from pipeline.cli import command
 from pipeline.errors import InputError
 from pipeline.figures.campbell import campbell_figure, nodal_diameter_figure
 from pipeline.figures.data import PlottedCurve, plotted_curves
+from pipeline.figures.linear_limits import linear_limits
 from pipeline.process.progress import Reporter
+from pipeline.results.conclusion import modes_line
 from pipeline.results.results import read_results
 from pipeline.run import execute
 from pipeline.scene.reading import read_scene
@@ -66,6 +68,24 @@ def test_campbell_lines_are_the_frequencies_of_the_summary(outcome: RunOutcome, 
     assert np.all(np.diff(lines(axes, "free")[0]) > 0.0)  # rotation stiffens
     rays = {text.get_text() for text in axes.texts}
     assert "EO 36" in rays  # the excited engine order
+
+
+def test_a_mode_has_one_frequency_wherever_it_stands(outcome: RunOutcome, curves: list[PlottedCurve]) -> None:
+    """Table of modes, line of the run and limits of the figures, with the Coriolis forces of the response."""
+    fastest, model = curves[-1], outcome.models[-1]
+    assert model["coriolis_included"]
+    (entry,) = outcome.summary["linear"]
+    for limit in linear_limits([fastest]):
+        known = model["free_hz"] if limit.kind == "free" else model["stuck_hz"]["36"]
+        assert limit.resonance is not None
+        assert limit.resonance[0] == pytest.approx(known[entry["mode"] - 1], rel=1e-12)
+        assert entry[f"{limit.kind}_hz"][1] == pytest.approx(limit.resonance[0], rel=1e-12)
+    at = str(entry["engine_order"])
+    assert [entry["name"], entry["stuck_name"]] == [model[f"{s}_names"][at][0] for s in ("free", "stuck")]
+    crossed = modes_line([entry | {"name": "1F", "stuck_name": "1E"}], (1.0, 1e5))
+    assert crossed.startswith("mode 1: ")
+    assert " Hz free (1F), " in crossed
+    assert " Hz stuck (1E); both inside" in crossed
 
 
 def test_campbell_crossings_lie_on_the_ray_and_on_the_frequencies(

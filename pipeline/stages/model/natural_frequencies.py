@@ -10,11 +10,17 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipeline.stages.cache_keys import stiffness_inputs
+from pipeline.stages.cache_keys import rotation_of_response, stiffness_inputs
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.engine_orders import COUNT, FEWEST, by_speed, excited_orders
 from pipeline.stages.model.model_files import read_families
-from pipeline.stages.scene_to_solver import STATES, contact_on_model, springs_by_state
+from pipeline.stages.scene_to_solver import (
+    STATES,
+    contact_on_model,
+    coriolis_acts,
+    frequencies_of,
+    springs_by_state,
+)
 from pipeline.store.fingerprints import fingerprint
 
 if TYPE_CHECKING:
@@ -31,7 +37,8 @@ FILE = "frequencies.json"
 def stored_frequencies(
     store: Store, model: BuiltModel, scene: Scene, engine_order: int | None = None
 ) -> dict[str, Any]:
-    """First ten natural frequencies, Hz: `free_hz`, `sliding_hz` (normal springs), `stuck_hz` (all springs).
+    """First ten natural frequencies, Hz: `free_hz`, `sliding_hz` (normal springs), `stuck_hz` (all springs), with the
+    Coriolis forces where they act in the response.
 
     Without `engine_order` at that of the scene. `free_names`, `sliding_names`, `stuck_names`: names of the modes, of
     a model with a mesh. `each_wave`: whether `free_hz` depends on the engine order too, with a disk. `n_blades`: None
@@ -43,6 +50,7 @@ def stored_frequencies(
             "reduce": model.key,
             "engine_order": order,
             **stiffness_inputs(scene),
+            "load": rotation_of_response(scene),
             "material": scene.material.model_dump() if scene.material else None,
             "code": code_fingerprint(__name__),
         }
@@ -61,11 +69,12 @@ def _write(path: Path, rom: Path, scene: Scene, engine_order: int) -> None:
     phase = inter_blade_phase(engine_order, model.n_blades)
     contact = contact_on_model(scene, model)
     count = min(COUNT, model.size)
-    families = read_families(rom)
-    values: dict[str, Any] = {"each_wave": model.has_disk, "n_blades": model.n_blades}
+    families, found = read_families(rom), frequencies_of(scene, model)
+    acts = coriolis_acts(scene, model)
+    values: dict[str, Any] = {"each_wave": model.has_disk, "n_blades": model.n_blades, "coriolis": acts}
     for name, springs in springs_by_state(contact).items():
         frequency, modes = natural_modes(model, phase, count=count, **springs)
-        values[f"{name}_hz"] = frequency.tolist()
+        values[f"{name}_hz"] = found(model, phase, count=count, **springs).tolist()
         if families is not None:
             values[f"{name}_names"] = families.names(frequency, modes)[0]
     stiffness = {name: getattr(contact, name) for name in ("normal_stiffness", "tangential_stiffness")}

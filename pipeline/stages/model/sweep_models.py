@@ -336,8 +336,9 @@ def model_summaries(run: Run, models: Models, outcome: RunOutcome) -> list[dict[
         seen.add(inputs)
         if values["each_wave"]:
             entry.setdefault("free_at_order_hz", {})[order] = values["free_hz"]
-        if "free_names" in values:
-            entry.setdefault("free_names", {})[order] = values["free_names"]
+        for name in ("free_names", "stuck_names"):
+            if name in values:
+                entry.setdefault(name, {})[order] = values[name]
     return list(entries.values())
 
 
