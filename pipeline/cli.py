@@ -394,6 +394,7 @@ def info(
 @app.command(
     epilog=examples(
         "shroud export out/dummy --to modes.vtu",
+        "shroud export out/dummy --to motion.pvd --curve 4",
         "shroud export out/dummy --to response.mat",
         "shroud export rom.h5 --to rom.mat",
         "shroud export rom.h5 --to rom.op4",
@@ -409,26 +410,37 @@ def export(
             "--to",
             metavar="FILE",
             parser=output_parser("--to"),
-            help="Ends with .mat, .uff, .unv, .vtu, .op4 or .mtx.",
+            help="Ends with .mat, .uff, .unv, .vtu, .pvd, .op4 or .mtx.",
         ),
     ],
     mesh: Annotated[
-        Path | None, typer.Option("--mesh", metavar="FILE", help="Mesh of a rom.h5, for .vtu.", readable=False)
+        Path | None,
+        typer.Option("--mesh", metavar="FILE", help="Mesh of a rom.h5 (.vtu, .pvd).", readable=False),
     ] = None,
     file_format: Annotated[
         str | None,
         typer.Option("--format", metavar="NAME", help="matrix-market or abaqus (.mtx), mat-7.3 (.mat)."),
     ] = None,
+    engine_order: Annotated[
+        int | None,
+        typer.Option(min=0, metavar="EO", help="Wave of the mode shapes; that of the scene by default."),
+    ] = None,
+    curve: Annotated[
+        int | None,
+        typer.Option(min=0, metavar="N", help="The motion at the peak of curve N (.vtu, .pvd) in place of modes."),
+    ] = None,
+    mode: Annotated[int | None, typer.Option(min=1, metavar="N", help="Mode of an animation (.pvd).")] = None,
     quiet: QuietOption = False,
 ) -> None:
     """Write results or a reduced model for other programs.
 
     With an output folder: the response, or for .vtu the mode shapes of its first reduced model on their mesh, for
-    .op4 and .mtx the matrices of that model.
+    .pvd one of them, or the motion at a peak, of the whole ring over a period, for .op4 and .mtx the matrices.
     """
+    from pipeline.export.motions import MotionChoice
     from pipeline.export.write import export as write
 
-    said = write(source, to, mesh, file_format)
+    said = write(source, to, mesh, file_format, MotionChoice(engine_order, mode, curve))
     if not quiet:
         print(f"{to}: {said}")
 

@@ -8,8 +8,7 @@ import importlib.util
 import os
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import fields
-from functools import partial
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.errors import InputError, input_error, reason_of, shown, system_reason
+from pipeline.export.motions import MotionChoice, mesh_motion, write_motion, write_ring
 from pipeline.export.source import WAVES, Kind, curves, kind_of
 from pipeline.output_paths import check_output_path
-from pipeline.process.isolated_reading import read_apart, read_given_model
+from pipeline.process.isolated_reading import read_given_model
 from pipeline.store.disk_errors import storage_error
 from rom import ReducedModel
 
@@ -154,44 +154,6 @@ def _structure(name: str, datasets: dict[str, Any], attributes: dict[str, Any]) 
     return {"name": name, **datasets, "parameter": parameter}
 
 
-COUNT = 10
-
-
-def write_shapes(source: Path, sector_file: Path | None, target: Path, count: int = COUNT) -> str:
-    """Write the lowest mode shapes with free shrouds as point data, `mode_01_202.9_Hz`, ...; returns a summary.
-
-    Of a disk those of nodal diameter 0.
-    """
-    from geometry import MESHIO_CELLS, SectorFileError, cell_library, import_sector
-    from rom import ReducedModelError, load_sector, mode_shapes
-
-    if kind_of(source) is not Kind.model:
-        raise input_error(source, "", "a response", "a reduced model (rom.h5)")
-    if sector_file is None:
-        raise input_error(source, "", "its shapes need a mesh", "--mesh FILE, the mesh.vtu of the model")
-    try:
-        read = load_sector if sector_file.suffix == ".h5" else import_sector
-        sector = read_apart(sector_file, "a mesh of this program", partial(read, sector_file))
-    except SectorFileError as error:
-        raise InputError(reason_of(error)) from None
-    model = read_given_model(source)
-    try:
-        count = min(count, model.size)
-        frequency, shapes = mode_shapes(model, 0.0, normal=0.0, tangential=0.0, count=count)
-    except ReducedModelError as error:
-        raise InputError(f"{source}: {reason_of(error)}") from None
-    points = len(sector.points)
-    if shapes.shape[1] < points:
-        raise input_error(sector_file, "", f"{points} points", f"the mesh of the model, {shapes.shape[1]} nodes")
-    names = [f"mode_{k + 1:02d}_{hz:.4g}_Hz" for k, hz in enumerate(frequency)]
-    motion = {name: np.real(shape[:points]) for name, shape in zip(names, shapes, strict=True)}
-    cells = [(MESHIO_CELLS[block.kind], block.nodes) for block in sector.blocks]
-    mesh = cell_library(sector).Mesh(sector.points, cells, point_data=motion)
-    mesh.write(target, file_format="vtu")
-    wave = " of nodal diameter 0" if model.has_disk else ""
-    return f"{count} mode shapes{wave}, {', '.join(f'{hz:.5g}' for hz in frequency)} Hz"
-
-
 DISPLACEMENT, FORCE, FREQUENCY = 8, 13, 18  # specific data types
 RESPONSE_FUNCTION = 4
 SCALAR = 0  # direction: of the excitation, whichever it is
@@ -258,20 +220,28 @@ def _parameters(attributes: dict[str, Any]) -> str:
     return ", ".join(f"{short} {value:.6g}" for short, value in known.items() if isinstance(value, int | float))
 
 
-_SUFFIXES = (".mat", ".uff", ".unv", ".vtu", ".op4", ".mtx")
+_SUFFIXES = (".mat", ".uff", ".unv", ".vtu", ".pvd", ".op4", ".mtx")
+_ON_MESH = (".vtu", ".pvd")
 
 
-def export(source: Path, target: Path, sector_file: Path | None = None, file_format: str | None = None) -> str:
+def export(
+    source: Path,
+    target: Path,
+    sector_file: Path | None = None,
+    file_format: str | None = None,
+    choice: MotionChoice | None = None,
+) -> str:
     """Export a response or a reduced model; returns a summary in words.
 
     The target is replaced in one step, or left as it is.
     """
 
-    suffix = target.suffix.lower()
+    suffix, choice = target.suffix.lower(), choice or MotionChoice()
     note = ""
     matrices = matrix_format(target, file_format)
     if source.is_dir() and suffix in _SUFFIXES:
-        source, sector_file, note = _in_folder(source, sector_file, ".vtu" if matrices else suffix)
+        of_model = bool(matrices) or suffix in _ON_MESH
+        source, sector_file, choice, note = _in_folder(source, sector_file, choice, of_model)
     files: list[Path] = []
     if suffix not in _SUFFIXES:
         raise input_error(target, "", f'ends with "{suffix}"', ", ".join(_SUFFIXES))
@@ -283,7 +253,7 @@ def export(source: Path, target: Path, sector_file: Path | None = None, file_for
     made = [folder for folder in target.parents if not folder.exists()]
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        summary = _writers(source, sector_file, matrices, files)[suffix](beside)
+        summary = _writers(source, matrices, files, (sector_file, choice, target.stem))[suffix](beside)
         places = moved(files or [beside], beside, target)
         if len(places) > 1:
             note += f"; files {places[0].name} to {places[-1].name}"
@@ -302,9 +272,18 @@ def export(source: Path, target: Path, sector_file: Path | None = None, file_for
 
 
 def _writers(
-    source: Path, sector_file: Path | None, matrices: str | None, files: list[Path]
+    source: Path, matrices: str | None, files: list[Path], motion: tuple[Path | None, MotionChoice, str]
 ) -> dict[str, Callable[[Path], str]]:
-    """What writes each suffix; matrices in a format of their own add the files written to `files`."""
+    """What writes each suffix; matrices in a format of their own, and animations, add the files written to `files`.
+
+    `motion`: file of the mesh, what is asked for, name of the target.
+    """
+    sector_file, choice, stem = motion
+
+    def write_frames(path: Path) -> str:
+        said, written = write_ring(mesh_motion(source, sector_file, choice), choice, path, stem)
+        files.extend(written)
+        return said
 
     def write_them(path: Path) -> str:
         said, written = write_matrix_files(source, path, str(matrices))
@@ -315,22 +294,34 @@ def _writers(
         ".mat": lambda path: write_matlab(source, path) if matrices is None else write_them(path),
         ".uff": lambda path: write_universal(source, path),
         ".unv": lambda path: write_universal(source, path),
-        ".vtu": lambda path: write_shapes(source, sector_file, path),
+        ".vtu": lambda path: write_motion(mesh_motion(source, sector_file, choice), path),
+        ".pvd": write_frames,
         ".op4": write_them,
         ".mtx": write_them,
     }
 
 
-def _in_folder(folder: Path, sector_file: Path | None, suffix: str) -> tuple[Path, Path | None, str]:
-    """The file of a run to export, the mesh of its model, and a remark."""
-    from pipeline.results.run_folder import models_of_run, response_of_run
+def _in_folder(
+    folder: Path, sector_file: Path | None, choice: MotionChoice, of_model: bool
+) -> tuple[Path, Path | None, MotionChoice, str]:
+    """The file of a run to export, the mesh of its model, the wave and the curves of its scene, and a remark."""
+    from pipeline.results.run_folder import models_of_run, read_run_summary, response_of_run
 
-    if suffix != ".vtu":
-        return response_of_run(folder), sector_file, ""
+    if not of_model:
+        return response_of_run(folder), sector_file, choice, ""
     models = models_of_run(folder)
-    first = models[0]
-    which = f"; the first of {len(models)} models, {first.entry['rom']}" if len(models) > 1 else ""
-    return first.rom, sector_file or first.mesh, which
+    first, which = models[0], f"; the first of {len(models)} models, {models[0].entry['rom']}" * (len(models) > 1)
+    if (number := choice.curve) is not None:
+        choice = replace(choice, response=response_of_run(folder))
+        curves = read_run_summary(folder)["curves"] or []
+        if not 0 <= number < len(curves):
+            raise input_error("--curve", "", str(number), f"0 to {len(curves) - 1}")
+        own = [model for model in models if model.entry["rom"] == curves[number]["rom"]]
+        first, which = own[0] if own else first, ""
+    if choice.engine_order is None:
+        orders = [int(order) for order in first.entry.get("stuck_hz", {})]
+        choice = replace(choice, engine_order=orders[0] if orders else None)
+    return first.rom, sector_file or first.mesh, choice, which
 
 
 def _remove(path: Path) -> None:

@@ -23,6 +23,8 @@ from pipeline.stages.model.model_files import is_joined
 from pipeline.stages.scene_to_solver import section_excitation
 
 if TYPE_CHECKING:
+    import h5py
+
     from geometry import SectorMesh
     from nonlinear import Excitation as Wave
     from rom import ReducedModel, RingModes
@@ -60,15 +62,20 @@ def operating_shape(curve: Path, rom: Path, n_vertices: int) -> OperatingShape |
     """Motion of the mesh vertices at the peak of a stored curve, from the excitation and the contact forces there."""
     import h5py
 
+    with h5py.File(curve, "r") as file:
+        return operating_shape_of(file, rom, n_vertices)
+
+
+def operating_shape_of(group: h5py.Group, rom: Path, n_vertices: int) -> OperatingShape | None:
+    """The same of the group of a curve."""
     from rom import read_reduced_model
 
-    with h5py.File(curve, "r") as file:
-        excitation, attributes = section_from_attributes(Excitation, file.attrs), dict(file.attrs)
-        peak = int(file.attrs["peak_index"])
-        if peak < 0:
-            return None
-        force = file["contact_force"][peak]
-        point = float(file["frequency_hz"][peak]), float(file["amplitude_m"][peak])
+    excitation, attributes = section_from_attributes(Excitation, group.attrs), dict(group.attrs)
+    peak = int(group.attrs["peak_index"])
+    if peak < 0:
+        return None
+    force = group["contact_force"][peak]
+    point = float(group["frequency_hz"][peak]), float(group["amplitude_m"][peak])
     model = read_reduced_model(rom)
     wave = modes_of_curve(model, attributes), section_excitation(excitation)
     return shape_at(model, wave, point, force, n_vertices)

@@ -151,23 +151,24 @@ ENLARGED = 3.0  # motion of the wheel, which is drawn smaller than a blade
 
 
 def wheel(sector: SectorMesh, motion: Callable[[int], Array], deformation: float) -> Any:
-    """Surface of all sectors, moved by `deformation` times their motion, with its length as point data.
+    """Surface of all sectors, moved by `deformation` times their motion, with this and its length as point data.
 
     `motion` gives the displacement (N, 3) of a sector, in its own axes, by its number.
     """
     import pyvista as pv
 
     faces, used = _outside(sector)
-    size, points, lengths, cells = len(used), [], [], []
+    size, points, vectors, cells = len(used), [], [], []
     pitch = 2.0 * np.pi / sector.n_blades
     for number in range(sector.n_blades):
         moved = motion(number)[used]
         points.append(turned(sector.points[used] + deformation * moved, number * pitch))
-        lengths.append(np.linalg.norm(moved, axis=1))
+        vectors.append(turned(moved, number * pitch))
         shifted = faces + number * size
         cells.append(np.column_stack([np.full(len(faces), faces.shape[1]), shifted]))
     surface = pv.PolyData(np.concatenate(points), np.concatenate(cells).ravel())
-    surface.point_data["displacement"] = np.concatenate(lengths)
+    surface.point_data["motion"] = np.concatenate(vectors)
+    surface.point_data["displacement"] = np.linalg.norm(surface.point_data["motion"], axis=1)
     return surface
 
 
@@ -179,7 +180,7 @@ def _outside(sector: SectorMesh) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     corners = np.asarray(surface.point_data["vertex"])[surface.faces.reshape(-1, 4)[:, 1:]]
     cut = np.zeros(len(corners), dtype=bool)
     for name in CUTS:
-        cut |= np.isin(corners, sector.node_sets[name]).all(axis=1)
+        cut |= np.isin(corners, sector.node_sets.get(name, ())).all(axis=1)
     used, numbered = np.unique(corners[~cut], return_inverse=True)
     return numbered.reshape(-1, 3), used
 

@@ -241,7 +241,7 @@ def conclusion_table(curves: Sequence[ShownCurve], shown: Sequence[int], static:
         values = [short_value(key, value) for key, value in curve.parameters.items()]
         said = "; ".join(_remarks(curve, factor, marked.get(curve.number, "") if len(curves) > 1 else ""))
         height, at = _motion(curve.facts, factor)
-        cells = [height, *(f"{curve.mean * factor:.4g}",) * means, at]
+        cells = [height, *(_mean(curve.facts, factor),) * means, at]
         open_share = [] if not together else [static_cells(_static(curve))[1]]
         contact = CONTACT_SAID.get(curve.contact or "", "-")
         table.add_row(str(curve.number), *values, *cells, contact, *open_share, escape(said))
@@ -386,6 +386,10 @@ def _motion(facts: CurveSummary | None, factor: float) -> tuple[str, str]:
     at = facts.worst_frequency_hz if known else facts.peak_frequency_hz
     least = ">= " * (not facts.worst_unstable and (not known or bool(facts.worst_unresolved) or facts.at_end))
     return f"{least}{facts.height * factor:.4g}", f"{at:.1f}" if at >= 100.0 else f"{at:.4g}"
+
+
+def _mean(facts: CurveSummary | None, factor: float) -> str:
+    return "-" if facts is None or not math.isfinite(facts.mean_m) else f"{abs(facts.mean_m) * factor:.4g}"
 
 
 def _static(curve: ShownCurve) -> StaticContact | None:
@@ -547,7 +551,10 @@ def _not_included(summary: Mapping[str, Any]) -> Iterator[str]:
         yield f"Coriolis forces ({said})"
     if (accuracy := summary.get("accuracy")) is not None:
         expected, found = accuracy["expected_error"]["peak_amplitude"], measured_errors(models) or (0.0,)
-        yield f'accuracy "{accuracy["preset"]}" ({share(max(expected, found[0]))})'
+        said = f"{share(expected)} of a peak of the default blade"
+        if found[0] > expected:
+            said += f"; here the modes left out alone change a receptance by {share(found[0])}"
+        yield f'accuracy "{accuracy["preset"]}" ({said})'
 
 
 def lines_of(summary: Mapping[str, Any]) -> list[str]:

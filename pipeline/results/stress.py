@@ -8,6 +8,7 @@ from typing import Any
 from pipeline.results.worst import UNSTABLE_SAID
 from pipeline.scene.labels import prefixed
 
+ELSEWHERE = 1.001  # ratio of the largest amplitude to that of hot spot 1 above which it is named
 SPOT_HEADINGS = (
     "place",
     "x, y, z [mm]",
@@ -20,13 +21,16 @@ SPOT_HEADINGS = (
 
 
 def stress_lines(entries: Sequence[Mapping[str, Any]], unstable: Collection[int]) -> list[str]:
-    """A line for each curve with stress, one for each of its notes; `unstable`: curves whose motion is unstable."""
-    lines = []
-    for entry in entries:
-        said = f"{headline(entry, entry['curve'] in unstable)}; {errors_said(entry)}"
-        lines.append(f"curve {entry['curve']}: {said}; {entry['file']}")
-        lines += [f"curve {entry['curve']}: {note}" for note in entry["notes"]]
-    return lines
+    """Lines for each curve with stress: hot spot, errors, notes; `unstable`: curves whose motion is unstable."""
+    return [
+        f"curve {entry['curve']}: {said}"
+        for entry in entries
+        for said in (
+            headline(entry, entry["curve"] in unstable),
+            f"{errors_said(entry)}; {entry['file']}",
+            *entry["notes"],
+        )
+    ]
 
 
 def stress_warning(entries: Sequence[Mapping[str, Any]]) -> str:
@@ -48,15 +52,21 @@ def _short(entry: Mapping[str, Any]) -> bool:
 
 
 def headline(entry: Mapping[str, Any], unstable: bool) -> str:
-    """Largest amplitude and mean, least margin, outside of singular places; marked where no motion has them."""
+    """Place, amplitude, mean and margin of the first hot spot, and the largest amplitude where that is elsewhere;
+    outside of singular places, marked where no motion has them.
+    """
     mark = "NO MOTION PERSISTS, " if entry["motion"] == "peak" else f"{UNSTABLE_SAID}, " * unstable
-    parts = [f"{with_prefix(entry[f'largest_{name}_pa'])} {said}" for name, said in _LARGEST]
-    if entry["least_margin"] is not None:
-        parts.append(f"least margin {entry['least_margin']:.3g}")
-    return f"{mark}stress at {entry['frequency_hz']:.6g} Hz, outside of singular places: at most {', '.join(parts)}"
-
-
-_LARGEST = (("amplitude", "amplitude"), ("mean", "tensile mean"))
+    at, largest = f"{mark}stress at {entry['frequency_hz']:.6g} Hz", entry["largest_amplitude_pa"]
+    if not entry["hot_spots"]:
+        return f"{at}, outside of singular places: largest amplitude {with_prefix(largest)}"
+    spot = entry["hot_spots"][0]
+    said = f"amplitude {with_prefix(spot['amplitude_pa'])}, mean {with_prefix(spot['mean_pa'])}"
+    if spot["margin"] is not None:
+        said += f", margin {spot['margin']:.3g}, the least"
+    if largest > spot["amplitude_pa"] * ELSEWHERE:
+        said += f"; largest amplitude {with_prefix(largest)}, elsewhere"
+    position = ", ".join(f"{1e3 * x:.1f}" for x in spot["position_m"])
+    return f"{at}, hot spot 1 at x, y, z = {position} mm: {said}"
 
 
 def errors_said(entry: Mapping[str, Any]) -> str:
@@ -90,5 +100,5 @@ def _cells(spot: Mapping[str, Any]) -> tuple[str, ...]:
 
 def with_prefix(stress_pa: float) -> str:
     """A stress with four digits and its unit."""
-    factor, unit = prefixed(stress_pa, "Pa")
+    factor, unit = prefixed(abs(stress_pa), "Pa")
     return f"{stress_pa * factor:.4g} {unit}"

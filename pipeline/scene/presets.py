@@ -81,13 +81,13 @@ class Accuracy:
         amplitude, frequency = (
             f"{100.0 * e:g} %" for e in (self.expected.peak_amplitude, self.expected.peak_frequency)
         )
-        error = f"expected error of a peak {amplitude}, of its frequency {frequency} ({SOURCE})"
+        error = f"error of a peak of the default blade {amplitude}, of its frequency {frequency} ({SOURCE})"
         limits = self.expected.peak_amplitude, self.expected.peak_frequency
         if measured is not None and any(found > limit for found, limit in zip(measured, limits, strict=True)):
             receptance, natural = (f"{100.0 * found:.2g} %" for found in measured)
             error = (
-                f"error measured on this scene {receptance} of a receptance, {natural} of a natural frequency, "
-                f"more than the {amplitude} and {frequency} {SOURCE}: raise rom.modes"
+                f"modes left out change a receptance of this scene by {receptance}, a frequency by {natural}, "
+                f"more than the {amplitude} and {frequency} of the default blade ({SOURCE}): raise rom.modes"
             )
         line = f'accuracy "{self.name}": {given or "nothing"}; {error}'
         if any(key in UNCHECKED for key in self.values):

@@ -94,7 +94,7 @@ def test_expected_errors_are_said_and_written(tmp_path: Path) -> None:
     status, _said, error = shroud("run", path, "--out", tmp_path / "out", "--until", "mesh")
     assert status == 0, error
     expected = PRESETS["draft"].expected
-    line = f"expected error of a peak {100.0 * expected.peak_amplitude:g} %"
+    line = f"error of a peak of the default blade {100.0 * expected.peak_amplitude:g} %"
     assert line in shroud("validate", path)[1]
     written = summary_of(tmp_path / "out")["accuracy"]
     assert written["preset"] == "draft"
@@ -106,9 +106,9 @@ def test_expected_errors_are_said_and_written(tmp_path: Path) -> None:
 def test_a_larger_error_of_the_scene_itself_is_printed_in_place_of_the_expected_one(tmp_path: Path) -> None:
     accuracy = read_scene(write_scene(tmp_path / "s.toml", bare())).accuracy
     assert accuracy is not None
-    assert "expected error of a peak 5 %" in accuracy.text((0.04, 0.001))
+    assert "error of a peak of the default blade 5 %" in accuracy.text((0.04, 0.001))
     line = accuracy.text((0.23, 0.001))
-    assert "error measured on this scene 23 % of a receptance, 0.1 % of a natural frequency" in line
+    assert "modes left out change a receptance of this scene by 23 %, a frequency by 0.1 %" in line
     assert "expected error" not in line
 
 

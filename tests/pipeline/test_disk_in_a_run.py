@@ -50,7 +50,9 @@ def disk_scene(**changes: Any) -> dict[str, Any]:
 def reduced(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of a run up to the reduced model, for two engine orders."""
     folder = tmp_path_factory.mktemp("disk")
-    scene = write_scene(folder / "scene.toml", disk_scene(sweep={"excitation.engine_order": [2, 70, 36]}))
+    scene = write_scene(
+        folder / "scene.toml", disk_scene(sweep={"excitation.engine_order": [2, 70, 36]}, render={"modes": [1]})
+    )
     assert shroud("run", scene, "--out", folder / "out", "--until", "reduce")[0] == 0
     return folder / "out"
 
@@ -109,6 +111,16 @@ def test_engine_orders_are_folded_at_half_the_number_of_blades(reduced: Path) ->
     assert marks["EO 36"] == (36, 720.0)
     assert marks["EO 70"] == (2, 1400.0)
     assert figure.axes[1].get_ylabel().startswith("share of the disk")
+
+
+def test_exported_shapes_are_those_of_the_wave_of_the_scene(reduced: Path, tmp_path: Path) -> None:
+    """They were those of nodal diameter 0; each wave has shapes and frequencies of its own."""
+    order, free = next(iter(summary_of(reduced)["models"][0]["free_at_order_hz"].items()))
+    said = shroud("export", reduced, "--to", tmp_path / "s.vtu")[1]
+    assert f"(engine order {order}), {free[0]:.5g}" in said
+    other = shroud("export", reduced, "--to", tmp_path / "o.vtu", "--engine-order", "0")[1]
+    assert "of nodal diameter 0 (engine order 0)" in other
+    assert f"{free[0]:.5g}" not in other
 
 
 def test_resonance_crossings_of_each_engine_order(reduced: Path) -> None:

@@ -10,6 +10,7 @@ import meshio
 import numpy as np
 import pytest
 import pyuff
+import pyvista as pv
 from pipeline_support import ground_scene, shroud, small_scene, write_ground_model, write_scene
 from scipy.io import loadmat
 
@@ -96,6 +97,34 @@ def test_shapes_on_the_mesh(ran: Path, tmp_path: Path) -> None:
     assert np.abs(first[clamped]).max() == 0.0
     assert found.points[tip, 2] > 0.9 * found.points[:, 2].max()
     assert np.abs(first[tip]).argmax() == 1  # first bending is circumferential
+
+
+def test_the_motion_at_a_peak_on_the_mesh_and_on_the_ring(ran: Path, tmp_path: Path) -> None:
+    """The output at the tip has the amplitude of the peak; a sector moves as its neighbour, later."""
+    said = written(ran, tmp_path / "m.vtu", "--curve", 1)
+    with h5py.File(ran / "response.h5") as file:
+        curve = file["curve/1"]
+        peak = int(curve.attrs["peak_index"])
+        output, hertz = curve["output"][peak], curve["frequency_hz"][peak]
+        order = int(curve.attrs["excitation.engine_order"])
+    assert f"motion at the peak of curve 1, {hertz:.6g} Hz" in said
+    found = meshio.read(tmp_path / "m.vtu")
+    tip = np.linalg.norm(found.point_data["displacement_1_real_m"], axis=1).argmax()
+    moved = found.point_data["displacement_1_real_m"] + 1j * found.point_data["displacement_1_imag_m"]
+    assert np.abs(moved[tip]).max() == pytest.approx(abs(output[1]), rel=0.2)
+    said = written(ran, tmp_path / "ring.pvd", "--curve", 1)
+    assert "the ring of 72 blades at 24 instants of a period" in said
+    frames = sorted(tmp_path.glob("ring_*.vtp"))
+    assert len(frames) == 24
+    assert (tmp_path / "ring.pvd").read_text().count(".vtp") == 24
+    ring = pv.read(frames[0])
+    of_sector = ring.n_points // 72
+    first, second = np.split(ring.point_data["displacement"][: 2 * of_sector], 2)
+    later = pv.read(frames[round(24 * order / 72) % 24]).point_data["displacement"][:of_sector]
+    assert np.linalg.norm(second, axis=1) == pytest.approx(np.linalg.norm(later, axis=1), rel=1e-6, abs=1e-12)
+    assert np.abs(first).max() > 0.0
+    assert shroud("export", ran, "--to", tmp_path / "m.vtu", "--curve", 7)[0] == 2
+    written(ran, tmp_path / "mode.pvd", "--mode", 2)
 
 
 @pytest.mark.parametrize("suffix", [".vtu", ".mat"])

@@ -22,7 +22,7 @@ from pipeline_support import (
 )
 
 from pipeline import read_results
-from pipeline.results.stress import stress_lines, stress_warning
+from pipeline.results.stress import stress_lines, stress_warning, with_prefix
 from pipeline.scene.material_section import Fatigue
 from pipeline.stress.haigh import LOWER, haigh_figure, margin_figure
 from pipeline.stress.operating_stress import operating_point, write_vtu
@@ -150,11 +150,15 @@ def test_a_second_run_reuses_the_stress(stressed: Path) -> None:
 
 def test_what_is_said_of_a_margin_and_of_its_errors(stressed: Path) -> None:
     entries = summary_of(stressed)["stress"]
-    (line,) = stress_lines(entries, ())
-    (unstable,) = stress_lines(entries, [entries[0]["curve"]])
+    line, errors = stress_lines(entries, ())
+    unstable, _ = stress_lines(entries, [entries[0]["curve"]])
+    spot = entries[0]["hot_spots"][0]  # all that is said of it is of one place
+    assert spot["margin"] == pytest.approx(entries[0]["least_margin"], rel=1e-12)
+    place = ", ".join(f"{1e3 * x:.1f}" for x in spot["position_m"])
+    parts = f"amplitude {with_prefix(spot['amplitude_pa'])}, mean {with_prefix(spot['mean_pa'])}"
+    assert f"hot spot 1 at x, y, z = {place} mm: {parts}, margin {spot['margin']:.3g}, the least" in line
     assert unstable == line.replace(": stress", ": UNSTABLE, the ring leaves it, stress", 1)
-    assert "least margin" in line
-    assert "reduced against full model" in line
+    assert "reduced against full model" in errors
     assert stress_warning(entries) == ""
     entries[0]["required_margin"] = 90.0
     assert "below the required 90 (curve 1)" in stress_warning(entries)

@@ -140,6 +140,14 @@ def test_best_curve_and_best_value_are_no_end_of_the_range(curves: list[CurveRes
     assert ">= 1 nm" in "".join(overview_lines(table_of(listed[2:], ["contact.interference"], tmp_path))[0])
 
 
+def test_every_mean_in_the_table_is_that_of_the_summary(curves: list[CurveResult]) -> None:
+    """0 in the table, 3.9 um in summary.json, as a hundredth of the height was not worth saying."""
+    facts = [replace(periodic(500e-6), mean_m=3.9e-6), replace(periodic(100e-6), mean_m=-20e-6), periodic(1e-6)]
+    told = [replace(curve, facts=found) for curve, found in zip(curves, facts, strict=False)]
+    table = conclusion_table(shown(told), range(3), static=True)
+    assert columns_of(table)["mean [µm]"] == ["3.9", "20", "-"]
+
+
 def test_no_design_is_best_under_its_mildest_condition(tmp_path: Path) -> None:
     """12 um of half a gram at half a newton were "lowest"; at 8 N that mass has 7909 um, and two grams 644."""
     heights = {(0.0005, 0.5): 12e-6, (0.0005, 8.0): 7909e-6, (0.002, 0.5): 40e-6, (0.002, 8.0): 644e-6}
