@@ -12,30 +12,28 @@ from __future__ import annotations
 import json
 import math
 import shlex
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast, get_args
-
-import numpy as np
 
 from pipeline.codec import restored
 from pipeline.errors import InputError, input_error, shown
 from pipeline.figures.figure_stage import look_of, study_figures
 from pipeline.process.interrupts import Stopped
 from pipeline.process.progress import Reporter
+from pipeline.results.closure import static_ranges
 from pipeline.results.publishing import PicturesMissing
 from pipeline.run import solved_members
-from pipeline.scene.dotted_keys import interface_of, is_condition, of_contact, split_key
+from pipeline.scene.dotted_keys import is_condition, of_contact
 from pipeline.scene.labels import value_label
 from pipeline.scene.plausibility import far_beyond
 from pipeline.scene.reading import SceneFile, derived_member, given_scene
-from pipeline.scene.sweep import as_in_scene, key_value, swept_keys
+from pipeline.scene.sweep import key_value, swept_keys
 from pipeline.scene.validation_errors import meant
 from pipeline.stages.curve.curve_file import read_curve
 from pipeline.stages.request import Request
-from pipeline.stages.scene_to_solver import contact_on_model
 from pipeline.stress.stress_stage import worst_stress
 from pipeline.studies.optimum.checks import OPTIMISED_KEYS, PLACE, unfit_optimum_keys
 from pipeline.studies.optimum.checks import TOLERANCE as TOLERANCE_PLACE
@@ -45,12 +43,8 @@ from pipeline.studies.study import StudyContext, StudyError
 from pipeline.studies.study_stage import studied, write_study
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from nonlinear import ResponseCurve
-    from pipeline.scene.schema import Scene
     from pipeline.stages.curve.respond import CurveResult
-    from rom import ReducedModel
 
 
 COMMAND, OPTION = "shroud", "--over"
@@ -66,9 +60,6 @@ DECADE = (
 FIXED = {"contact.friction": (0.05, 1.0)}
 MOST_DAMPING = 0.99
 SHARE = 0.2  # of the value, on each side, for all other keys
-APART = -100.0  # interference of contacts that never touch, m
-PRESSED = 1e7  # preload of contacts that always stick, by the force of the excitation
-LEAST_PRELOAD = 0.01  # of that at which all nodes stick
 OVER, TOLERANCE, LIFETIME = "--over", "--tolerance", "--life"  # how messages name them
 TOLERANCES = "KEY=NUMBER above 0, uncertainty, or uncertainty=QUANTILE, 0.5 to 0.999"
 HALF, QUANTILES = (1e-12, 1e15), (0.5, 0.999)
@@ -205,43 +196,6 @@ def _of_command_line(error: InputError) -> InputError:
     return changed
 
 
-QUICK: dict[str, Any] = {  # what a response does without that only its main branch is needed of
-    "response.detached": False,
-    "response.truncation": False,
-    "response.search": "off",
-    "response.stability": "folds",
-    "response.residual_tractions": "projected",
-}
-
-
-def static_ranges(
-    scene: Scene, model: ReducedModel, linear: Callable[[Mapping[str, Any]], ResponseCurve]
-) -> dict[str, Range]:
-    """The ranges of `interference`, m, and `preload`, N, of each table, in which its contacts are not linear.
-
-    The range of a key that does nothing, as of the interference without a normal stiffness, is left out. `linear`:
-    the response with other values of some keys, and as few harmonics as the excitation has.
-    """
-    contact = contact_on_model(scene, model)
-    interferences, preloads = ([f"{t}.{name}" for t in scene.contacts] for name in ("interference", "preload"))
-    apart = linear(_given(scene, dict.fromkeys(preloads, 0.0) | dict.fromkeys(interferences, APART)))
-    stuck = linear(_given(scene, dict.fromkeys(preloads, PRESSED * scene.excitation.force)))
-    rates = np.abs(stuck.contact_force[:, 1:]).sum(axis=1)  # (P, n_c, 3), amplitudes of the forces
-    friction = np.maximum(contact.friction, np.finfo(float).tiny)
-    sliders = np.hypot(rates[..., 0], rates[..., 1]) / friction
-    needed = (np.where(contact.friction > 0.0, sliders, 0.0) + rates[..., 2]).max(axis=0)
-    gap = np.abs(apart.relative_displacement[:, 1:, :, 2]).sum(axis=1).max(axis=0)
-    found = {}
-    for table in scene.contacts:
-        at = nodes_of(scene, model, f"{table}.interference")
-        if np.all(contact.normal_stiffness[at] > 0.0) and at.any():
-            most = (needed[at] / contact.normal_stiffness[at]).max()
-            found[f"{table}.interference"] = (-float(gap[at].max()), float(most))
-        if (at := nodes_of(scene, model, f"{table}.preload")).any():
-            found[f"{table}.preload"] = (LEAST_PRELOAD * float(needed[at].max()), float(needed[at].max()))
-    return {key: limits for key, limits in found.items() if limits[1] > limits[0]}
-
-
 def _static_ranges(context: StudyContext) -> dict[str, Range]:
     """The static ranges from curves in the store. Their interferences are far beyond the usual on purpose."""
     from rom import read_reduced_model
@@ -249,20 +203,6 @@ def _static_ranges(context: StudyContext) -> dict[str, Range]:
     model = read_reduced_model(context.model.rom, with_basis=False)
     forced = replace(context.run, request=replace(context.run.request, force=True))
     return static_ranges(context.scene, model, partial(_linear, replace(context, run=forced)))
-
-
-def nodes_of(scene: Scene, model: ReducedModel, key: str) -> NDArray[np.bool_]:
-    """The contact nodes, (n_c,), whose parameter a key is."""
-    name, own = split_key(key)[1], interface_of(key)
-    tables = [scene.table_of(each) for each in model.interfaces]
-    has_it = [each == own if own else getattr(scene.interface.get(each), name, None) is None for each in tables]
-    return np.repeat(has_it, [*model.interfaces.values()])
-
-
-def _given(scene: Scene, closure: Mapping[str, float]) -> dict[str, Any]:
-    """Interference and preload as the scene gives them, and what a linear response does without."""
-    values = {key: as_in_scene(scene, key, value) for key, value in closure.items()}
-    return {**QUICK, "response.harmonics": scene.excitation.highest_harmonic, **values}
 
 
 def _linear(context: StudyContext, given: Mapping[str, Any]) -> ResponseCurve:

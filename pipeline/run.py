@@ -19,7 +19,7 @@ from pipeline.process.isolated_reading import read_given_model
 from pipeline.process.progress import Reporter, seconds_since
 from pipeline.report.published_page import PAGE, results_fingerprint, retire_page
 from pipeline.results.conclusion import ROW, known_of
-from pipeline.results.frequency_range import missing_warnings, stored_resonances
+from pipeline.results.frequency_range import held_said, missing_warnings, stored_resonances
 from pipeline.results.outputs import LISTED, curve_summary, write_results, write_summary
 from pipeline.results.overview import statistics
 from pipeline.results.publishing import PicturesMissing, remove_outdated
@@ -33,6 +33,7 @@ from pipeline.stages.code_fingerprint import remember_code
 from pipeline.stages.curve.curve_table import NOT_COMPUTED, table_of
 from pipeline.stages.curve.respond import CurveResult
 from pipeline.stages.curve.sweep_curves import member_curves, member_models
+from pipeline.stages.model.modal_truncation import HELD, stored_truncation_error
 from pipeline.stages.model.sweep_models import (
     Models,
     campbell_summary,
@@ -258,7 +259,7 @@ def _respond(
     run: Run, models: Models, outcome: RunOutcome, so_far: Callable[[list[CurveResult]], None] = lambda curves: None
 ) -> None:
     """The response of every member; resonances that the frequency range leaves out are said before."""
-    for line in _left_out(run, models, outcome):
+    for line in [*_left_out(run, models, outcome), *_held(run, models)]:
         run.reporter.line(f"warning: {line}")
     outcome.problems.extend(member_curves(run, models, outcome.curves, so_far))
 
@@ -277,6 +278,21 @@ def _left_out(run: Run, models: Models, outcome: RunOutcome) -> list[str]:
     except Exception as error:  # the curves stand without them
         outcome.problems.append(f"natural frequencies: {reason_of(error)}")
         return []
+
+
+def _held(run: Run, models: Models) -> list[str]:
+    """A line where stuck shrouds hold the loaded point, before any curve is solved."""
+    member = run.request.scene.members[0]
+    model, scene = models[member.index], member.scene
+    if model is None or scene.excitation.load:
+        return []
+    try:
+        said = held_said(stored_truncation_error(run.store, model, scene)[HELD])
+    except StorageError:
+        raise
+    except Exception:  # said with the summary of the models
+        said = ""
+    return [said] if said else []
 
 
 def _publish(run: Run, models: Models, outcome: RunOutcome) -> None:

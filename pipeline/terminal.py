@@ -101,6 +101,8 @@ def print_modes(models: Sequence[ModelModes], campbell: Sequence[dict[str, Any]]
         console.print(table.static_table(model.static, model.speed_rpm))
         print_notes([case.warning for case in model.static if case.warning], "warning")
         print(table.range_line(model))
+        for line in model.helps:
+            print(line)
     for line in [*table.crossing_lines(campbell), table.left_out(models), *table.table_notes(models)]:
         if line:
             print(line)
@@ -109,7 +111,6 @@ def print_modes(models: Sequence[ModelModes], campbell: Sequence[dict[str, Any]]
 def _print_results(request: Request, outcome: RunOutcome) -> None:
     """What a reader can say aloud of a run; `shroud info` of its folder says the rest."""
     from pipeline.results.conclusion import screen_curves
-    from pipeline.results.frequency_range import held_point_warning
     from pipeline.results.stress import stress_lines, stress_warning
 
     page = f", {outcome.report}" if outcome.report else ""
@@ -122,8 +123,8 @@ def _print_results(request: Request, outcome: RunOutcome) -> None:
         print(line)
     for study in outcome.studies.values():
         print("\n".join(study.lines))
-    for warning in (stress_warning(outcome.stress), held_point_warning(outcome, request.scene.first)):
-        print_notes([warning] if warning else [], "warning")
+    if warning := stress_warning(outcome.stress):
+        print_notes([warning], "warning")
     print(f"{outcome.seconds:.2f} s, results in {request.out}{page}")
 
 
@@ -230,7 +231,7 @@ def print_validation(scene: Path, as_json: bool, force: bool = False) -> bool:
         for line in errors:
             print_error(line)
         return False
-    remarks = [*plausibility_warnings(file), *found_in_mesh, *_left_out(file)]
+    remarks = [*plausibility_warnings(file), *found_in_mesh, *_left_out(file), *_advice(file)]
     if as_json:
         accuracy = None if file.accuracy is None else file.accuracy.plain()
         found = {
@@ -268,6 +269,22 @@ def _left_out(file: SceneFile) -> list[str]:
     try:
         return missing_warnings(file.members, of)
     except Exception:  # a hint from files that anything may have happened to: the scene is as valid without it
+        return []
+
+
+def _advice(file: SceneFile) -> list[str]:
+    """What helps with the contacts of the first member, as far as `shroud modes` or a run has found it."""
+    folder = Path("out") / file.first.name / "store"
+    if not folder.is_dir():
+        return []
+    from pipeline.results.contact_advice import known_advice
+    from pipeline.stages.cache_keys import model_keys
+    from pipeline.store.content_store import Store
+
+    try:
+        found = known_advice(Store(folder), model_keys(file.first).reduce, file.first)
+        return [] if found is None else found.lines(file.first)
+    except Exception:  # a hint from files that anything may have happened to
         return []
 
 

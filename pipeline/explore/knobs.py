@@ -7,23 +7,17 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
-from pipeline.optimise import nodes_of
 from pipeline.scene.contact_section import PER_NODE, Law
 from pipeline.scene.dotted_keys import CONTACT, interface_of, of_contact, split_key
 from pipeline.scene.labels import Quantity, quantity
 from pipeline.scene.sweep import key_value
 from pipeline.scene.units import key_unit
 from pipeline.stages.engine_orders import SPEED
-from pipeline.stages.scene_to_solver import contact_on_model
 from pipeline.studies.optimum.checks import OPTIMISED_KEYS
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from pipeline.scene.reading import SceneFile
     from pipeline.scene.schema import Scene
-    from rom import ReducedModel
 
 Kind = Literal["number", "whole", "choice"]
 DECADES = {  # ranges in decades below and above the value of the scene
@@ -40,8 +34,6 @@ HARMONICS = (1, 3, 5, 7, 9, 11, 15, "auto")
 SHARE = 0.2  # of the value on each side, for what has no better range
 STEPS, CLOSELY = 200, 1000  # of a range, and of that of an interference, or some more
 SHOWN = {"m": ("mm", 1e3), "degrees": ("°", 1.0)}  # units that figures show in place of those of a scene
-FLOATS = 1e-2  # m, beyond which a body moves that contacts alone hold
-LEAST_PART = 1e-3  # of an interference that presses stiff faces of slender blades together
 NO_INTERFERENCE = (-1e-4, 1e-4)  # m, where linear responses tell nothing
 Range = tuple[float, float]
 
@@ -178,36 +170,6 @@ def _number(key: str, value: float, limits: Range, cost: float | None) -> Knob:
         remeshes=cost is not None and cost > 0.0,
         seconds=cost or 0.0,
     )
-
-
-def closure_ranges(
-    scene: Scene, model: ReducedModel, static: Mapping[str, Range], motions: Sequence[NDArray[np.complex128]]
-) -> dict[str, Range]:
-    """Ranges of interference at rest, from faces that never touch to faces that always stick, and those of preload.
-
-    `static`: ranges of `static_ranges`, to which the static motion of the faces is added. `motions`: relative
-    displacements (P, H+1, n_c, 3) of faces apart and of faces that stick; none where they have no response. The faces
-    give way under the load of an interference: a part of it presses them together.
-    """
-    contact = contact_on_model(scene, model)
-    found = dict(static)
-    for table in scene.contacts:
-        key, at = f"{table}.interference", nodes_of(scene, model, f"{table}.interference")
-        kn, load = contact.normal_stiffness[at], static.get(f"{table}.preload", (0.0, 0.0))[1]
-        if not at.any() or not kn.all() or (key not in static and not load):
-            continue
-        closing, part = 0.0, 1.0
-        low, high = static.get(key, (-math.inf, load / kn.min()))
-        means = [float(each[0, 0, at, 2].real.mean()) for each in motions if len(each)]
-        if low < -FLOATS or any(abs(mean) > FLOATS for mean in means):
-            low = -high
-        elif len(means) == len(motions):
-            apart, stuck = means
-            own = float(contact.interference[at].mean())
-            part = (own + stuck) / (own + apart) if own + apart != 0.0 else 1.0
-            closing, part = apart, part if LEAST_PART < part < 1.0 else 1.0
-        found[key] = low - closing, high / part - closing
-    return found
 
 
 def _named(key: str) -> Quantity:

@@ -15,10 +15,11 @@ from typing import TYPE_CHECKING, Any
 from pipeline.errors import input_error, shown
 from pipeline.explore import calls
 from pipeline.explore.computation import Computation
-from pipeline.explore.knobs import Knob, Range, closure_ranges, knobs_of, turned_keys
+from pipeline.explore.knobs import Knob, Range, knobs_of, turned_keys
 from pipeline.explore.models import LiveModels, LoadedModel
 from pipeline.explore.views import FIRST, LiveView, certainty_of
-from pipeline.optimise import QUICK, Optimised, static_ranges
+from pipeline.optimise import Optimised
+from pipeline.results.closure import QUICK, ranges_of_closure
 from pipeline.scene.consistency import check_scene, check_scene_for_model
 from pipeline.scene.reading import Member, SceneFile, derived_member, given_scene, read_scene
 from pipeline.scene.sweep import as_in_scene, key_value, swept_keys
@@ -235,22 +236,10 @@ class LiveScene:
         return LiveView(stage, certainty_of(stage, found, solved), checked(found), limits, solved, static)
 
     def _static_ranges(self) -> dict[str, Range]:
-        from nonlinear import response_stages
+        def derived(given: Mapping[str, Any]) -> Scene:
+            return derived_member(self.file, {**self.values, **given}, PLACE, self.models.rom is not None).scene
 
-        model, solved = self.loaded.model, []
-
-        def linear(given: Mapping[str, Any]) -> ResponseCurve:
-            member = derived_member(self.file, {**self.values, **given}, PLACE, self.models.rom is not None)
-            solved.append(next(response_stages(*nonlinear_problem(member.scene, model))).curve)
-            if not solved[-1].points:
-                raise ArithmeticError(solved[-1].termination.message)
-            return solved[-1]
-
-        try:
-            found = static_ranges(self.scene, model, linear)
-        except ArithmeticError:  # no response tells the ranges
-            return {}
-        return closure_ranges(self.scene, model, found, [each.relative_displacement for each in solved])
+        return ranges_of_closure(self.scene, self.loaded.model, derived)
 
     def _costs(self) -> dict[str, float]:
         """Seconds that another model takes, by the keys that need one: what the stages before it took last time."""

@@ -13,13 +13,11 @@ from pipeline.results.resonances import FREE, STUCK, Resonance, modes_about, res
 from pipeline.scene.contact_section import FaceField
 from pipeline.stages.cache_keys import modal_inputs, stiffness_inputs
 from pipeline.stages.code_fingerprint import code_fingerprint
-from pipeline.stages.model.modal_truncation import HELD
 from pipeline.store.fingerprints import fingerprint
 
 if TYPE_CHECKING:
     from pipeline.scene.reading import Member
     from pipeline.scene.schema import Contact, Scene
-    from pipeline.stages.request import RunOutcome
     from pipeline.store.content_store import Store
 
 ROOM = 0.05  # part of a frequency by which the proposed range goes beyond it
@@ -107,16 +105,20 @@ def linear_modes(
     return list(found.values()), free_m
 
 
-def held_point_warning(outcome: RunOutcome, scene: Scene) -> str:
-    """A line where the force acts at a point that stuck shrouds hold, so that it hardly excites them; else empty."""
-    worst = max((model[HELD] for model in outcome.models if model.get(HELD) is not None), default=0.0)
-    if worst < _HELD_FROM or scene.excitation.load:
+def held_said(worst: float | None) -> str:
+    """That stuck shrouds hold the loaded point, from `HELD` of a model, and what helps; "" where they do not."""
+    if worst is None or worst < _HELD_FROM:
         return ""
     return (
-        f"excitation.at: the stuck shrouds hold the loaded point, which moves {worst:.2g} times less in their first "
-        "mode than in that of the free blade (mode at the force times mode at the output); gas loads act on the "
-        'whole airfoil: [[excitation.load]] with surface = "pressure_side" excites the stuck blade too'
+        "excitation.at: with stuck shrouds the loaded point hardly moves: a force there excites the first stuck mode "
+        f"{_times(worst)} times less than the free one; load the airfoil instead, as gas does: [[excitation.load]] "
+        'with surface = "pressure_side"'
     )
+
+
+def _times(ratio: float) -> str:
+    """A ratio with two digits, never with a power of ten."""
+    return f"{float(f'{ratio:.2g}'):.10g}"
 
 
 def contact_states(contact: Contact) -> tuple[str, ...]:

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipeline.codec import plain
 from pipeline.errors import reason_of
+from pipeline.results.contact_advice import ContactAdvice, stored_advice
 from pipeline.results.frequency_range import proposed_range, stored_resonances
 from pipeline.scene.labels import member_label
 from pipeline.stages.cache_keys import contact_inputs, modal_inputs, stiffness_inputs
@@ -101,6 +102,7 @@ class ModelModes:
     proposed_hz: tuple[float, float] | None  # frequency range; None where nothing is excited
     flutter: LinearFlutter | None = None  # damping of all waves in the flow; None without [aero]
     coriolis: bool = False  # whether the frequencies include Coriolis forces, as the response does
+    helps: tuple[str, ...] = ()  # what helps with the contacts, a line each
 
 
 def modes_of_scene(run: Run, models: Models, problems: list[str]) -> list[ModelModes]:
@@ -117,7 +119,7 @@ def modes_of_scene(run: Run, models: Models, problems: list[str]) -> list[ModelM
         try:
             chosen = [member for member in group if member.index in shown]
             static = [case for member in chosen for case in _static_cases(run.store, model, member)]
-            found.append(_model_modes(run.store, model, first, static))
+            found.append(_model_modes(run, model, first, static))
         except StorageError:
             raise
         except Exception as error:  # the models stand without them
@@ -132,8 +134,9 @@ def _case(scene: Scene, model: BuiltModel | None) -> str:
     return fingerprint(inputs if scene.aero is None else {**inputs, "modal": modal_inputs(scene)})
 
 
-def _model_modes(store: Store, model: BuiltModel, member: Member, static: Sequence[StaticCase]) -> ModelModes:
-    scene = member.scene
+def _model_modes(run: Run, model: BuiltModel, member: Member, static: Sequence[StaticCase]) -> ModelModes:
+    scene, store = member.scene, run.store
+    advice = advice_of(run, model, member)
     values = [
         (order, limits, stored_frequencies(store, model, scene, order)) for order, limits in excited_orders(scene)
     ]
@@ -146,7 +149,19 @@ def _model_modes(store: Store, model: BuiltModel, member: Member, static: Sequen
         proposed_range(stored_resonances(store, model.key, scene, model.rom), scene.response.frequency),
         stored_flutter(store, model, scene),
         values[0][2]["coriolis"],
+        tuple(advice.lines(scene)),
     )
+
+
+def advice_of(run: Run, model: BuiltModel, member: Member) -> ContactAdvice:
+    """What helps with the contacts of a member."""
+    from pipeline.scene.reading import derived_member
+
+    def derived(given: Mapping[str, Any]) -> Scene:
+        values = {**member.parameters, **given}
+        return derived_member(run.request.scene, values, "modes", run.request.rom is not None).scene
+
+    return stored_advice(run.store, model, member.scene, derived)
 
 
 def _wave(order: int, limits: tuple[float, float], found: dict[str, Any], speed_rpm: float) -> WaveModes:

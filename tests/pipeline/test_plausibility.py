@@ -1,5 +1,6 @@
 """Unusual values: one warning line each, computed all the same."""
 
+import json
 import re
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,9 +13,10 @@ from scipy.linalg import eigh
 
 from pipeline import InputError, run_scene
 from pipeline.figures.linear_limits import _limit
+from pipeline.results.contact_advice import V0, Closing, ContactAdvice
 from pipeline.results.frequency_range import (
     Resonance,
-    held_point_warning,
+    held_said,
     missing,
     missing_warnings,
     resonances_of,
@@ -23,8 +25,7 @@ from pipeline.results.frequency_range import (
 from pipeline.scene.plausibility import plausibility_warnings
 from pipeline.scene.reading import given_scene, read_scene
 from pipeline.stages.cache_keys import model_keys
-from pipeline.stages.model.modal_truncation import HELD, _immobility
-from pipeline.stages.request import RunOutcome
+from pipeline.stages.model.modal_truncation import _immobility
 from pipeline.stages.scene_to_solver import contact_on_model
 from pipeline.store.content_store import Store
 from rom import LinearOperation, ReducedModel, write_reduced_model
@@ -393,7 +394,35 @@ def test_a_point_that_stuck_shrouds_hold_is_no_place_for_the_force(spring: float
     free, stuck = (eigh(stiffness + held * np.outer(tip, tip))[1][1, 0] for held in (0.0, 4.0 * spring))
     found = _immobility(model, operation)
     assert found == pytest.approx((free / stuck) ** 2, rel=0.1)  # springs change the damping ratio
-    outcome = RunOutcome(models=[{HELD: found}, {HELD: None}])
-    scene = given_scene(small_scene(), {}).first
-    warning = held_point_warning(outcome, scene)
+    scene, warning = given_scene(small_scene(), {}).first, held_said(found)
     assert ('surface = "pressure_side"' in warning) == (spring > 1e3)
+    lines = ContactAdvice(found, (Closing("shroud", 1e-4, 1.2e-4, False),), {V0: (-2e-5, 3e-4)}).lines(scene)
+    assert (warning in lines) == (spring > 1e3)
+    assert lines[-2:] == [
+        "the contacts of shroud are open at rest: they touch with v0 = 100 µm, and are closed with 120 µm",
+        "contact.interference from -20 µm to 300 µm: from contacts that never touch to contacts that always stick",
+    ]
+
+
+def test_modes_and_validate_say_which_interference_closes_the_contacts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """At speed the pitch widens: the static contact with the values that are named is closed, and open below them."""
+    monkeypatch.chdir(tmp_path)
+    scene = small_scene(contact__interference=0.0, load={"speed_rpm": 6000.0})
+    write_scene(tmp_path / "s.toml", scene)
+    status, said, _ = shroud("modes", "s.toml", "--json")
+    assert status == 0
+    (model,) = json.loads(said)["models"]
+    assert model["static"][0]["open_share"] > 0.0
+    (line,) = [line for line in model["helps"] if "are open at 6000 rev/min" in line]
+    parts = line.split("v0 = ")[1], line.split("closed with ")[1]
+    touch, close = (float(part.split(" µm")[0]) * 1e-6 for part in parts)
+    shares = []
+    for v0 in (touch - 1e-6, close + 1e-6):
+        write_scene(tmp_path / "t.toml", scene | {"name": "t", "contact": scene["contact"] | {"interference": v0}})
+        (other,) = json.loads(shroud("modes", "t.toml", "--json")[1])["models"]
+        shares.append(other["static"][0]["open_share"])
+    assert shares == [1.0, 0.0]
+    assert any("contact.interference from " in each for each in model["helps"])
+    assert line in "".join(shroud("validate", "s.toml")[1:])
