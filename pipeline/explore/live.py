@@ -5,7 +5,6 @@ All numbers come from the functions that `shroud run` uses: `nonlinear_problem` 
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -17,11 +16,12 @@ from pipeline.explore import calls
 from pipeline.explore.computation import Computation
 from pipeline.explore.knobs import Knob, Range, knobs_of, turned_keys
 from pipeline.explore.models import LiveModels, LoadedModel
+from pipeline.explore.scene_text import edited
 from pipeline.explore.views import FIRST, LiveView, certainty_of
 from pipeline.optimise import Optimised
 from pipeline.results.closure import QUICK, ranges_of_closure
 from pipeline.scene.consistency import check_scene, check_scene_for_model
-from pipeline.scene.reading import Member, SceneFile, derived_member, given_scene, read_scene
+from pipeline.scene.reading import Member, SceneFile, derived_member, given_scene, parsed, read_scene
 from pipeline.scene.sweep import as_in_scene, key_value, swept_keys
 from pipeline.stages.cache_keys import model_keys
 from pipeline.stages.curve.curve_summary import checked
@@ -40,7 +40,7 @@ PLACE = "explore"  # how messages name the place of turned values
 QUICK_STEPS: dict[str, Any] = {"max_step": 0.5, "peak_tolerance": 1e-5}  # of the first look: a fifth faster
 # of the friction cone in a first look, whose exact cycle takes two to four times as long
 CONE = {"contact.integration": "sampled", "contact.samples": 64}
-PATIENCE = 0.4  # seconds after which a first look that is not complete is given up; one takes a tenth of that
+MOST_POINTS = 2000  # solved, after which a first look that is not complete is given up; one takes a tenth of them
 LEAST_SECONDS = 0.1  # that another model takes
 Cancelled = Callable[[], bool]
 
@@ -118,10 +118,8 @@ class LiveScene:
         from nonlinear import response_stages
         from rom import one_blas_thread
 
-        end = time.monotonic() + PATIENCE
-
         def gives_up(frequency_hz: float, points: int) -> bool:
-            return points == 0 or time.monotonic() > end
+            return points == 0 or points > MOST_POINTS  # work, not time: the same on every machine
 
         with one_blas_thread():  # two of them take twice the processor time, and as long
             solved = self._quick()
@@ -173,8 +171,19 @@ class LiveScene:
         self.computation.close()
 
     def scene_text(self) -> str:
-        """The scene as it stands as TOML: `shroud run` of it gives the numbers of the last refined view."""
-        return self.as_file().text
+        """The scene as it stands as TOML: `shroud run` of it gives the numbers of the last refined view.
+
+        Comments of its file are kept; it has a name of its own, so that its results lie beside those of that file.
+        """
+        named = given_scene(self.as_file(), {"name": self.own_name}, self.models.rom is not None)
+        middle = self.swept.members[len(self.swept.members) // 2].parameters if self.swept.swept else {}
+        turned = {**middle, **self.values, "name": self.own_name}
+        return edited(self.swept.text, turned, parsed(named.path, named.text))
+
+    @property
+    def own_name(self) -> str:
+        """The name of the scene as it stands, where it is saved."""
+        return f"{self.scene.name}-explored"
 
     def as_file(self) -> SceneFile:
         """The scene as it stands, as one that is read from a file."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from pipeline.errors import InputError, one_line
+from pipeline.errors import one_line
 from pipeline.explore.charts import PIN_COLOURS, THEME, ResponseChart, TrailChart
 from pipeline.explore.point_charts import PointCharts, shape_plain
 from pipeline.explore.saved import figure_text, table_text
@@ -149,7 +149,7 @@ class Page:
             return
         try:
             act(self, value, number)
-        except InputError as error:
+        except Exception as error:  # whatever was typed has an answer
             self._refuse(error, number)
 
     def _open(self, value: object, number: int) -> None:
@@ -289,7 +289,7 @@ class Page:
         }
 
         def make(cancelled: Cancelled) -> None:
-            file = {"name": f"{scene.scene.name}.{ending}", "type": kind, "text": texts[ending]()}
+            file = {"name": f"{scene.own_name}.{ending}", "type": kind, "text": texts[ending]()}
             self._then(lambda: self._tell(save=file, number=number))
 
         self._ask(Kind.EXPORT, make, number)
@@ -393,8 +393,7 @@ class Page:
         if kept is not None and view.response.points:  # the same place on the new curve
             self.picked = self.response.nearest(kept[0], kept[1] * self.response.factor)
         self._tell(**self._words())
-        if view.is_last or self.picked is not None:
-            self._ask_point()
+        self._ask_point()  # its marker, motion and loops are of the curve that is shown
 
     def _show(self, view: LiveView) -> None:
         self.view = view
@@ -437,9 +436,13 @@ class Page:
             self._tell(trailed=True)
 
     def _refuse(self, error: Exception, number: int | None) -> None:
-        """Say what is wrong, and show the knobs as they stand."""
+        """Say what is wrong, in the units of the page, and show the knobs as they stand."""
         parts: dict[str, Any] = {} if number is None else {"number": number}
-        self._tell(error=one_line(str(error)), values=self._values(), working=None, **parts)
+        key = getattr(error, "key", "")
+        named = [knob for knob in self.stand.scene.knobs if knob.key in key]
+        knob = max(named, key=lambda each: len(each.key), default=None)
+        said = str(error) if knob is None or knob.choices else KnobWords(knob).refusal(str(error))
+        self._tell(error=one_line(said), values=self._values(), working=None, **parts)
 
     def _tell_all(self, number: int) -> None:
         scene = self.stand.scene

@@ -10,11 +10,14 @@ from __future__ import annotations
 import asyncio
 import logging
 import secrets
+import tempfile
 import threading
 import webbrowser
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import dataclass
 from importlib.util import find_spec
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 from pipeline.errors import InputError, input_error
@@ -28,6 +31,8 @@ NAMES = (ADDRESS, "localhost")  # by which a browser may call this machine
 LOOKED_FOR = 2000  # milliseconds between two looks for pages that were closed
 CLOSED_AFTER = 20_000  # milliseconds without a connection after which a page counts as closed, one that loads too
 LARGEST_MESSAGE = 1_000_000  # bytes of one from a page, which holds a few numbers
+IDLE = 20.0  # seconds that a connection may wait with its request, or for a next one
+MOST_CONNECTIONS = 64  # at a time; those of open pages do not count
 # All the page's scripts, styles and pictures are its own; nothing of another origin is loaded or told.
 HEADERS = {
     "Content-Security-Policy": (
@@ -58,18 +63,30 @@ class LocalServer:
 
     def run(self, in_browser: bool = False) -> None:
         """Serve until `stop`, or until an exception, as that of a signal, ends the loop; open a browser if asked."""
-        if in_browser:
-            self.server.io_loop.add_callback(lambda: webbrowser.open(self.address))
-        try:
-            self.server.io_loop.start()
-        finally:
-            self.server.stop(wait=False)
-            self.server.io_loop.run_sync(_end_tasks)
-            self.server.io_loop.close()
+        with ExitStack() as kept:
+            if in_browser:
+                page = redirect_file(Path(kept.enter_context(tempfile.TemporaryDirectory())), self.address)
+                # in a thread: a browser command that stays in the foreground would block the page
+                threading.Thread(target=webbrowser.open, args=(page.as_uri(),), daemon=True).start()
+            try:
+                self.server.io_loop.start()
+            finally:
+                self.server.stop(wait=False)
+                self.server.io_loop.run_sync(_end_tasks)
+                self.server.io_loop.close()
 
     def stop(self) -> None:
         """End `run`, from any thread."""
         self.server.io_loop.add_callback(self.server.io_loop.stop)
+
+
+def redirect_file(folder: Path, address: str) -> Path:
+    """A page that leads to the address, for its owner alone: a command line with the token is read by other users."""
+    path = folder / "explore.html"
+    path.touch(mode=0o600)
+    head = f'<meta charset="utf-8"><meta http-equiv="refresh" content="0; url={address}">'
+    path.write_text(f'<!DOCTYPE html>{head}<a href="{address}">the page</a>\n', encoding="utf-8")
+    return path
 
 
 def local_server(pages: Pages, port: int = 0) -> LocalServer:
@@ -84,7 +101,6 @@ def local_server(pages: Pages, port: int = 0) -> LocalServer:
     from bokeh.application import Application
     from bokeh.application.handlers.function import FunctionHandler
     from bokeh.server.server import BaseServer
-    from tornado.httpserver import HTTPServer
     from tornado.ioloop import IOLoop
     from tornado.netutil import bind_sockets
 
@@ -111,7 +127,9 @@ def local_server(pages: Pages, port: int = 0) -> LocalServer:
         log_function=lambda handler: None,
         transforms=[_headers_class()],
     )
-    http = HTTPServer(application, max_buffer_size=LARGEST_MESSAGE)
+    http = _http_class()(
+        application, max_buffer_size=LARGEST_MESSAGE, idle_connection_timeout=IDLE, body_timeout=IDLE
+    )
     server = BaseServer(loop, application, http)
 
     async def listen() -> None:  # on this loop, whichever runs around it
@@ -167,6 +185,21 @@ def _application_class(left: Callable[[Document], None]) -> Any:
                     left(session.document)
 
     return LocalApplication
+
+
+def _http_class() -> Any:
+    from tornado.httpserver import HTTPServer
+
+    class LimitedServer(HTTPServer):
+        """A server with so many connections at a time; one that is upgraded, as that of a page, counts no more."""
+
+        def handle_stream(self, stream: Any, address: Any) -> None:
+            if len(self._connections) >= MOST_CONNECTIONS:
+                stream.close()
+            else:
+                super().handle_stream(stream, address)
+
+    return LimitedServer
 
 
 def _headers_class() -> Any:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from decimal import Decimal, InvalidOperation
+from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
 from pipeline.errors import input_error, shown
@@ -100,9 +100,19 @@ class KnobWords:
             return knob.at(min(max(float(text), 0.0), 1.0))
         try:
             number = float(Decimal(text) / Decimal(str(knob.factor)))  # the number nearest to what was typed
-        except (InvalidOperation, OverflowError):
+        except (ArithmeticError, ValueError):
             raise input_error("explore", knob.key, shown(text), "a number") from None
         return int(number) if knob.kind == "whole" and math.isfinite(number) and number == int(number) else number
+
+    def refusal(self, error: str) -> str:
+        """Why a value is not taken: the allowed ones of the message, those of the page in its unit where it has them
+        in SI or asks for an option of the command line.
+        """
+        allowed = error.partition("allowed: ")[2]
+        plain = self.knob.factor == 1.0 and "--force" not in allowed and allowed
+        name, usual = self.knob.label.partition(" [")[0], f"{self.plain()['range']} are usual"
+        now = f"{self._text(self.knob.value)} {self.knob.unit}".strip()
+        return f"{name}: not taken, {f'allowed: {allowed}' if plain else usual}; it stays at {now}"
 
     def _names(self) -> list[str]:
         return [str(choice) for choice in self.knob.choices]

@@ -1,5 +1,6 @@
 """A scene whose knobs are turned: its views against a run of the scene as it stands, what is kept, what ends."""
 
+import itertools
 import os
 import signal
 import time
@@ -70,6 +71,14 @@ def test_the_last_view_is_the_run_of_the_scene_as_it_stands(live: LiveScene, tmp
     first = turned.curve()
     assert (first.stage, first.response.harmonics) == (FIRST, 1)
     assert first.facts.peak_amplitude_m == pytest.approx(views[-1].facts.peak_amplitude_m, rel=0.2)
+
+
+def test_a_first_look_is_given_up_by_its_work_and_not_by_the_clock(
+    live: LiveScene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    clock = itertools.count(0.0, 10.0)
+    monkeypatch.setattr(time, "monotonic", lambda: next(clock))
+    assert live.curve().response.termination.complete
 
 
 def test_a_view_says_how_sure_it_is(live: LiveScene) -> None:

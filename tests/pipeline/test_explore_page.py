@@ -6,16 +6,19 @@ import asyncio
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import threading
 import time
 import tomllib
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from urllib.error import HTTPError
-from urllib.request import ProxyHandler, Request, build_opener
+from urllib.parse import urlsplit
+from urllib.request import ProxyHandler, Request, build_opener, url2pathname
 
 import pytest
 from pipeline_support import small_scene, write_scene
@@ -24,6 +27,8 @@ from pipeline import run_scene
 from pipeline.errors import InputError
 from pipeline.explore.charts import Scale
 from pipeline.explore.knobs import Knob
+from pipeline.explore.scene_text import edited
+from pipeline.explore.server import MOST_CONNECTIONS
 from pipeline.explore.start import page_server
 from pipeline.explore.words import KnobWords
 from pipeline.explore.workshop import Cancelled, Kind, Workshop
@@ -324,6 +329,101 @@ def test_a_number_typed_in_is_the_number_of_the_scene() -> None:
     assert words.said == "v0 = 5 µm"
     with pytest.raises(InputError, match=r"contact\.interference.*, allowed: a number"):
         words.value_of("shown", "five")
+
+
+def test_a_value_that_is_not_taken_is_answered_in_the_unit_of_its_knob() -> None:
+    """Metres for a knob in micrometres, an option of the command line, or nothing at all."""
+    knob = Knob(INTERFERENCE, "v0 [µm]", "number", 5e-6, -1e-4, 1e-4, step=1e-6, unit="µm", factor=1e6)
+    words = KnobWords(knob)
+    assert words.refusal("scene: contact.interference: 5.0, allowed: a number, -1000 to 1000; --force takes it") == (
+        "v0: not taken, -100 to 100 µm are usual; it stays at 5 µm"
+    )
+    plain = KnobWords(replace(knob, label="friction coefficient", unit="", factor=1.0, value=0.3))
+    assert plain.refusal("a: b: -1, allowed: 0 to 5").endswith("not taken, allowed: 0 to 5; it stays at 0.3")
+    for text in ("1e999999999999999999", "nan?", "9" * 5000 + "x"):
+        with pytest.raises(InputError, match="allowed: a number"):
+            words.value_of("shown", text)
+
+
+def test_a_surer_view_moves_the_marker_and_what_is_typed_is_answered(served: Any) -> None:
+    from bokeh.document import Document
+
+    from pipeline.explore.page import Page
+
+    async def act() -> tuple[list[Kind], dict[str, Any]]:
+        page, asked = Page(Document(), served[1]), list[Kind]()
+        page._ask = lambda kind, run, number=None: asked.append(kind)  # type: ignore[method-assign]
+        page._show_refined(page.stand.scene, replace(page.view, stage="main branch"))
+        page.asked.value = json.dumps({"number": 7, "turn": {FRICTION: {"shown": "1e99999999999999999999"}}})
+        return asked, json.loads(page.told.value)
+
+    asked, told = asyncio.run(act())
+    assert asked == [Kind.POINT]
+    assert told["number"] == 7
+    assert "friction" in told["error"]
+    assert told["values"][FRICTION]["shown"]
+
+
+def test_a_saved_scene_keeps_its_comments_and_has_a_name_of_its_own(tmp_path: Path) -> None:
+    text = (
+        '# my blade\nname = "rub"  # short\n\n[contact] # the face\nfriction = 0.3 # measured\n'
+        'interference = 1e-5\n\n[sweep]\n"contact.interference" = [\n  0.0,\n  1e-5,\n]\n\n# the force\n'
+        "[excitation]\nforce = 1.0\n"
+    )
+    turned = {"contact.interference": 2e-5, "contact.friction": 0.4, "contact.preload": 3.0, "name": "rub-explored"}
+    wanted = tomllib.loads(text)
+    del wanted["sweep"]
+    wanted["contact"] |= {"interference": 2e-5, "friction": 0.4, "preload": 3.0}
+    wanted["name"] = "rub-explored"
+    found = edited(text, turned, wanted)
+    assert tomllib.loads(found) == wanted
+    assert found.startswith('# my blade\nname = "rub-explored"  # short\n')
+    assert "friction = 0.4 # measured" in found
+    assert "[contact] # the face" in found
+    odd = 'contact = { friction = 0.3, interference = 1e-5 }\n[sweep]\n"contact.interference" = [1.0]\n'
+    assert tomllib.loads(edited(odd, turned, wanted)) == wanted  # written anew
+
+
+def test_the_browser_is_led_there_by_a_file_and_blocks_nothing(
+    folder: Path, scene: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The token stood in the command line of the browser, which other users read; one in the foreground blocked."""
+    opened_pages, go = list[str](), threading.Event()
+
+    def browser(address: str) -> None:
+        opened_pages.append(address)
+        go.wait(WAITING)
+
+    monkeypatch.setattr("webbrowser.open", browser)
+    with page_server(scene, folder / "out") as (server, _):
+        thread = threading.Thread(target=server.run, args=(True,))
+        thread.start()
+        try:
+            wait_for(lambda: bool(opened_pages))
+            token = server.address.rstrip("/").rpartition("/")[2]
+            assert token not in opened_pages[0]
+            page = Path(url2pathname(urlsplit(opened_pages[0]).path))
+            assert server.address in page.read_text()
+            assert page.stat().st_mode & 0o077 == 0
+            assert status_of(server.address) == 200
+            host, _, port = urlsplit(server.address).netloc.partition(":")
+            idle = [socket.create_connection((host, int(port)), WAITING) for _ in range(MOST_CONNECTIONS + 8)]
+            assert idle[-1].recv(1) == b""  # refused: so many wait
+            for each in idle:
+                each.close()
+            wait_for(lambda: status_or_none(server.address) == 200)
+        finally:
+            go.set()
+            server.stop()
+            thread.join()
+    assert not page.exists()
+
+
+def status_or_none(address: str) -> int | None:
+    try:
+        return status_of(address)
+    except OSError:
+        return None
 
 
 def test_a_scale_changes_where_data_leave_it_or_nearly_empty_it() -> None:

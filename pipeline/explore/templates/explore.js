@@ -58,7 +58,7 @@
       row.append(choice);
     } else {
       const number = made("input", { id: id, type: "number", step: "any", title: knob.range,
-        onchange: () => { if (number.value !== "") { changed(knob, { shown: number.value }); } },
+        onchange: () => { if (number.value !== "" || number.validity.badInput) { changed(knob, { shown: number.value || "?" }); } },
         onkeydown: (event) => {  // as on the slider, whose steps fit its range
           const way = { ArrowUp: 1, ArrowDown: -1 }[event.key];
           if (way) { event.preventDefault(); changed(knob, { position: Math.min(Math.max(Number(range.value) + way * knob.step, 0), 1) }); }
@@ -166,6 +166,7 @@
   }
 
   const SHOWN = {
+    number: answered,  // first: a value that was refused does not stay in its field
     title: (text) => { get("title").textContent = document.title = text; },
     about: (text) => { get("about").textContent = text; },
     knobs: showKnobs, values: showValues, readouts: showReadouts, steps: showSteps, pins: showPins, nodes: showNodes, save: save,
@@ -189,7 +190,6 @@
     faces: (found) => { nodes = found; drawFace(); },
     no_shape: (text) => { get("no-shape").hidden = !text; get("no-shape").textContent = text || ""; get("viewer").hidden = Boolean(text); },
     can: (found) => { Object.entries(found).forEach(([id, may]) => { get(id).disabled = !may; }); },
-    number: answered,
   };
   function told() {
     const found = JSON.parse(model.told.value || "{}");
