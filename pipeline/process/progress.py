@@ -96,7 +96,8 @@ class Reporter:
             def write() -> None:
                 while not done.wait(_PAUSE_OF_LINES / 10.0):
                     if all(counter.silent_for > _PAUSE_OF_LINES for counter in counters.values()):
-                        next(iter(counters.values())).goes_on(seconds_since(start))
+                        going = [counter for counter in counters.values() if counter.count < counter.total]
+                        (going or list(counters.values()))[0].goes_on(seconds_since(start))
 
             with _beside(write, done):
                 yield dict(counters)
@@ -184,7 +185,7 @@ class LineCounter(Counter):
 
     def goes_on(self, elapsed: float) -> None:
         """Say that the work goes on after so many seconds."""
-        state = f", at {self.state}" if self.state else ""
+        state = f", {self.state}" if self.state else ""
         self._line(f"{duration(elapsed)} so far{state}")
 
     def _line(self, text: str) -> None:

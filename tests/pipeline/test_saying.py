@@ -10,6 +10,7 @@ from pipeline_support import ground_scene, shroud, small_scene, summary_of, writ
 
 import pipeline.process.progress
 from pipeline.process.progress import Reporter, duration, time_left
+from pipeline.stages.curve.sweep_curves import COMPILING
 
 
 class Terminal(io.StringIO):
@@ -70,6 +71,20 @@ def test_a_long_single_piece_says_that_it_goes_on(monkeypatch: pytest.MonkeyPatc
     with Reporter(quiet=True, stream=quiet).working("reducing"):
         pass
     assert quiet.getvalue() == ""
+
+
+def test_the_work_that_goes_on_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    """ "8 of 8 done" stood there for minutes, while branches of neighbours were sought."""
+    monkeypatch.setattr(pipeline.process.progress, "_PAUSE_OF_LINES", 0.001)
+    stream = io.StringIO()
+    with Reporter(stream=stream).counting_several({"curves": 1, "branches of neighbours": 3}) as counters:
+        counters["curves"].within(COMPILING)
+        wait_until(lambda: "warm-up" in stream.getvalue(), "what takes so long at first")
+        counters["curves"].done("one")
+        counters["branches of neighbours"].within("at 352 Hz")
+        wait_until(lambda: "at 352 Hz" in stream.getvalue(), "what goes on then")
+    last = [line for line in stream.getvalue().splitlines() if "so far" in line][-1]
+    assert last.startswith("branches of neighbours, 0 of 3 done: ")
 
 
 def test_a_terminal_shows_bars(monkeypatch: pytest.MonkeyPatch) -> None:

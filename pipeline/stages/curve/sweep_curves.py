@@ -63,6 +63,10 @@ class Intermediate:
             self.written, self.due = solved, end + max(PAUSE, SHARE * (end - start))
 
 
+# until the first point is solved: the state of the curves in a first run
+COMPILING = "no point solved yet; a first run compiles the kernels, for minutes (`shroud warm-up` does it beforehand)"
+
+
 class SweepCurves:
     """Finds or computes the curves of a sweep, with the branches of their neighbours.
 
@@ -113,6 +117,7 @@ class SweepCurves:
         prepare_workers(self._run, scenes)
         totals = {CURVES: len(missing), BRANCHES: self._carrier.waiting}
         with reporter.counting_several(totals, executor.count) as self._counters:
+            self._counters[CURVES].within(COMPILING)
             for item in missing:
                 self._submit(curve_task(self._run.store, item), item)
             for extension in extensions:
@@ -127,7 +132,8 @@ class SweepCurves:
             reporter.line(f"branches carried from neighbours: {found} further in {curves} curve{'s' * (curves > 1)}")
 
     def _within(self, detail: str) -> None:
-        self._counters[CURVES].within(detail)
+        solving = any(not isinstance(item, Extension) for _, item in self._tasks.values())
+        self._counters[CURVES if solving else BRANCHES].within(detail)
         self._so_far(len(self.solved))
 
     def _submit(self, task: Task, item: CurveJob | Extension) -> None:
