@@ -35,7 +35,7 @@ def flutter_figure(flutter: LinearFlutter | None, title: str) -> Figure | None:
         axes.set_ylim(low, max(high, 0.0))
         axes.axhline(0.0, color="0.3", linewidth=0.8)
         axes.set_ylabel(f"mode {mode}: damping ratio [%]")
-    panels[-1, 0].set_xlabel("nodal diameter (below 0: forward waves, above 0: backward waves)")
+    panels[-1, 0].set_xlabel("nodal diameter n (n > 0: backward wave, against the rotation; n < 0: forward wave)")
     panels[-1, 0].legend(loc="upper left", bbox_to_anchor=(0.0, -0.24), ncols=4, fontsize=8.5)
     write_heading(figure, title)
     return figure

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field
 
@@ -12,14 +14,20 @@ from pipeline.scene.fields import Number, Section, Whole, key
 from pipeline.scene.input_files import Contents
 from pipeline.scene.loads_section import TABLE, File, csv_columns, placed
 
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
 Coefficient = Annotated[Number, Field(ge=-1.0, le=1.0)]
 MOST = 10000  # places
 Places = Annotated[tuple[Annotated[Whole, Field(ge=-MOST, le=MOST)], ...], Field(min_length=1, max_length=MOST)]
 COLUMNS = ("offset", "nodal_diameter", "speed_rpm", "frequency", "real", "imaginary")
+PHASE = "phase_angle"  # column in place of nodal_diameter: inter-blade phase angle, degrees, forward waves positive
+DAMPING = {"damping_ratio": -2.0, "log_decrement": -1.0 / math.pi}  # columns in place of imaginary: that over these
 VALUES_OF = ("real", "imaginary")
 AXES = ("speed_rpm", "frequency")  # of a table
 VALUES = "a list of numbers, -1 to 1, one for each offset or nodal diameter"
 ROWS = "a list of numbers, 0 to 1e6, one for each offset or nodal diameter"
+ON_RING = 0.02  # of the angle between two waves: angles are given with a few digits
 Numbers = Annotated[tuple[Annotated[Number, Field(ge=0.0, le=1e6)], ...], Field(min_length=1, max_length=MOST)]
 
 
@@ -52,8 +60,8 @@ class AeroFamily(Section):
         "frequencies of the coefficients, Hz; linear between them at the frequency of the family", ROWS, None
     )
     file: File | None = key(
-        "in place of the lists: columns offset or nodal_diameter, real, imaginary, of a table speed_rpm, frequency;"
-        " relative to the scene file",
+        "in place of the lists: columns offset, nodal_diameter or phase_angle, real, and imaginary, damping_ratio or "
+        "log_decrement, of a table speed_rpm, frequency; relative to the scene file",
         TABLE,
         None,
     )
@@ -62,10 +70,10 @@ class AeroFamily(Section):
         """The family with the lists of its file, if it has one; `contents`: hashes of input files. InputError."""
         if self.file is None:
             return self
-        columns = csv_columns(self.file, COLUMNS, contents)
+        columns = as_coefficients(self.file, csv_columns(self.file, (*COLUMNS, PHASE, *DAMPING), contents))
         places = [name for name in COLUMNS[:2] if name in columns]
         if len(places) != 1 or not all(name in columns for name in VALUES_OF):
-            allowed = "columns offset or nodal_diameter, real and imaginary"
+            allowed = "offset, nodal_diameter or phase_angle; real and imaginary, damping_ratio or log_decrement"
             raise InputError(f"{self.file}: columns {', '.join(columns)}, allowed: {allowed}")
         if any(value % 1.0 or abs(value) > MOST for value in columns[places[0]]):
             raise InputError(f"{self.file}: {places[0]} that is no whole number, allowed: -{MOST} to {MOST}")
@@ -105,6 +113,30 @@ class AeroFamily(Section):
         ):
             found.setdefault((speed, frequency), {})[place] = complex(real, imaginary)
         return found
+
+
+def as_coefficients(file: Path | str, columns: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    """Columns with coefficients by nodal diameter in place of damping by phase angle, as flow solvers give it.
+
+    Im C = -2 zeta = -delta / pi; the phase angle of a forward wave is positive, its nodal diameter here negative.
+    """
+    found = dict(columns)
+    given = [name for name in DAMPING if name in found]
+    if len(given) + ("imaginary" in found) > 1:
+        allowed = "one of imaginary, damping_ratio and log_decrement"
+        raise InputError(f"{file}: columns {', '.join(columns)}, allowed: {allowed}")
+    for name in given:
+        found["imaginary"] = DAMPING[name] * found.pop(name)
+        found.setdefault("real", 0.0 * found["imaginary"])
+    if PHASE in found:
+        angle = found.pop(PHASE)
+        waves = len(set((angle % 360.0).round(6).tolist()))  # of the ring, each of which is given
+        wave = angle * waves / 360.0
+        if abs(wave - wave.round()).max(initial=0.0) > ON_RING:
+            allowed = f"multiples of 360/{waves} degrees, for {waves} different angles: every wave of the ring once"
+            raise InputError(f"{file}: {PHASE} {angle[abs(wave - wave.round()).argmax()]:g}, allowed: {allowed}")
+        found["nodal_diameter"] = (waves // 2 - wave.round()) % waves - waves // 2  # -waves / 2 and up
+    return found
 
 
 class Aero(Section):

@@ -1,6 +1,7 @@
 """[aero] in a scene: damping of the waves in `shroud modes`, its numbers and figure, what does not fit."""
 
 import json
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,8 @@ import numpy as np
 import pytest
 from pipeline_support import ground_model, ground_scene, shroud, small_scene, write_scene
 
+from pipeline.errors import InputError
+from pipeline.scene.aero_section import AeroFamily
 from pipeline.scene.reading import read_scene
 from pipeline.stages.curve.curve_file import FLOW, modes_of_curve
 from pipeline.stages.scene_to_solver import influence_of
@@ -103,7 +106,10 @@ def test_coefficients_from_a_file(tmp_path: Path) -> None:
     file = read_scene(write_scene(tmp_path / "s.toml", tables))
     assert file.first.aero_inputs() == read_scene(write_scene(tmp_path / "t.toml", scene())).first.aero_inputs()
     for content, said in (
-        ("offset,real\n0,1\n", "columns offset, real, allowed: columns offset or nodal_diameter, real and imaginary"),
+        (
+            "offset,real\n0,1\n",
+            "columns offset, real, allowed: offset, nodal_diameter or phase_angle; ",
+        ),
         ("offset,real,imaginary\n0.5,0,0\n", "offset that is no whole number, allowed: "),
         ("offset,real,imaginary\n0,40,0\n", "a coefficient beyond -1 to 1, allowed: "),
         (
@@ -121,6 +127,28 @@ def table(**changes: Any) -> dict[str, Any]:
     real = [1e-3 * place * (1.0 + speed / 1000.0 + hertz / 1000.0) for place, speed, hertz in rows]
     names = dict(zip(("offset", "speed_rpm", "frequency"), map(list, zip(*rows, strict=True)), strict=True))
     return {"mode": 1, **names, "real": real, "imaginary": [-1e-2] * len(rows), **changes}
+
+
+@pytest.mark.parametrize(("name", "factor"), [("damping_ratio", 1.0), ("log_decrement", 2.0 * math.pi)])
+def test_damping_by_phase_angle_is_that_of_the_waves(tmp_path: Path, name: str, factor: float) -> None:
+    """As flow solvers give it: forward angles above 0, damping above 0; n = -angle N_b / 360, Im C = -2 zeta."""
+    file, count = tmp_path / "flow.csv", 72
+    angles = [360.0 * k / count for k in range(-count // 2, count // 2)]
+    zeta = {angle: 0.002 + 0.003 * math.sin(math.radians(angle)) for angle in angles}  # backward waves grow
+    rows = "".join(f"{angle:.4f},{factor * zeta[angle]!r}\n" for angle in angles)
+    file.write_text(f"phase_angle,{name}\n{rows}")
+    family = AeroFamily(mode=1, file=str(file)).read()
+    found = dict(zip(family.places, family.imaginary, strict=True))
+    for angle in angles[1:]:
+        assert found[round(-angle * count / 360.0)] == pytest.approx(-2.0 * zeta[angle], abs=1e-15)
+    assert family.real == (0.0,) * count
+    assert found[18] > 0.0 > found[-18]
+    file.write_text(f"phase_angle,{name}\n0,0.1\n100,0.1\n")
+    with pytest.raises(InputError, match="phase_angle 100, allowed: multiples of 360/2 degrees"):
+        AeroFamily(mode=1, file=str(file)).read()
+    file.write_text(f"phase_angle,{name},imaginary\n0,0.1,0.1\n")
+    with pytest.raises(InputError, match="one of imaginary, damping_ratio and log_decrement"):
+        AeroFamily(mode=1, file=str(file)).read()
 
 
 def test_a_table_is_linear_between_its_speeds_and_frequencies(tmp_path: Path) -> None:
