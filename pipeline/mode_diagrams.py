@@ -66,7 +66,7 @@ def find_modes(request: Request, reporter: Reporter) -> ModesFound:
         remove_outdated(request.out / FOLDER, [f"{name}.*" for name in FIGURES], files)
         if len(request.scene.members) > 1:
             said = member_label(request.scene.members[0])
-            reporter.line(f"sweep: nodal_diameters.png shows its first point, {said}")
+            reporter.line(f"nodal_diameters.png is drawn for the first value of the sweep, {said}")
     return ModesFound(found, values, files, outcome.problems)
 
 

@@ -139,7 +139,7 @@ def _rotation_text(rotation: FloatArray) -> str:
     if np.array_equal(rotation, np.eye(3)):
         return "axes of the file kept"
     names = [_row(row) for row in rotation]
-    return f"turned: our x, y, z are {', '.join(names)} of the file"
+    return f"axes: x, y, z here = {', '.join(names)} in the file"
 
 
 def _row(row: FloatArray) -> str:

@@ -148,7 +148,7 @@ def _of_one_body(mesh: ImportedMesh, unit: str | None, axis: str | None, n_blade
     direction, pitch, mismatch = best
     if pitch < 0.0:  # the axis points the other way, or the names are exchanged: the scene keeps the axis
         sets[right], sets[left] = sets[left], sets[right]
-        why.append(f"{faces} exchanged: the right one is ahead in the sense of turning about {direction}")
+        why.append(f"{faces} swapped: right is the one that leads in rotation about {direction}")
     number = round(2.0 * math.pi / abs(pitch))
     degrees = math.degrees(abs(pitch))
     why.append(

@@ -399,7 +399,7 @@ def _worst(known: Sequence[SweepPoint], count: int) -> str:
     if count > 1:
         text += f" It is the highest of {len(known)} curves{_open_of(known)}."
     if highest.facts.mean:
-        text += f" {with_unit(highest.facts.mean)} of it are a static mean."
+        text += f" Of this, {with_unit(highest.facts.mean)} is the static mean."
     if highest.peak[1] > NOTICEABLE * highest.worst[1]:
         text += f" The main branch reaches {with_unit(highest.peak[1])}, but that motion is unstable."
     elif highest.worst[1] > NOTICEABLE * highest.peak[1]:

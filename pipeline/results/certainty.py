@@ -56,7 +56,7 @@ def _of_peaks(facts: Facts) -> Iterator[str]:
         yield f"Time samples of the contact force change a peak by {_at_most(found[0])}{found[1]}{end}."
     found = _largest(facts, lambda item: item.energy_error)
     if found is not None:
-        yield f"Work input and dissipation per cycle agree to {found[0]:.0e} at every point{found[1]}."
+        yield f"The energy balance per cycle closes to {found[0]:.0e}{found[1]}."
 
 
 def _at_most(error: float) -> str:

@@ -440,9 +440,9 @@ def _beside_peak(facts: CurveSummary, factor: float) -> Iterator[str]:
         yield f"detached branch {facts.worst_branch}"
     elif facts.worst_branch < 0 and math.isfinite(worst):
         solved = facts.worst_truncation_error > 0.0
-        yield f"on no branch, by {'harmonic balance of several blades' if solved else 'time integration'}"
+        yield f"neighbouring blades move differently{' (time integration)' * (not solved)}"
     if worst > NOTICEABLE * peak:
-        yield f"{'a response curve shows' if settled else 'peak'} only {peak * factor:.4g}"
+        yield f"{'the response curve alone peaks at' if settled else 'peak only'} {peak * factor:.4g}"
     elif worst * NOTICEABLE < peak:
         yield f"peak {peak * factor:.4g} is unstable"
 

@@ -279,8 +279,7 @@ def range_line(model: ModelModes) -> str:
     if model.proposed_hz is None:
         return "response.frequency: the force excites none of these modes"
     proposed, present = (f"[{low:g}, {high:g}]" for low, high in (model.proposed_hz, model.waves[0].range_hz))
-    of = "from free to stuck of the excited modes in this range (if none, of the first)"
-    return f"response.frequency = {present}; proposed: {proposed}, {of}"
+    return f"response.frequency = {present}; suggested: {proposed}, covers the excited modes from free to stuck"
 
 
 def table_notes(models: Sequence[ModelModes]) -> list[str]:
@@ -297,10 +296,8 @@ def table_notes(models: Sequence[ModelModes]) -> list[str]:
     if any(wave.excitation_hz for wave in waves):
         included = any(model.coriolis for model in models)
         lines += ["frequencies include Coriolis forces, as the response does"] * included
-        lines.append("margin: of the nearest of these frequencies from the excitation; 0: resonance is possible")
-    lines += ["open: share of the contact face; v: interference and static displacement, below 0 a gap"] * bool(
-        models
-    )
+        lines.append("margin: distance of the excitation from the nearest of free and stuck; 0: it lies between them")
+    lines += ["open: share of the contact; v: overlap left under static load, negative: gap"] * bool(models)
     return lines
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
-from pipeline.results.worst import UNSTABLE_SAID
 from pipeline.scene.labels import prefixed
 
 ELSEWHERE = 1.001  # ratio of the largest amplitude to that of hot spot 1 above which it is named
@@ -55,7 +54,7 @@ def headline(entry: Mapping[str, Any], unstable: bool) -> str:
     """Place, amplitude, mean and margin of the first hot spot, and the largest amplitude where that is elsewhere;
     outside of singular places, marked where no motion has them.
     """
-    mark = "NO MOTION PERSISTS, " if entry["motion"] == "peak" else f"{UNSTABLE_SAID}, " * unstable
+    mark = "no motion persists, " if entry["motion"] == "peak" else "the blades leave this motion, " * unstable
     at, largest = f"{mark}stress at {entry['frequency_hz']:.6g} Hz", entry["largest_amplitude_pa"]
     if not entry["hot_spots"]:
         return f"{at}, outside of singular places: largest amplitude {with_prefix(largest)}"

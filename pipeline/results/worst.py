@@ -21,7 +21,8 @@ CONTACT_SAID = {FREE: "stays open", SEPARATING: "opens and closes", SLIPPING: "s
 
 SEARCHED = "searched: "  # beginning of each sentence
 END_MARK = " (end)"  # beside a frequency or an amplitude at an end of the frequency range, where no peak is
-UNSTABLE_SAID = "UNSTABLE, the ring leaves it"  # the same as a remark
+# the same as a remark
+UNSTABLE_SAID = "unstable: the blades leave this motion; where they end was not computed (response.search)"
 UNSTABLE_MARK = " (unstable)"  # beside the amplitude of a solution that the ring leaves
 # what is open after too short a time integration
 SHORT_OF_TIME = ("take too long", "left out", "not settled", "was followed")

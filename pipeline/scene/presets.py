@@ -12,7 +12,7 @@ SOURCE = "measured on scenes/dummy.toml by make bench"
 SIZE = "mesh.size"
 # Checks of motions, which change no peak of a curve: a draft looks at the worst motion only.
 UNCHECKED: Mapping[str, Any] = {"response.stability": "folds", "response.search": "off"}
-NOT_CHECKED = "whether motions persist is checked at the highest one only, without time integration"
+NOT_CHECKED = "only the stability of the highest motion is checked; no time integration"
 _DIGITS = 3  # of an element size: what a user would type
 
 

@@ -92,7 +92,7 @@ def check_size(path: Path, member: Member) -> None:
     assert scene.mesh is not None  # a scene that describes a blade has one
     elements = estimated_elements(scene)
     if elements > LARGEST_MODEL:
-        allowed = f"larger elements (this makes about {elements:.2g}, {LARGEST_MODEL} at most)"
+        allowed = f"larger elements (these are about {float(f'{elements:.2g}'):.0f}, at most {LARGEST_MODEL})"
         raise input_error(path, member.key_in_file("mesh.size"), shown(scene.mesh.size), allowed)
     at = scene.excitation.at
     if not isinstance(at, str) and not _near_the_blade(scene, at):

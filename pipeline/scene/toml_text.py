@@ -101,7 +101,7 @@ def _error(path: Path, text: str, number: int, meaning: str) -> InputError:
         line = line[: _LONGEST_LINE - 3] + "..."
     if comma := _DECIMAL_COMMA.search(line.partition("#")[0]):
         whole, part = (group for group in comma.groups() if group is not None)
-        meaning = f"a decimal comma; a number has a decimal point: {whole}.{part}"
+        meaning = f"write {whole}.{part}, TOML has decimal points"
     quoted = f" ({line})" if line else ""
     said = f": {meaning}" if meaning else ""
     return input_error(path, f"line {number}{quoted}", f"not valid TOML{said}", ALLOWED)

@@ -56,7 +56,7 @@ def test_any_axes_and_units_give_the_same_sector(unit, metres):
     np.testing.assert_allclose(found.sector.points, made.points, atol=1e-12)
     np.testing.assert_allclose(found.sector.right.position, made.right.position, atol=1e-12)
     np.testing.assert_allclose(found.findings.rotation, turn.T, atol=1e-12)
-    assert found.findings.lines[2].startswith("turned: our x, y, z are (")
+    assert found.findings.lines[2].startswith("axes: x, y, z here = (")
     # 1 t/mm^3 = 1e12 kg/m^3, 1 lbf s^2/in^4 = 1.0686896e7 kg/m^3
     factor = {"m": 1.0, "mm": 1e12, "in": 1.0686896e7}[unit]
     assert found.materials["steel"]["density"] == pytest.approx(2.0 * factor, rel=1e-7)

@@ -128,8 +128,8 @@ class SweepCurves:
                 if self._tasks:
                     self._so_far(len(self.solved))
         if self._added:
-            found, curves = sum(self._added) or "none", len(self._added)
-            reporter.line(f"branches carried from neighbours: {found} further in {curves} curve{'s' * (curves > 1)}")
+            found, curves = sum(self._added) or "none", f"{len(self._added)} curve{'s' * (len(self._added) > 1)}"
+            reporter.line(f"detached branches of neighbouring curves tried on {curves}: {found} found")
 
     def _within(self, detail: str) -> None:
         solving = any(not isinstance(item, Extension) for _, item in self._tasks.values())

@@ -513,7 +513,7 @@ class _Search:
             notes.append(f"{', '.join(self.outer)}: to {100 * self.search.tolerance:g} % of the range")
         own = found.base
         if found.objective == "displacement" and not found.output and own.mean_m > LARGE_MEAN * own.amplitude_m:
-            mean = f"{found.said(own.mean_m)} of the scene's own {found.said(own.amplitude_m)} are a static mean"
+            mean = f"of the scene's own {found.said(own.amplitude_m)}, {found.said(own.mean_m)} is the static mean"
             notes.append(f'{mean}, which objective "harmonic_1" leaves out')
         found = replace(found, remarks=(*found.remarks, *notes))
         return replace(found, message=message_of(found))
