@@ -96,6 +96,9 @@ def most_damped(curves: Sequence[PlottedCurve]) -> PlottedCurve | None:
     return max(known, key=lambda c: c.response.dissipated_j[c.facts.peak_index] / c.peak[1] ** 2, default=None)
 
 
+WIDEST = 3.0  # points, of the first of several loops
+
+
 def _cycle(curve: PlottedCurve) -> tuple[ContactCycle, Array]:
     """The contact cycle at the peak, closed, and v0 of each node, m, which v includes."""
     from nonlinear import contact_cycle
@@ -147,7 +150,7 @@ def _draw(
     shown: Sequence[tuple[int, str, str, str]] = PANELS,
 ) -> None:
     """T1, T2 and N in a panel each, with suitable units; decreasing widths keep coinciding lines visible."""
-    widths = np.linspace(1.2 + 1.0 * (len(lines) - 1), 1.2, len(lines))
+    widths = np.linspace(WIDEST if len(lines) > 1 else 1.2, 1.2, len(lines))
     motion = max(float(np.abs(cycle.displacement).max()) for _, cycle, _, _ in lines)
     load = max(float(np.abs(cycle.force).max()) for _, cycle, _, _ in lines)
     for (component, _, abscissa, ordinate), axes in zip(shown, panels, strict=True):

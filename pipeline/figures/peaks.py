@@ -72,7 +72,7 @@ def trend_figure(
         worst = {"marker": shape, "color": colour if len(lines) > 1 else "0.35", "linestyle": "none"}
         upper.plot([], [], label=", ".join(filter(None, (label, WORST))), markersize=6, **worst)
         _mark_open(upper, x, members, factor, shades)
-        _mark_ends(lower, x, members, shades)
+        _mark_ends(lower, upper, x, members, shades)
     upper.plot([], [], marker="_", markersize=12, color="0.35", linestyle="none", label=MAIN)
     _draw_limits(upper, lower, limits, factor)
     _set_axes(upper, lower, points, key)
@@ -100,7 +100,7 @@ def _mark_open(
     axes: Axes, x: Sequence[float], curves: Sequence[SweepPoint], factor: float, colours: Sequence[Any]
 ) -> None:
     """Open triangles around worst motions that may be higher, dotted up to a higher peak of the main branch."""
-    triangle: dict[str, Any] = {"marker": "^", "markerfacecolor": "none", "markersize": 9, "linestyle": "none"}
+    triangle: dict[str, Any] = {"marker": "^", "markerfacecolor": "none", "markersize": 14, "linestyle": "none"}
     dots: dict[str, Any] = {"linestyle": ":", "linewidth": 1.0}
     for place, curve, colour in zip(x, curves, colours, strict=True):
         height, peak = curve.worst[1] * factor, curve.peak[1] * factor
@@ -119,14 +119,18 @@ def _name_once(axes: Axes, name: str, look: dict[str, Any]) -> None:
         axes.plot([], [], color="0.35", label=name, **look)
 
 
-def _mark_ends(axes: Axes, x: Sequence[float], curves: Sequence[SweepPoint], colours: Sequence[Any]) -> None:
-    """Arrow heads at the frequencies of highest amplitudes that are no peaks: the range ends there."""
+def _mark_ends(
+    axes: Axes, named: Axes, x: Sequence[float], curves: Sequence[SweepPoint], colours: Sequence[Any]
+) -> None:
+    """Arrow heads at the frequencies of highest amplitudes that are no peaks: the range ends there.
+
+    `named`: the axes whose names the legend has, outside of the data.
+    """
     look: dict[str, Any] = {"marker": MARK_OF_END, "markerfacecolor": "none", "markersize": 9, "linestyle": "none"}
     for place, curve, colour in zip(x, curves, colours, strict=True):
         if curve.facts.peak_at_end:
             axes.plot(place, curve.peak[0], color=colour, zorder=4, label=f"_{END_OF_RANGE}", **look)
-            _name_once(axes, END_OF_RANGE, look)
-            axes.legend(fontsize=9)
+            _name_once(named, END_OF_RANGE, look)
 
 
 def lines_over(points: Sequence[SweepPoint], key: SweepKey) -> dict[str, list[SweepPoint]]:

@@ -176,6 +176,19 @@ def test_a_peak_that_the_ring_leaves_is_unstable_everywhere() -> None:
     assert unstable_peaks({0: facts}) == [0]
 
 
+def test_marks_of_the_trend_are_explained_outside_of_the_data() -> None:
+    """An arrow head of the legend stood among the points; the triangle of an open motion behind its dot."""
+    points = [point(k, {V0: k * 1e-6}, 1e-6 * (k + 1), unsure=k == 1) for k in range(4)]
+    points[2] = replace(points[2], facts=replace(points[2].facts, peak_at_end=True))
+    figure = trend_figure(points, [], dict.fromkeys(range(4), "C0"), "title")
+    assert figure is not None
+    assert all(axes.get_legend() is None for axes in figure.axes)
+    said = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert {"end of the range, no peak", "worst motion, not settled"} <= set(said)
+    sizes = {line.get_marker(): line.get_markersize() for line in figure.axes[0].lines if len(line.get_xdata())}
+    assert sizes["^"] > 2.0 * sizes["o"]
+
+
 def test_a_motion_followed_in_time_is_drawn_in_the_colour_of_its_curve() -> None:
     """As wide as it was followed, with one entry of the legend; nothing where nothing was followed."""
     points = [point(0, {V0: -1e-6}, 1e-6), point(1, {V0: 1e-6}, 2e-6)]
