@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,8 @@ from pipeline.scene.labels import prefixed
 from pipeline.stress.job import COLOURS, MARGINS, StressJob
 
 WIDTH, HEIGHT = 650, 1050  # of one view, pixels
+INTERVALS = 4  # of the numbers beside the colours
+STEPS = (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
 
 
 def draw(job: StressJob) -> None:
@@ -21,8 +24,8 @@ def draw(job: StressJob) -> None:
 
     mesh = pv.read(job.fields)
     views = [
-        ("von_mises_amplitude_pa", "amplitude", job.largest_amplitude, "viridis"),
-        ("von_mises_static_pa", "static", abs(job.largest_mean), "viridis"),
+        ("von_mises_amplitude_pa", "von Mises amplitude", job.largest_amplitude, "viridis"),
+        ("von_mises_static_pa", "static von Mises", abs(job.largest_mean), "viridis"),
     ]
     if job.required:
         views.append(("margin", "margin", MARGINS * job.required, COLOURS))
@@ -38,6 +41,12 @@ def draw(job: StressJob) -> None:
     plotter.close()
 
 
+def round_top(largest: float) -> float:
+    """The end of colours with `INTERVALS` round steps, at the largest value or a little above."""
+    power = 10.0 ** math.floor(math.log10(largest / INTERVALS))
+    return INTERVALS * power * next(step for step in STEPS if step * power >= largest / INTERVALS * (1.0 - 1e-9))
+
+
 def _view(plotter: Any, mesh: Any, view: tuple[str, str, float, str], job: StressJob) -> None:
     """One field with the hot spots, in colours that end at its largest value outside of singular places."""
     import pyvista as pv
@@ -48,9 +57,9 @@ def _view(plotter: Any, mesh: Any, view: tuple[str, str, float, str], job: Stres
     shown.point_data["shown"] = np.asarray(mesh.point_data[name]) * factor
     surface = shown.extract_surface(algorithm="dataset_surface")
     title = f"{said} [{unit}]" if unit else f"{said} (required {job.required:g})"
-    bar = scalar_bar(title, "%.3g") | {"n_labels": 5, "width": 0.8, "position_x": 0.1}
+    bar = scalar_bar(title, "%.3g") | {"n_labels": INTERVALS + 1, "width": 0.8, "position_x": 0.1}
     margin = name == "margin"  # the required one in the middle of the colours
-    limits = (job.required / MARGINS, top) if margin else (0.0, top * factor or 1.0)
+    limits = (job.required / MARGINS, top) if margin else (0.0, round_top(top * factor or 1.0))
     light = {"ambient": 0.55, "diffuse": 0.5}  # colours stay those of the bar
     given: dict[str, Any] = {"cmap": colours, "clim": limits, "log_scale": margin, "scalar_bar_args": bar, **light}
     plotter.add_mesh(surface, scalars="shown", **given)

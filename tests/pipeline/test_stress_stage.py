@@ -24,6 +24,7 @@ from pipeline_support import (
 from pipeline import read_results
 from pipeline.results.stress import stress_lines, stress_warning, with_prefix
 from pipeline.scene.material_section import Fatigue
+from pipeline.stress.field_pictures import round_top
 from pipeline.stress.haigh import LOWER, haigh_figure, margin_figure
 from pipeline.stress.operating_stress import operating_point, write_vtu
 from rom import von_mises
@@ -146,6 +147,14 @@ def test_a_second_run_reuses_the_stress(stressed: Path) -> None:
     assert run(stressed.parent)[0] == 0
     assert statuses(stressed)["stresses"] == "reused"
     assert summary_of(stressed)["stress"] == before
+
+
+def test_numbers_beside_the_colours_of_a_stress_are_round() -> None:
+    """4.57, 9.15, 13.7 ... MPa stood there; the end is at most a quarter above the largest value."""
+    for largest in np.geomspace(0.013, 8e3, 97):
+        top = round_top(float(largest))
+        assert largest * (1.0 - 1e-9) <= top <= 1.34 * largest
+        assert float(f"{top / 4.0:.2g}") == pytest.approx(top / 4.0, rel=1e-12)
 
 
 def test_what_is_said_of_a_margin_and_of_its_errors(stressed: Path) -> None:

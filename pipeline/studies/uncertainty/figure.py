@@ -29,11 +29,10 @@ def uncertainty_figure(result: UncertaintyResult, title: str) -> Figure:
     """The distribution of the worst motion."""
     converges = len(result.convergence) > 1
     known = bool(result.sobol or result.polynomial is not None or result.first_order is not None)
-    columns = 3 if converges else 2
-    figure, places = subplots(2, columns, size=(0.5 + 4.0 * columns, 7.2))
-    free = iter(places.flat)
-    axes = [next(free), next(free)]
-    over, sensitivities = (places[1, -1], next(free)) if known else (next(free), None)
+    rows = 3 if converges else 2
+    figure, places = subplots(rows, 2, size=(8.4, 0.8 + 3.2 * rows))
+    axes, below = places[0], places[1]
+    over, sensitivities = (places[-1, 1], places[-1, 0]) if known else (places[-1, 0], None)
     factor, unit = scale(result.amplitude_m, "m")
     labels = f"worst amplitude [{unit}]", "its frequency [Hz]"
     linear = _linear(result)
@@ -45,18 +44,16 @@ def uncertainty_figure(result: UncertaintyResult, title: str) -> Figure:
         axes[column].set_xlabel(labels[column])
         axes[column].set_ylabel("share of samples below")
         if converges:
-            rows = [row.amplitude if column == 0 else row.frequency for row in result.convergence]
-            below = next(free)
-            _draw_convergence(below, [row.samples for row in result.convergence], rows, number)
-            below.set_ylabel(labels[column])
+            found = [row.amplitude if column == 0 else row.frequency for row in result.convergence]
+            _draw_convergence(below[column], [row.samples for row in result.convergence], found, number)
+            below[column].set_ylabel(labels[column])
     if sensitivities is not None:
         _draw_sensitivities(sensitivities, result)
     _draw_over_parameter(over, result, factor)
     over.set_ylabel(labels[0])
-    for unused in free:
-        if unused is not over:
-            unused.remove()
-    figure.legend(*_handles(axes), loc="outside lower center", ncols=columns + 1, fontsize=9)
+    if sensitivities is None:
+        places[-1, 1].remove()
+    figure.legend(*_handles(axes), loc="outside lower center", ncols=3, fontsize=9)
     write_heading(figure, f"{title}: {result.samples} samples of {len(result.marginals)} uncertain parameters")
     return figure
 
