@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import cmath
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field
 
-from pipeline.errors import InputError
+from pipeline.errors import InputError, input_error, shown
 from pipeline.scene.fields import Number, Section, Whole, key
 from pipeline.scene.input_files import Contents
 from pipeline.scene.loads_section import TABLE, File, csv_columns, placed
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+    from pipeline.scene.schema import Scene
 
 Coefficient = Annotated[Number, Field(ge=-1.0, le=1.0)]
 MOST = 10000  # places
@@ -160,3 +163,72 @@ class Aero(Section):
             lists = {name: tuple(self.scale * value for value in getattr(family, name)) for name in VALUES_OF}
             found.append(family.model_copy(update=lists))
         return found
+
+
+def unfit_aero(path: Path, aero: Aero, scene: Scene, blades: int | None) -> Iterator[InputError]:
+    """Mode families of [aero] whose places are not those of the ring."""
+    if blades is None:
+        yield input_error(path, "aero", "given", "nothing for a single structure: the flow acts on a ring of blades")
+        return
+    modes = [family.mode for family in aero.family]
+    if len(set(modes)) < len(modes):
+        yield input_error(path, "aero.family", f"modes {shown(modes)}", "tables [[aero.family]] with different modes")
+    for number, given in enumerate(aero.family):
+        place = f"aero.family[{number}]"
+        if given.file is not None and (given.offset or given.nodal_diameter or given.real or given.imaginary):
+            yield input_error(path, f"{place}.file", "given beside lists", "a file or lists")
+        try:
+            family = given.read(scene.contents)
+        except InputError as error:
+            yield InputError(f"{path}: {place}.file: {error}")
+            continue
+        places = family.offset or family.nodal_diameter
+        if places is None or (family.offset is not None and family.nodal_diameter is not None):
+            found = "missing" if places is None else "given beside offset"
+            yield input_error(path, f"{place}.nodal_diameter", found, "offset or nodal_diameter, one of the two")
+            continue
+        name = "nodal_diameter" if family.offset is None else "offset"
+        lists = {part: getattr(family, part) for part in ("real", "imaginary", "speed_rpm", "frequency")}
+        wrong = {part: values for part, values in lists.items() if values is not None and len(values) != len(places)}
+        for part, values in wrong.items():
+            allowed = f"a list of {len(places)} numbers, one for each {name}"
+            yield input_error(path, f"{place}.{part}", f"a list of {len(values)}", allowed)
+        if not wrong:
+            yield from _unfit_table(path, place, family, scene, blades)
+            yield from _lost_stiffness(path, f"{place}.real", family, aero.scale, blades)
+
+
+def _lost_stiffness(path: Path, place: str, family: AeroFamily, scale: float, blades: int) -> Iterator[InputError]:
+    """Coefficients that take all stiffness of a wave: its blades bend without a limit, whatever their damping."""
+    for row in family.rows().values():
+        for n in range(blades):
+            turns = {k: cmath.exp(2j * math.pi * n * k / blades) for k in row} if family.offset else {n: 1.0}
+            taken = scale * sum((row.get(k, 0.0) * turn for k, turn in turns.items()), 0j).real
+            if taken >= 1.0:
+                allowed = f"less than 1 in every wave (aero.scale = {scale:g} included)"
+                yield input_error(path, place, f"{taken:.3g} of the stiffness at nodal diameter {n}", allowed)
+                return
+
+
+def _unfit_table(path: Path, place: str, family: AeroFamily, scene: Scene, blades: int) -> Iterator[InputError]:
+    """Places of a mode family that are missing or twice at a speed and frequency, and a speed beyond the table."""
+    name = "nodal_diameter" if family.offset is None else "offset"
+    family = family.with_each_wave_once(blades)
+    (speeds, frequencies), rows = family.axes(), family.rows()
+    every, points = {n % blades for n in family.places}, max(len(speeds), 1) * max(len(frequencies), 1)
+    at_each = "" if points == 1 else ", at each speed and frequency"
+    if len(every) * points != len(family.places) or any({n % blades for n in row} != every for row in rows.values()):
+        said = shown(list(family.places)) if points == 1 else f"a table of {len(family.places)} rows"
+        allowed = f"each of {blades} places once{at_each}"
+        ends = blades // 2, -(blades // 2)
+        if name == "nodal_diameter" and blades % 2 == 0 and set(ends) <= set(family.places):
+            allowed += f"; {ends[0]} and {ends[1]} are one wave, with the same coefficients"
+        yield input_error(path, f"{place}.{name}", said, allowed)
+    elif family.offset is None and len(every) < blades:
+        last = blades // 2
+        allowed = f"each wave of {blades} blades once, {last - blades + 1} to {last} or 0 to {blades - 1}{at_each}"
+        yield input_error(path, f"{place}.{name}", f"a list of {len(every)}", allowed)
+    speed = scene.load.speed_rpm
+    if speeds and not speeds[0] <= speed <= speeds[-1]:
+        allowed = f"speeds on both sides of load.speed_rpm = {speed:g}"
+        yield input_error(path, f"{place}.speed_rpm", f"{speeds[0]:g} to {speeds[-1]:g}", allowed)
