@@ -98,7 +98,8 @@ def print_modes(models: Sequence[ModelModes], campbell: Sequence[dict[str, Any]]
         if model.flutter is not None:
             print(table.flutter_line(model.flutter))
             console.print(table.flutter_table(model.flutter))
-        console.print(table.static_table(model.static, model.speed_rpm))
+        if model.static:
+            console.print(table.static_table(model.static, model.speed_rpm))
         print_notes([case.warning for case in model.static if case.warning], "warning")
         print(table.range_line(model))
         for line in model.helps:

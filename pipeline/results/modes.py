@@ -18,6 +18,7 @@ from pipeline.codec import plain
 from pipeline.errors import reason_of
 from pipeline.results.contact_advice import ContactAdvice, stored_advice
 from pipeline.results.frequency_range import proposed_range, stored_resonances
+from pipeline.scene.dotted_keys import NO_INTERFACE
 from pipeline.scene.labels import member_label
 from pipeline.stages.cache_keys import contact_inputs, modal_inputs, stiffness_inputs
 from pipeline.stages.code_fingerprint import code_fingerprint
@@ -205,12 +206,12 @@ def _write_static(path: Path, rom: Path, scene: Scene) -> None:
     with one_blas_thread():
         problem = scene_modes(scene, model), contact_on_model(scene, model), solver_options(scene)
         size = size_of_body(scene, model)
-        own = "no_contact" not in model.interfaces and math.isfinite(size)  # a contact out of reach is open by design
+        known = size if math.isfinite(size) else None
         for name, count in model.interfaces.items():
             values = plain(static_contact(*problem, np.arange(first, first + count)))
             del values["opened"]
-            said = {"interface": name if len(model.interfaces) > 1 else "", "size_m": size if own else None}
-            found.append({**said, **values})
+            said = {"interface": name if len(model.interfaces) > 1 else "", "size_m": known}
+            found += [] if name == NO_INTERFACE else [{**said, **values}]
             first += count
     path.write_text(json.dumps(found), encoding="utf-8")
 

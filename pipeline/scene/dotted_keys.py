@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 INTERFACE, CONTACT = "interface", "contact"
+NO_INTERFACE = "no_contact"  # in the place of the interfaces of a sector that touches nothing (geometry.own_mesh)
 NAMED_TABLES = (INTERFACE, "materials")  # that hold tables by name
 
 

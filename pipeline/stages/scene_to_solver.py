@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from pipeline.scene.contact_section import AS_FIELD, OF_INTERFACE, PER_NODE, FaceField
+from pipeline.scene.dotted_keys import NO_INTERFACE
 from pipeline.scene.schema import DAMPER, INTERFACES
 
 if TYPE_CHECKING:
@@ -57,7 +58,7 @@ def resolved_contacts(scene: Scene, nodes: ContactNodes) -> tuple[InterfaceConta
     chosen = scene.contact.interfaces or scene.interfaces or tuple(nodes.interfaces)
     for name, own in nodes.split().items():
         contact = scene.contact_of(name)
-        if name == "no_contact":  # of a sector without contact faces
+        if name == NO_INTERFACE:  # of a sector without contact faces
             contact = contact.model_copy(update=OUT_OF_REACH)
         elif name not in chosen:
             contact = contact.model_copy(update=NO_CONTACT)

@@ -50,6 +50,8 @@ def peak(folder: Path, name: str, more: str) -> tuple[dict, float]:
 def test_a_blisk_without_contact_is_a_linear_model_with_flow(folder: Path) -> None:
     """Free and stuck are one; the flow adds 0.002 (1 - cos 45 degrees) to the loss factor 0.006."""
     summary, still = peak(folder, "still", "")
+    status, told, _ = shroud("modes", folder / "still.toml", "--out", folder / "still")
+    assert (status, "static contact" in told) == (0, False), told
     model = summary["models"][0]
     assert model["stuck_hz"]["3"][0] == pytest.approx(model["free_at_order_hz"]["3"][0], rel=1e-9)
     _, flow = peak(folder, "flow", AERO)
