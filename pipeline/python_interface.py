@@ -81,10 +81,8 @@ def run_scene(
 
     Examples
     --------
-    >>> results = run_scene("scenes/dummy.toml", "out/try", until="mesh", overrides={"mesh.size": 0.008})
-    >>> results.complete
+    >>> run_scene("scenes/dummy.toml", "out/try", until="mesh", overrides={"mesh.size": 0.008}).complete
     True
-
     """
     from pipeline.scene.reading import given_scene
     from pipeline.stages.request import Request

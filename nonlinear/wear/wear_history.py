@@ -339,11 +339,8 @@ def wear_history(
     while on:
         try:
             on = _integrate(life, span, lengths, conditions, progress)
-        except RangeLeftError as left:
-            life.events.append((life.states[-1].place, life.states[-1].other, "lost", str(left)))
-            break
         except MotionLostError as lost:
-            on = _traced_again(life, span, str(lost))
+            on = _traced_again(life, span, lost)
     return _history(life, span)
 
 
@@ -511,17 +508,17 @@ def _lowest(life: _Life, states: Sequence[_State]) -> None:
     life.events.append((at, other, "lowest amplitude", f"{value[1]:.4g} m"))
 
 
-def _traced_again(life: _Life, span: float, reason: str) -> bool:
+def _traced_again(life: _Life, span: float, lost: MotionLostError) -> bool:
     """A further state just beyond the last one with motions of responses traced anew; False where there are none.
 
     The state goes beyond the fold at which a motion ends: ten times farther where the last trace was of no avail.
     """
-    last = life.states[-1]
+    last, reason = life.states[-1], str(lost)
     life.jumps += 1
     near = last.place - life.jump[0] < 10.0 * life.jump[1]
     beyond = 10.0 * life.jump[1] if near else JUMP * span
     state = np.append(last.work, last.other)
-    if life.jumps <= MOST_JUMPS and last.place + beyond < span:
+    if not isinstance(lost, RangeLeftError) and life.jumps <= MOST_JUMPS and last.place + beyond < span:
         life.motions, life.depth = last.motions, life.depth_per_joule * last.work
         state = state + beyond * life.rate(last.place, state)
         depth = life.depth_per_joule * state[:-1]

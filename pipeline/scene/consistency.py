@@ -96,6 +96,7 @@ def unfit_keys(file: SceneFile, broken: Mapping[int, Set[str]], force: bool = Fa
         yield from unfit_stress_keys(file)
         yield from unfit_beside_disk(file)
         yield from _unfit_studies(file)
+    if not any(broken.values()):
         yield from unfit_varied_keys(file)
     has_matrices = file.first.model is not None or "model" in broken.get(0, ())
     absent = set() if has_matrices else _absent_sections(file.first) - set(broken.get(0, ()))

@@ -394,8 +394,8 @@ def rayleigh_ratio(response: Response) -> float:
 
 
 def _numbers(value: Any) -> list[float]:
-    """Numbers of a value: those of a list, of the materials of a table, the mean and the ends of a field."""
+    """Numbers of a value: of a list, of the materials of a table, of a field the mean and the ends on its side."""
     if isinstance(value, FaceField):
-        return [value.mean, *value.ends]
+        return [value.mean, *(end for end in value.ends if end * value.mean >= 0.0)]
     values = value if isinstance(value, tuple) else value.values() if isinstance(value, Mapping) else (value,)
     return [v for v in values if isinstance(v, int | float)]

@@ -42,7 +42,9 @@ SCENES: list[Case] = [
     ("15 x 15 contact nodes and 15 harmonics", scene(mesh__contact_grid=[15, 15], response__harmonics=15)),
     (
         "a swept list of 200 values, twice",
-        scene(sweep={"contact.friction": [0.1] * 200, "excitation.force": [1.0] * 200}),
+        scene(
+            sweep={name: [0.1 + 0.001 * k for k in range(200)] for name in ("contact.friction", "excitation.force")}
+        ),
     ),
     ("`young_modulus = 210`: GPa for Pa", scene(material__young_modulus=210.0)),
     ("`friction = 40`: % for a fraction", scene(contact__friction=40.0)),

@@ -35,7 +35,7 @@ def test_a_preset_sets_mesh_modes_harmonics_and_tolerances(tmp_path: Path, name:
     )
     assert file.accuracy is not None
     assert file.accuracy.others == ()
-    assert ("is checked at the highest one only" in file.accuracy.text()) == (name == "draft")
+    assert ("only the stability of the highest motion is checked" in file.accuracy.text()) == (name == "draft")
 
 
 def test_finer_presets_are_finer_and_expect_less() -> None:

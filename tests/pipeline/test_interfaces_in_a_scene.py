@@ -344,7 +344,7 @@ KNOWN = "allowed: contact interfaces of the model: tip, foot"
         ({"sweep": {"contact.interfaces": [["tip"]]}}, 'sweep."contact.interfaces": unknown key'),
         (
             {"map": {"over": {"interface.fot.friction": [0.1, 0.2], "contact.friction": [0.1, 0.2]}}},
-            'map.over: "interface.fot.friction", unknown name fot, allowed: ',
+            'map.over."interface.fot.friction": "interface.fot.friction", unknown name fot, allowed: ',
         ),
     ],
 )

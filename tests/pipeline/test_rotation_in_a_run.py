@@ -105,14 +105,15 @@ def test_the_equilibrium_is_part_of_the_model_and_the_neglected_forces_are_known
 
 
 def test_at_rest_the_equilibrium_is_no_input(tmp_path: Path) -> None:
-    changes = CHANGES | {"load__speed_rpm": 0.0}
-    scene = write_scene(tmp_path / "scene.toml", small_scene(**changes, sweep=SWEEP))
-    status, said, _ = shroud("run", scene, "--out", tmp_path / "out", "--until", "respond", "--jobs", "1")
-    assert status == 0
-    (model,) = summary_of(tmp_path / "out")["models"]
-    assert model["coriolis_error"] == 0.0
-    assert "Coriolis" not in said
-    assert summary_of(tmp_path / "out")["stages"]["reduce"]["ran"] == 1
+    for equilibrium in ("nonlinear", "linear"):
+        changes = CHANGES | {"load__speed_rpm": 0.0, "load__equilibrium": equilibrium}
+        scene = write_scene(tmp_path / "scene.toml", small_scene(**changes))
+        status, said, _ = shroud("run", scene, "--out", tmp_path / "out", "--until", "respond", "--jobs", "1")
+        assert status == 0
+        (model,) = summary_of(tmp_path / "out")["models"]
+        assert model["coriolis_error"] == 0.0
+        assert "Coriolis" not in said
+    assert summary_of(tmp_path / "out")["stages"]["reduce"]["ran"] == 0
 
 
 def test_of_a_given_model_without_its_coriolis_matrix_the_effect_is_not_known(
