@@ -263,9 +263,9 @@ class TractionOrigins:
 
     def _shifted(self, displacement: Array) -> Array:
         """The displacement from the places where the sliders start."""
-        return displacement - np.pad(
-            self.origin(displacement)[None, :, :], ((0, len(displacement) - 1), (0, 0), (0, 1))
-        )
+        shifted = displacement.copy()
+        shifted[0, :, :2] -= self.origin(displacement)
+        return shifted
 
     def evaluate(self, displacement: Array) -> ContactForces:
         """Forces and Jacobian for real coefficients `displacement` (2H+1, n_c, 3), metres."""

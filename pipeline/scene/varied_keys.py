@@ -75,7 +75,7 @@ def without_effect(scene: Scene, key: str, interfaces: Collection[str] | None = 
         return "" if touches or own not in (*known, DAMPER) else f"{own} does not touch"
     if table == CONTACT and name in OF_INTERFACE and touching:
         tables = {scene.table_of(item) for item in touching}
-        if all(name in scene.interface[item].given if item in scene.interface else False for item in tables):
+        if all(item in scene.interface and name in scene.interface[item].given for item in tables):
             return " and ".join(f"{INTERFACE}.{item}.{name}" for item in sorted(tables)) + " is used"
     return _unused(scene, key)
 
