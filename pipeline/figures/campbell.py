@@ -122,17 +122,18 @@ def list_height(count: int) -> float:
     return ROW * (1 + rows) if count else 0.0
 
 
-def draw_crossings(axes: Axes, crossings: Sequence[NumberedCrossing], last: int, top: float) -> None:
-    """A bar with its numbers for each mode, and the list; `last` diameter and `top` frequency of the diagram."""
+def draw_crossings(axes: Axes, crossings: Sequence[NumberedCrossing], top: float) -> list[Annotation]:
+    """A bar with its numbers for each mode, and the list; returns the numbers. `top` frequency of the diagram."""
     shown = [each for each in crossings if each.low_hz <= top]
     for diameter, low, high in {(each.crossing.nodal_diameter, each.low_hz, each.high_hz) for each in shown}:
         axes.vlines(diameter, low, min(high, top), color=COLOUR, linewidth=6.0, alpha=0.45, zorder=2.5)
+    numbers = []
     for diameter in sorted({each.crossing.nodal_diameter for each in shown}):
         here = [each for each in shown if each.crossing.nodal_diameter == diameter]
-        _write_numbers(
-            axes, diameter, [(0.5 * (e.low_hz + min(e.high_hz, top)), e.number) for e in here], (last, top)
-        )
+        places = [(0.5 * (each.low_hz + min(each.high_hz, top)), each.number) for each in here]
+        numbers += _write_numbers(axes, diameter, places, top)
     draw_list(axes, TITLE, [each.text for each in crossings])
+    return numbers
 
 
 def draw_list(axes: Axes, title: str, texts: Sequence[str]) -> None:
@@ -163,24 +164,22 @@ def draw_list(axes: Axes, title: str, texts: Sequence[str]) -> None:
     )
 
 
-def _write_numbers(axes: Axes, diameter: int, places: list[tuple[float, int]], end: tuple[int, float]) -> None:
-    """Numbers at their heights beside the line of a nodal diameter; those that would overlap in one box.
-
-    `end`: last nodal diameter and top of the diagram.
-    """
+def _write_numbers(axes: Axes, diameter: int, places: list[tuple[float, int]], top: float) -> list[Annotation]:
+    """Numbers at their heights at a nodal diameter of a diagram up to `top`; those that would overlap in one box."""
     boxes: list[list[tuple[float, int]]] = []
     for place in sorted(places):
-        if boxes and place[0] - boxes[-1][-1][0] < BOX * end[1]:
+        if boxes and place[0] - boxes[-1][-1][0] < BOX * top:
             boxes[-1].append(place)
         else:
             boxes.append([place])
-    offset, align = (5, "left") if diameter < end[0] else (-6, "right")
-    look: dict[str, Any] = {"xytext": (offset, 0), "ha": align, "va": "center", "fontsize": 8, "zorder": 5.0}
-    frame = {"boxstyle": "round,pad=0.12", "facecolor": "white", "edgecolor": COLOUR, "linewidth": 0.7}
+    look: dict[str, Any] = {"textcoords": "offset points", "va": "center", "fontsize": 8, "zorder": 5.0}
+    look |= {"bbox": {"boxstyle": "round,pad=0.12", "facecolor": "white", "edgecolor": COLOUR, "linewidth": 0.7}}
+    labels = []
     for box in boxes:
         height = sum(place for place, _ in box) / len(box)
         text = ", ".join(str(number) for number in sorted(number for _, number in box))
-        axes.annotate(text, (diameter, height), textcoords="offset points", bbox=frame, **look)
+        labels.append(axes.annotate(text, (diameter, height), xytext=(5, 0), arrowprops=dict(TO_POINT), **look))
+    return labels
 
 
 def _span(first: float, last: float) -> str:
@@ -224,14 +223,16 @@ def nodal_diameter_figure(curve: Modelled, title: str, orders: Collection[int] =
     name = f"excited by engine order{'s' * (len(excited) > 1)} {numbers}"
     for number, diameter in enumerate(sorted({excited_nodal_diameter(order, model.n_blades) for order in excited})):
         axes.axvline(diameter, color="0.6", linewidth=0.8, zorder=0.5, label=name if number == 0 else None)
+    labels: list[Annotation] = []
     if curve.scene.load.speed_rpm > 0.0:
-        _draw_excited_orders(axes, model.n_blades, curve.scene.load.speed_rpm, excited, top)
-    draw_crossings(axes, crossings, int(diameters[-1]), 1.05 * top)
+        labels = _draw_excited_orders(axes, model.n_blades, curve.scene.load.speed_rpm, excited, top)
+    labels = [*draw_crossings(axes, crossings, 1.05 * top), *labels]
     write_heading(axes, title)
     axes.set(xlabel="nodal diameter", ylabel="natural frequency [Hz]")
     axes.set_ylim(0.0, 1.05 * top)
     axes.set_xlim(-NAMES * diameters[-1], (1.0 + NAMES) * diameters[-1])  # names stand beside the lines
     axes.legend(loc="upper left", bbox_to_anchor=(-0.13, -0.12), ncols=3, fontsize=8.5)
+    keep_apart(axes, labels)
     return figure
 
 
@@ -286,8 +287,11 @@ def _draw_shares(axes: Axes, model: ReducedModel, families: ModeFamilies, diamet
     bar.set_label("share of the disk in the strain energy, shrouds free [%]")
 
 
-def _draw_excited_orders(axes: Axes, n_blades: int, speed_rpm: float, excited: Sequence[int], top: float) -> None:
-    """The line f = EO n / 60 folded at half the number of blades, with the excited orders on it."""
+def _draw_excited_orders(
+    axes: Axes, n_blades: int, speed_rpm: float, excited: Sequence[int], top: float
+) -> list[Annotation]:
+    """The line f = EO n / 60 folded at half the number of blades, and the excited orders on it, whose names are
+    returned."""
     from rom import excited_nodal_diameter
 
     per_order = speed_rpm / 60.0
@@ -299,8 +303,11 @@ def _draw_excited_orders(axes: Axes, n_blades: int, speed_rpm: float, excited: S
     places = [excited_nodal_diameter(order, n_blades) for order in shown]
     heights = [order * per_order for order in shown]
     axes.plot(places, heights, "s", color="#009E73", markersize=5.0, zorder=4.0)
-    for order, place, height in zip(shown, places, heights, strict=True):
-        axes.annotate(f"EO {order}", (place, height), textcoords="offset points", xytext=(5, 4), fontsize=8)
+    look: dict[str, Any] = {"textcoords": "offset points", "fontsize": 8, "color": "#00694C", "zorder": 5.0}
+    return [
+        axes.annotate(f"EO {order}", (place, height), xytext=(5, 4), arrowprops=dict(TO_POINT), **look)
+        for order, place, height in zip(shown, places, heights, strict=True)
+    ]
 
 
 RAYS = 7  # approximate number of engine orders drawn

@@ -17,8 +17,9 @@ if TYPE_CHECKING:
     from nonlinear import ContactCycle
 
 T = TypeVar("T")
+Units = tuple[tuple[float, str], tuple[float, str]]  # factor and name, of displacement and of force
 _SAMPLES = 720
-_MOST_CURVES, _MOST_LOOKED_AT = 6, 48
+_MOST_CURVES, _MOST_LOOKED_AT = 4, 48
 _NEGLIGIBLE = 1e-6  # of the largest displacement or force: drawn as zero
 PANELS = (
     (0, "along the contact segment", "$u_1$", "$T_1$"),
@@ -53,7 +54,7 @@ def node_figure(curve: PlottedCurve, title: str) -> Figure | None:
 def sweep_figure(curves: Sequence[PlottedCurve], colours: Mapping[int, Any], title: str) -> Figure | None:
     """A column for each of a few curves of a sweep at its own peak: T1, T2 and N of the node that dissipates most.
 
-    Curves without contact are left out.
+    Curves without contact are left out. A row has one unit, so that its numbers can be compared.
     """
     known = spread(curves, _MOST_LOOKED_AT)
     touching = [(curve, cycle) for curve, cycle in ((curve, _cycle(curve)) for curve in known) if _touches(cycle[0])]
@@ -67,12 +68,15 @@ def sweep_figure(curves: Sequence[PlottedCurve], colours: Mapping[int, Any], tit
     chosen = [each for each in chosen if any(_acts(each[1][0], node, panel[0]) for panel in PANELS)]
     if len(chosen) < 2:
         return None
-    cycles = [cycle for _, cycle in chosen]
-    shown = [panel for panel in PANELS if panel[0] == 2 or any(_acts(cycle, node, panel[0]) for cycle, _ in cycles)]
-    size = (1.2 + 2.1 * len(chosen), 0.6 + 2.1 * len(shown))
+    cycles = [cycle for _, (cycle, _) in chosen]
+    shown = [panel for panel in PANELS if panel[0] == 2 or any(_acts(cycle, node, panel[0]) for cycle in cycles)]
+    size = (1.2 + 2.4 * len(chosen), 0.6 + 2.1 * len(shown))
     figure, rows = subplots(len(shown), len(chosen), size=size, squeeze=False)
-    for (curve, (cycle, v0)), column in zip(chosen, rows.T, strict=True):
-        _draw(column, [(curve.label, cycle, v0, node)], [colours[curve.index]], shown)
+    units = {component: _units(cycles, node, component) for component, *_ in shown}
+    for number, ((curve, (cycle, v0)), column) in enumerate(zip(chosen, rows.T, strict=True)):
+        _draw(column, [(curve.label, cycle, v0, node)], [colours[curve.index]], shown, units)
+        for axes in column:
+            axes.yaxis.label.set_visible(number == 0)  # one for the row
         top = next(axes for axes in column if axes.figure is not None)
         top.set_title(curve.label.replace(", ", "\n"), fontsize=9)
     still = "" if len(shown) > 1 else " (nothing slides)"
@@ -148,8 +152,9 @@ def _draw(
     lines: Sequence[tuple[str, ContactCycle, Array, int]],
     colours: Sequence[Any],
     shown: Sequence[tuple[int, str, str, str]] = PANELS,
+    units: Mapping[int, Units] | None = None,
 ) -> None:
-    """T1, T2 and N in a panel each, with suitable units; decreasing widths keep coinciding lines visible."""
+    """T1, T2 and N in a panel each, with these or suitable units; decreasing widths keep coinciding lines visible."""
     widths = np.linspace(WIDEST if len(lines) > 1 else 1.2, 1.2, len(lines))
     motion = max(float(np.abs(cycle.displacement).max()) for _, cycle, _, _ in lines)
     load = max(float(np.abs(cycle.force).max()) for _, cycle, _, _ in lines)
@@ -158,7 +163,8 @@ def _draw(
             axes.remove()
             continue
         x, y = zip(*(_loop(cycle, v0, node, component) for _, cycle, v0, node in lines), strict=True)
-        (length, length_unit), (force, force_unit) = _fit(x, motion, "m"), _fit(y, load, "N")
+        suitable = _fit(x, motion, "m"), _fit(y, load, "N")
+        (length, length_unit), (force, force_unit) = units[component] if units else suitable
         for (label, *_), u, f, colour, width in zip(lines, x, y, colours, widths, strict=False):
             axes.plot(u * length, f * force, color=colour, linewidth=width, label=label)
         axes.set(xlabel=f"{abscissa} [{length_unit}]", ylabel=f"{ordinate} [{force_unit}]")
@@ -170,6 +176,15 @@ def _loop(cycle: ContactCycle, v0: Array, node: int, component: int) -> tuple[Ar
     x = cycle.displacement[:, node, component] + (v0[node] if component == 2 else 0.0)
     y = cycle.force[:, node, component]
     return np.append(x, x[0]), np.append(y, y[0])
+
+
+def _units(cycles: Sequence[ContactCycle], node: int, component: int) -> Units:
+    """Units of displacement and force that suit most of some curves."""
+
+    def most(arrays: Sequence[Array], unit: str) -> tuple[float, str]:
+        return scale([float(np.median([np.abs(each[:, node, component]).max() for each in arrays]))], unit)
+
+    return most([cycle.displacement for cycle in cycles], "m"), most([cycle.force for cycle in cycles], "N")
 
 
 def _fit(values: Sequence[Array], reference: float, unit: str) -> tuple[float, str]:

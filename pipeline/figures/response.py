@@ -23,6 +23,7 @@ from pipeline.figures.style import (
     BEHIND,
     CURVES_LOG_FROM,
     LIMIT_COLOUR,
+    legend_columns,
     scale,
     set_height_axis,
     subplots,
@@ -79,6 +80,8 @@ def outputs_figure(curves: Sequence[PlottedCurve], colours: Colours, title: str)
 
 
 MOST_LINES = 24  # in one panel
+MOST_COLUMNS, LEGEND_ROW = 4, 0.19  # of the legend; inches
+WIDTHS = 2.4, 1.1  # points, of the first and the last curve of a panel: those that coincide stay visible
 _DEPTH = 0.15  # lower end of a logarithmic axis over the lowest peak
 
 
@@ -106,7 +109,7 @@ def response_figure(
     factor, unit = scale(np.concatenate([curve.response.amplitude_m for curve in curves]), "m")
     keys = panel_keys(sweep_keys(curves))
     if keys is None:
-        figure, axes = subplots(size=(8.4, 4.8))
+        figure, axes = subplots(size=(7.6, 4.6))
         panels = [(axes, "", list(curves))]
         names = {curve.index: curve.label for curve in curves}
     else:
@@ -151,9 +154,10 @@ def _panels(
 def _draw_panel(
     axes: Axes, curves: Sequence[PlottedCurve], colours: Sequence[Any], names: dict[int, str], factor: float
 ) -> None:
-    for curve, colour in zip(curves, colours, strict=True):
+    widths = np.linspace(*WIDTHS, len(curves)) if len(curves) > 1 else [1.5]
+    for curve, colour, width in zip(curves, colours, widths, strict=True):
         name = names[curve.index]
-        draw_line(axes, curve.response, curve.response.amplitude_m * factor, name, color=colour)
+        draw_line(axes, curve.response, curve.response.amplitude_m * factor, name, color=colour, linewidth=width)
         for branch in curve.response.detached:
             label = f"_{name}, detached branch"
             draw_line(axes, branch, branch.amplitude_m * factor, label, color=colour, linewidth=THIN)
@@ -165,23 +169,23 @@ def _draw_panel(
 
 
 def _write_labels(figure: Figure, panels: Sequence[tuple[Axes, str, Any]], title: str, unit: str) -> None:
-    """Heading, names of the axes, and one legend with every entry once."""
+    """Heading, names of the axes, and one legend below with every entry once."""
     found: dict[str, Any] = {}
     for axes, *_ in panels:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
             found.setdefault(label, grey_mark(handle))
     ordinate, abscissa = f"largest displacement over a period [{unit}]", "excitation frequency [Hz]"
-    look: dict[str, Any] = {"fontsize": 9, "ncols": 1 if len(found) <= 20 else 2}
     if len(panels) == 1:
         axes = panels[0][0]
         write_heading(axes, title)
         axes.set(xlabel=abscissa, ylabel=ordinate)
-        axes.legend(list(found.values()), list(found), loc="center left", bbox_to_anchor=(1.0, 0.5), **look)
-        return
-    write_heading(figure, title)
-    figure.supxlabel(abscissa, fontsize=10)
-    figure.supylabel(ordinate, fontsize=10)
-    figure.legend(list(found.values()), list(found), loc="outside right center", **look)
+    else:
+        write_heading(figure, title)
+        figure.supxlabel(abscissa, fontsize=10)
+        figure.supylabel(ordinate, fontsize=10)
+    columns = legend_columns(figure, list(found), MOST_COLUMNS)
+    figure.set_figheight(figure.get_figheight() + LEGEND_ROW * -(-len(found) // columns))
+    figure.legend(list(found.values()), list(found), loc="outside lower center", fontsize=9, ncols=columns)
 
 
 def _draw_residual_bands(axes: Axes, curves: Sequence[PlottedCurve], colours: Sequence[Any], factor: float) -> None:

@@ -34,7 +34,8 @@ LIMIT_COLOUR = "0.65"
 BEHIND = 1.5  # zorder of what lies behind the curves
 LOG_FROM = 8.0  # ratio of the highest to the lowest peak above which an axis of points is logarithmic
 CURVES_LOG_FROM = 30.0  # the same for whole curves, which a logarithm makes flat
-LETTERS_AN_INCH = 11.0  # of a heading, and of a legend
+LETTERS_AN_INCH = 11.0  # of a heading
+LEGEND_LETTERS = 13.0  # an inch, of 9 points
 SAMPLE = 6  # letters for which the sample of a line in a legend has the room
 _SETTINGS: dict[str, Any] = {
     "font.size": 10.0,
@@ -161,9 +162,13 @@ def write_heading(place: Axes | Figure, text: str) -> None:
 
 
 def legend_columns(figure: Figure, labels: Sequence[str], most: int) -> int:
-    """Columns of a legend of 9 points across a figure, `most` of them, that have room for the longest label."""
-    longest = max(map(len, labels), default=1) + SAMPLE
-    return max(1, min(most, len(labels), int(LETTERS_AN_INCH * figure.get_size_inches()[0] / longest)))
+    """Columns of a legend of 9 points across a figure, `most` of them, that have room for their longest labels."""
+    room = LEGEND_LETTERS * figure.get_size_inches()[0]
+    for count in range(min(most, len(labels)), 1, -1):
+        columns = np.array_split(np.array([len(label) + SAMPLE for label in labels]), count)
+        if sum(column.max() for column in columns) <= room:
+            return count
+    return 1
 
 
 def subplots(
@@ -233,10 +238,12 @@ def keep_apart(axes: Axes, labels: Sequence[Any]) -> None:
 
     A label without room is hidden; one far from its point has a line to it, or is hidden where it can have none.
     """
+    from matplotlib.text import Text
     from matplotlib.transforms import Bbox
 
     figure: Any = axes.figure
     figure.draw_without_rendering()
+    figure.set_layout_engine("none")  # else the places change once more
     moved = set(labels)
     texts = [text for text in axes.texts if text not in moved and text.get_text() and text.get_visible()]
     taken = [text.get_window_extent() for text in texts]
@@ -249,10 +256,10 @@ def keep_apart(axes: Axes, labels: Sequence[Any]) -> None:
             size = float(label.get_fontsize())
             label.set_position((x * size, y * size))
             label.set_horizontalalignment("left" if x > 0.0 else "right" if x < 0.0 else "center")
-            box = label.get_window_extent()
+            box = Text.get_window_extent(label).padded(0.25 * size)  # without its line
             inside = frame.x0 <= box.x0 and box.x1 <= frame.x1 and frame.y0 <= box.y0 and box.y1 <= frame.y1
             if inside and not any(box.overlaps(other) for other in taken):
-                taken.append(box.padded(0.2 * size))
+                taken.append(box.padded(0.1 * size))
                 if label.arrow_patch is not None:
                     label.arrow_patch.set_visible(abs(y) > 1.0)
                 break

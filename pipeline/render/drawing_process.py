@@ -60,8 +60,8 @@ class RenderJob(Job):
     tangential: tuple[float, ...]
     # those of stuck shrouds, whose modes are drawn too; empty where they are not
     stuck_normal: tuple[float, ...] = ()
-    # those of stuck shrouds, whose modes are drawn too; empty where they are not
     stuck_tangential: tuple[float, ...] = ()
+    coriolis: bool = False  # whether these forces act in the response
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pipeline.render import ring
 from pipeline.render.drawing_process import RenderJob, drawing_main
-from pipeline.render.ring import ENLARGED, Window, aim, save_png, wheel
+from pipeline.render.ring import ENLARGED, Window, aim, drawn_length, save_png, wheel, write_heading
 from pipeline.stages.model.model_files import is_joined, read_families
 
 if TYPE_CHECKING:
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 WINDOW = (1900, 1050)
 SPLITS = {1: (0.62, 0.38), 2: (0.38, 0.38, 0.24)}  # shares of the width, by the number of states of the shrouds
+WITHOUT_CORIOLIS = "shape and frequency without Coriolis forces"
 BESIDE_WHEEL = {1: (0.4, 0.6), 2: (0.28, 0.28, 0.44)}
 
 
@@ -67,10 +68,11 @@ def _modes(
     springs: dict[str, Any] = {"normal": np.asarray(normal), "tangential": np.asarray(tangential)}
     frequency, shapes, names = named_shapes(Path(job.rom), model, job.phase, min(max(job.modes), model.size), springs)
     diameter = _diameter(job, sector)
+    still = "\n" + WITHOUT_CORIOLIS if job.coriolis and model.has_coriolis else ""
     return [
         Mode(
             at_largest(shape[: len(sector.points)]),
-            f"mode {number} ({name}), {contact}: {value:.1f} Hz, nodal diameter {diameter}",
+            f"mode {number} ({name}), shrouds {contact}\n{value:.1f} Hz, nodal diameter {diameter}{still}",
         )
         for number, (name, value, shape) in enumerate(zip(names, frequency, shapes, strict=True), start=1)
     ]
@@ -110,11 +112,10 @@ def _compose(plotter: Any, job: RenderJob, sector: SectorMesh, modes: Sequence[M
         plotter.subplot(0, view)
         _add_ring(plotter, job, sector, mode.shape, from_tip=False)
         ring.add_outline(plotter, sector)
-        ring.add_axes(plotter, sector, 17)
+        ring.add_axes(plotter, sector)
         if view == 0:
-            ring.name_faces(plotter, sector, 9, 0.17)
-        first = f"{job.title}\n" if view == 0 else "\n"
-        plotter.add_text(f"{first}{mode.heading}", position="upper_left", font_size=13, color="black")
+            ring.name_faces(plotter, sector, 0.17)
+        write_heading(plotter, f"{job.title if view == 0 else ' '}\n{mode.heading}")
         ring.aim_from_side(plotter, sector)
         plotter.camera.zoom(1.0 if len(modes) == 1 else 1.2)  # the views are narrow, their labels stand inside
     plotter.subplot(0, len(modes))
@@ -126,20 +127,20 @@ def _compose(plotter: Any, job: RenderJob, sector: SectorMesh, modes: Sequence[M
 
 def _add_wheel(plotter: Any, job: RenderJob, sector: SectorMesh, shape: NDArray[np.complex128]) -> None:
     """The wave all around the wheel."""
-    largest = ENLARGED * job.deformation
+    largest = drawn_length(sector, job.phase, ENLARGED * job.deformation)
     surface = wheel(sector, lambda blade: np.real(shape * np.exp(1j * blade * job.phase)), largest)
-    look: dict[str, Any] = {"scalars": "displacement", "cmap": "viridis", "clim": (0.0, 1.0)}
-    plotter.add_mesh(surface, show_scalar_bar=False, **look)
-    text = f"the wheel, {job.contact}: drawn {1e3 * largest:.3g} mm"
-    plotter.add_text(text, position="upper_left", font_size=13, color="black")
+    look: dict[str, Any] = {"scalars": "signed", "cmap": "coolwarm", "clim": (-1.0, 1.0)}
+    bar = ring.scalar_bar("displacement with its sign / largest") | {"n_labels": 5}
+    plotter.add_mesh(surface, scalar_bar_args=bar, **look)
+    write_heading(plotter, f"\nthe wheel, shrouds {job.contact}, drawn {1e3 * largest:.3g} mm")
     aim(plotter, sector)
 
 
 def _add_tips(plotter: Any, job: RenderJob, sector: SectorMesh, shape: NDArray[np.complex128], width: float) -> None:
     """The shrouds at rest from the tip, in a view with this share of the window's width."""
     _add_ring(plotter, job, sector, shape, from_tip=True)
-    plotter.add_text("at rest, from the tip", position="upper_left", font_size=13, color="black")
-    ring.name_faces(plotter, sector, 9, 0.06)
+    write_heading(plotter, " \nat rest, from the tip")
+    ring.name_faces(plotter, sector, 0.06)
     _aim_from_tip(plotter, sector, job.blades, width)
 
 
@@ -147,14 +148,14 @@ def _add_ring(
     plotter: Any, job: RenderJob, sector: SectorMesh, shape: NDArray[np.complex128], from_tip: bool
 ) -> None:
     """The fundamental blade coloured by displacement, between its pale neighbours."""
-    pitch = 2.0 * np.pi / sector.n_blades
+    pitch, largest = 2.0 * np.pi / sector.n_blades, drawn_length(sector, job.phase, job.deformation)
     for blade in ring.blades_of(job.blades):
         motion = np.real(shape * np.exp(1j * blade * job.phase))
         # the view from the tip shows the undeformed shrouds: exaggerated motion would draw them through each other
-        mesh = ring.grid(sector, motion, 0.0 if from_tip else job.deformation, blade * pitch)
+        mesh = ring.grid(sector, motion, 0.0 if from_tip else largest, blade * pitch)
         surface = ring.surface_of(mesh)
         if blade == 0:
-            _add_own(plotter, surface, from_tip, f"displacement / largest, drawn {1e3 * job.deformation:.3g} mm")
+            _add_own(plotter, surface, from_tip, f"displacement / largest, drawn {1e3 * largest:.3g} mm")
             ring.add_contacts(plotter, sector, mesh.points)
         else:
             ring.add_neighbour(plotter, surface)

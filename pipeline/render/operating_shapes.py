@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from pipeline.render import ring
 from pipeline.render.drawing_process import OperatingJob, drawing_main
-from pipeline.render.ring import ENLARGED, Window, aim, save_png, wheel
+from pipeline.render.ring import ENLARGED, Window, aim, drawn_length, save_png, wheel, write_heading
 from pipeline.scene.labels import prefixed
 from pipeline.scene.schema import Excitation
 from pipeline.stages.curve.curve_file import modes_of_curve, section_from_attributes
@@ -165,12 +165,11 @@ def _add_wheel(
     """All sectors coloured by displacement; `motion`: shape, angle, largest displacement."""
     shape, angle, largest = motion
     factor, _ = prefixed(largest, "m")
-    scale = ENLARGED * job.deformation / largest if largest > 0.0 else 0.0
+    scale = drawn_length(sector, shape.phase, ENLARGED * job.deformation) / largest if largest > 0.0 else 0.0
     surface = wheel(sector, lambda blade: shape.at(angle, blade) * factor, scale / factor)
     limits = (0.0, largest * factor or 1.0)
     plotter.add_mesh(surface, scalars="displacement", cmap="viridis", clim=limits, show_scalar_bar=False)
-    heading = f"the wheel, drawn {_rounded(scale)} times as large"
-    plotter.add_text(heading, position="upper_left", font_size=round(15 * small), color="black")
+    write_heading(plotter, f" \nthe wheel, drawn {_rounded(scale)} times as large", small)
     aim(plotter, sector)
 
 
@@ -183,7 +182,7 @@ def _add_ring(
     """
     shape, angle, largest = motion
     factor, unit = prefixed(largest, "m")
-    scale = job.deformation / largest if largest > 0.0 else 0.0
+    scale = drawn_length(sector, shape.phase, job.deformation) / largest if largest > 0.0 else 0.0
     pitch = 2.0 * np.pi / sector.n_blades
     for blade in ring.blades_of(job.blades):
         # the colours show the motion itself, the drawn positions are exaggerated
@@ -191,8 +190,7 @@ def _add_ring(
         mesh = ring.grid(sector, moved, scale / factor, blade * pitch)
         surface = ring.surface_of(mesh)
         if blade == 0:
-            bar = ring.scalar_bar(f"displacement [{unit}]", "%.3g")
-            bar |= {"title_font_size": round(22 * small), "label_font_size": round(20 * small)}
+            bar = ring.scalar_bar(f"displacement [{unit}]", "%.3g", small)
             limits = (0.0, largest * factor or 1.0)
             plotter.add_mesh(surface, scalars="displacement", cmap="viridis", clim=limits, scalar_bar_args=bar)
             plotter.add_mesh(ring.edges(surface), color="black", line_width=2.0 * small)
@@ -200,10 +198,10 @@ def _add_ring(
         else:
             ring.add_neighbour(plotter, surface)
     ring.add_outline(plotter, sector)
-    ring.add_axes(plotter, sector, round(18 * small))
-    ring.name_faces(plotter, sector, round(9 * small), 0.17)
+    ring.add_axes(plotter, sector, small)
+    ring.name_faces(plotter, sector, 0.17, small)
     heading = f"{job.title}\n{shape.frequency_hz:.1f} Hz, drawn {_rounded(scale)} times as large"
-    plotter.add_text(heading, position="upper_left", font_size=round(15 * small), color="black")
+    write_heading(plotter, heading, small)
     ring.aim_from_side(plotter, sector)
     plotter.reset_camera(bounds=_bounds(job, sector))  # the same in every frame
 

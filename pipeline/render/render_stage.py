@@ -202,6 +202,7 @@ def _common(model: BuiltModel, scene: Scene, prefix: str) -> dict[str, Any]:
         "contact": render.contact,
         "blades": render.blades,
         "phase": inter_blade_phase(scene.excitation.engine_order, scene.n_blades),
+        "coriolis": scene.load.coriolis and scene.load.speed_rpm != 0.0,
     }
 
 

@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 RIGHT_COLOUR, LEFT_COLOUR = "#D55E00", "#56B4E9"
 LEFT_DARK, ROTATION_COLOUR = "#1f78b4", "#7a1fa2"  # of text: light blue is hard to read on white
 _SLIM: dict[str, Any] = {"shaft_radius": 0.02, "tip_radius": 0.06, "tip_length": 0.2}
+TEXT = 20  # pixels of all text of a picture
+OVERLAP = 0.25  # of the pitch of the tips: most that neighbours are drawn into each other or apart
 VIEW = (-0.62, -0.38, 0.68)  # from the fundamental blade to the camera
 _NEIGHBOUR: dict[str, Any] = {"color": "#9aa7b5", "opacity": 0.25}
 _NEIGHBOUR_EDGES: dict[str, Any] = {"color": "#708090", "line_width": 1.5}
@@ -35,6 +37,13 @@ def turned(vectors: Array, angle: float) -> Array:
     cosine, sine = np.cos(angle), np.sin(angle)
     x, y, z = np.moveaxis(vectors, -1, 0)
     return np.stack([x, y * cosine + z * sine, z * cosine - y * sine], axis=-1)
+
+
+def drawn_length(sector: SectorMesh, phase: float, wanted: float) -> float:
+    """Largest drawn displacement, m: as `wanted`, or less where neighbours would be drawn through each other."""
+    pitch = 2.0 * np.pi / sector.n_blades * float(np.hypot(sector.points[:, 1], sector.points[:, 2]).max())
+    apart = 2.0 * abs(np.sin(0.5 * phase))  # of neighbours, relative to the displacement
+    return float(min(wanted, OVERLAP * pitch / max(apart, 1e-9)))
 
 
 def grid(sector: SectorMesh, motion: Array, deformation: float, angle: float) -> Any:
@@ -79,24 +88,38 @@ def add_contacts(plotter: Any, sector: SectorMesh, points: Array) -> None:
         plotter.add_mesh(spheres, color=colour, ambient=0.3)
 
 
-def name_faces(plotter: Any, sector: SectorMesh, size: int, bottom: float) -> None:
+def write(plotter: Any, text: str, at: tuple[float, float], small: float = 1.0, color: str = "black") -> None:
+    """Text from its upper left corner on, as shares of a view; of one size in views of any width."""
+    label = plotter.add_text(text, position=at, viewport=True, font_size=1, color=color)
+    label.prop.font_size = round(TEXT * small)
+    label.prop.justification_vertical = "top"
+
+
+def write_heading(plotter: Any, text: str, small: float = 1.0) -> None:
+    """Text at the top of a view."""
+    write(plotter, text, (0.015, 0.99), small)
+
+
+def name_faces(plotter: Any, sector: SectorMesh, bottom: float, small: float = 1.0) -> None:
     """Names of both contact faces in the colours of their nodes, at the left from this share of the height upwards:
     beside the faces they would lie on the neighbours."""
+    if not len(sector.right.nodes):
+        return
     sides = (" (-y)", " (+y)") if sector.kind == "neighbours" else ("", "")
     names = ((f"left face{sides[0]}", LEFT_DARK), (f"right face{sides[1]}", RIGHT_COLOUR))
     for line, (name, colour) in enumerate(names):
-        place = (0.05, bottom + 0.035 * line)
-        plotter.add_text(name, position=place, viewport=True, font_size=size, color=colour)
+        write(plotter, name, (0.05, bottom + 0.035 * (line + 1)), small, colour)
 
 
-def add_axes(plotter: Any, sector: SectorMesh, size: int) -> None:
+def add_axes(plotter: Any, sector: SectorMesh, small: float = 1.0) -> None:
     """Axes x (axial), y, z (radial) beside the root; an arrow at the tip: the sense of rotation, towards +y."""
     import pyvista as pv
 
     low, high = sector.points.min(axis=0), sector.points.max(axis=0)
     length = 0.2 * float(high[2] - low[2])
     corner = np.array([low[0] - 0.6 * length, low[1] - 2.5 * length, low[2] + 0.6 * length])
-    look = {"shape": None, "always_visible": True, "show_points": False, "font_size": size, "text_color": "black"}
+    look: dict[str, Any] = {"shape": None, "always_visible": True, "show_points": False, "text_color": "black"}
+    look |= {"font_size": round(TEXT * small), "bold": False}
     for direction, name in zip(np.eye(3), "xyz", strict=True):
         plotter.add_mesh(pv.Arrow(start=corner, direction=direction, scale=length, **_SLIM), color="#303030")
         plotter.add_point_labels([corner + 1.15 * length * direction], [name], **look)
@@ -128,7 +151,7 @@ def aim_from_side(plotter: Any, sector: SectorMesh) -> None:
     plotter.camera.zoom(0.97)
 
 
-def scalar_bar(title: str, labels: str = "%.1f") -> dict[str, Any]:
+def scalar_bar(title: str, labels: str = "%.1f", small: float = 1.0) -> dict[str, Any]:
     """Settings of the colour bar: title, place and number format."""
     return {
         "title": f"{title}\n",
@@ -138,14 +161,15 @@ def scalar_bar(title: str, labels: str = "%.1f") -> dict[str, Any]:
         "position_y": 0.03,
         "height": 0.1,
         "width": 0.55,
-        "title_font_size": 20,
-        "label_font_size": 18,
+        "title_font_size": round(TEXT * small),
+        "label_font_size": round(TEXT * small),
+        "unconstrained_font_size": True,
         "n_labels": 6,
         "fmt": labels,
     }
 
 
-WHEEL_VIEW = (0.62, -0.28, 0.52)  # from the middle of the wheel to the camera
+WHEEL_VIEW = (0.8, -0.2, 0.4)  # from the middle of the wheel to the camera
 WHEEL_MARGIN = 1.06
 ENLARGED = 3.0  # motion of the wheel, which is drawn smaller than a blade
 
@@ -153,22 +177,26 @@ ENLARGED = 3.0  # motion of the wheel, which is drawn smaller than a blade
 def wheel(sector: SectorMesh, motion: Callable[[int], Array], deformation: float) -> Any:
     """Surface of all sectors, moved by `deformation` times their motion, with this and its length as point data.
 
-    `motion` gives the displacement (N, 3) of a sector, in its own axes, by its number.
+    `motion` gives the displacement (N, 3) of a sector, in its own axes, by its number. `signed`: the part of it along
+    the largest displacement, whose sign changes at the nodal diameters.
     """
     import pyvista as pv
 
     faces, used = _outside(sector)
-    size, points, vectors, cells = len(used), [], [], []
+    size, points, vectors, own, cells = len(used), [], [], [], []
     pitch = 2.0 * np.pi / sector.n_blades
     for number in range(sector.n_blades):
         moved = motion(number)[used]
         points.append(turned(sector.points[used] + deformation * moved, number * pitch))
         vectors.append(turned(moved, number * pitch))
+        own.append(moved)
         shifted = faces + number * size
         cells.append(np.column_stack([np.full(len(faces), faces.shape[1]), shifted]))
     surface = pv.PolyData(np.concatenate(points), np.concatenate(cells).ravel())
     surface.point_data["motion"] = np.concatenate(vectors)
-    surface.point_data["displacement"] = np.linalg.norm(surface.point_data["motion"], axis=1)
+    lengths = np.linalg.norm(surface.point_data["motion"], axis=1)
+    surface.point_data["displacement"], moved = lengths, np.concatenate(own)
+    surface.point_data["signed"] = moved @ moved[np.argmax(lengths)] / (lengths.max() or 1.0)
     return surface
 
 
@@ -194,7 +222,7 @@ def aim(plotter: Any, sector: SectorMesh) -> None:
     plotter.camera.view_angle = 15.0
     outer = WHEEL_MARGIN * radius
     plotter.reset_camera(bounds=[low, high, -outer, outer, -outer, outer])
-    plotter.camera.zoom(1.48)
+    plotter.camera.zoom(1.4)
 
 
 class Window:

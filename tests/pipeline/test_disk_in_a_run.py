@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pipeline_support import shroud, small_scene, summary_of, write_scene
+from pipeline_support import overlapping_texts, shroud, small_scene, summary_of, write_scene
 
 import pipeline.verify.advice
 import pipeline.verify.compare
@@ -110,6 +110,10 @@ def test_engine_orders_are_folded_at_half_the_number_of_blades(reduced: Path) ->
     assert marks["EO 2"] == (2, 40.0)
     assert marks["EO 36"] == (36, 720.0)
     assert marks["EO 70"] == (2, 1400.0)
+    numbers = {part for text in figure.axes[0].texts if text.get_visible() for part in text.get_text().split(", ")}
+    listed = len(figure.legends[0].get_texts())
+    assert {str(number) for number in range(1, listed + 1)} | set(marks) <= numbers
+    assert not overlapping_texts(figure)
     assert figure.axes[1].get_ylabel().startswith("share of the disk")
 
 

@@ -151,6 +151,16 @@ def test_two_keys_are_told_by_colour_and_panel_and_the_legend_explains_the_lines
     marks = [line for axes in figure.axes for line in axes.lines if line.get_marker() not in ("None", "")]
     assert marks
     assert all(line.get_markerfacecolor() == "none" for line in marks)  # the curve shows through
+    figure.draw_without_rendering()
+    assert figure.legends[0].get_window_extent().y1 < min(axes.bbox.y0 for axes in figure.axes)  # below the curves
+
+
+def test_curves_that_coincide_are_all_seen() -> None:
+    points = [point(number, {V0: 1e-6 * (number + 1)}, 1e-6) for number in range(5)]
+    figure = response_figure([curve(each) for each in points], [], dict(enumerate(curve_colours(points))), "title")
+    widths = {str(line.get_label()): line.get_linewidth() for line in figure.axes[0].lines}
+    drawn = [widths[f"v0 = {number} µm"] for number in range(1, 6)]
+    assert sorted(set(drawn), reverse=True) == drawn  # the last is on top, and the thinnest
 
 
 def test_a_peak_that_the_ring_leaves_is_unstable_everywhere() -> None:
@@ -201,7 +211,7 @@ def test_a_motion_followed_in_time_is_drawn_in_the_colour_of_its_curve() -> None
     assert line.get_color() == "tab:red"
     assert line.get_xdata() == pytest.approx([390.0, 400.0, 410.0])
     assert line.get_ydata() == pytest.approx([2.0, 3.0, 2.5])
-    said = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
+    said = [text.get_text() for text in figure.legends[0].get_texts()]
     assert said.count("worst motion by time integration") == 1
 
 

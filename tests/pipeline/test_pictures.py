@@ -19,7 +19,7 @@ from pipeline.figures.curve_line import KINDS, stability_segments
 from pipeline.figures.style import save, styled, subplots
 from pipeline.render.drawing_process import RenderError, draw_apart
 from pipeline.render.mode_shapes import at_largest
-from pipeline.render.ring import turned
+from pipeline.render.ring import drawn_length, turned, wheel
 from pipeline.scene.labels import prefixed, value_label
 
 pytestmark = pytest.mark.usefixtures("drawn_figures")
@@ -126,6 +126,23 @@ def test_the_response_figure_says_what_it_shows(copied: Path) -> None:
     said = " ".join(" ".join(element.itertext()) for element in root.iter("{http://www.w3.org/2000/svg}text"))
     for text in ("Small blade", "[Hz]", "µm]", "v0 = 10 µm", "v0 = 1000 µm", "linear, free", "linear, stuck"):
         assert text in said
+
+
+def test_a_wheel_shows_its_nodal_diameters_and_no_blade_goes_through_its_neighbour() -> None:
+    from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
+
+    blade, shroud = BladeParameters(16, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
+    sector = build_sector(blade, shroud, MeshParameters(size=0.03, element="hex8", contact_grid=(2, 2)))
+    pitch = 2.0 * np.pi / 16 * float(np.hypot(*sector.points[:, 1:].T).max())
+    for diameter in range(9):
+        phase = 2.0 * np.pi * diameter / 16
+        drawn = drawn_length(sector, phase, 0.05)
+        assert 0.0 < drawn <= 0.05
+        assert 2.0 * abs(np.sin(0.5 * phase)) * drawn <= 0.3 * pitch
+    shape = np.tile([0.0, 1.0, 0.0], (len(sector.points), 1))
+    signed = wheel(sector, lambda number: shape * np.cos(2.0 * np.pi * 3 * (number + 0.1) / 16), 0.0)["signed"]
+    each = signed.reshape(16, -1)[:, 0]
+    assert np.sum(each * np.roll(each, 1) < 0.0) == 6  # three nodal diameters
 
 
 def test_segments_share_their_ends_and_cover_everything() -> None:

@@ -1,6 +1,7 @@
 """The study `wear` in a run: its numbers, files, figure, report, restart, and what is refused."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -115,6 +116,22 @@ def test_files_figure_and_page(done: tuple[Path, Results]) -> None:
     assert len(section.rows) == len(found.responses) == 3
     assert any("depth" in line for line in section.conclusion)
     assert "model 1e-11 m³/J" in section.conclusion[-1] or "1e-11 m³/J" in section.conclusion[-1]
+
+
+def test_the_worn_face_is_a_map_for_each_time(done: tuple[Path, Results]) -> None:
+    """In one scale of colours, from what is not worn to the deepest."""
+    found = read_result(done[0] / "out")
+    at, frame = tuple(1e-3 * np.array([[0, 0, 0], [4, 0, 0], [4, 2, 0], [0, 2, 0]])), np.eye(3).ravel()
+    depth = tuple(share * found.depth_m[0] for share in (1.0, 0.5, 0.25, 0.75))
+    flat = replace(found, depth_m=depth, interface=("shroud",) * 4, position_m=at, frame=(frame,) * 4)
+    figure = wear_figure(flat, "Rubbing")
+    maps = [axes for axes in figure.axes if axes.get_title().startswith("after ")]
+    assert len(maps) == 4
+    assert not any(hasattr(axes, "zaxis") for axes in figure.axes)
+    limits = {axes.collections[0].get_clim() for axes in maps}
+    assert len(limits) == 1
+    assert min(limits)[0] == 0.0
+    assert not overlapping_texts(figure)
 
 
 def test_quantiles_of_the_life(done: tuple[Path, Results], tmp_path: Path) -> None:

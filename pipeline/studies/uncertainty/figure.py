@@ -140,7 +140,7 @@ def _draw_convergence(axes: Axes, counts: Sequence[int], rows: Sequence[Sequence
         )
     axes.set_xscale("log", base=2)
     axes.set_xticks(list(counts), [str(count) for count in counts])
-    axes.set_xlabel("samples (open: an end of the interval unknown)")
+    axes.set_xlabel("samples (open: no full interval)")
     axes.margins(x=0.12)
 
 

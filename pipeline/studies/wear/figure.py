@@ -9,7 +9,7 @@ import numpy as np
 from pipeline.figures.style import (
     CURVES_LOG_FROM,
     DISTINCT,
-    ordered_colours,
+    give_data,
     scale,
     set_height_axis,
     subplots,
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 LOAD, POWER, SPAN, BAND, EVENT = DISTINCT[0], DISTINCT[1], DISTINCT[2], "#B3D4EA", "0.6"
 DRAWN = ("limit", "jump", "higher peak", "stick", "separation", "lost")  # events with a line
+LEVELS = 11  # ends of colours of worn depth
 SHARES = (0.1, 0.25, 0.5, 1.0)  # of the life, at which the worn face is drawn
 FLAT = 1e-3  # size of a face along a direction, relative to the other, that is none
 
@@ -89,31 +90,39 @@ def _draw_interference(axes: Axes, result: WearResult) -> None:
 
 
 def _draw_face(figure: Figure, axes: Axes, result: WearResult) -> None:
-    """Worn depth at the end over the most worn interface, as a surface in 3D; bars where there is no face."""
+    """Worn depth over the most worn interface, a map for each of some times; bars at the end where it is no face."""
+    from matplotlib.ticker import MaxNLocator
+
     name, places = _most_worn(result)
-    depth = np.array([result.depth_m[node][-1] for node in result.of_interface(name)])
-    factor, unit = scale(depth, "m")
+    nodes = result.of_interface(name)
+    depth = np.array([result.depth_m[node] for node in nodes])
+    factor, unit = scale(depth[:, -1], "m")
     if places is None:
-        axes.bar(np.arange(len(depth)), depth * factor, color=LOAD)
+        axes.bar(np.arange(len(depth)), depth[:, -1] * factor, color=LOAD)
         axes.set_xlabel(f"contact node of {name}")
         axes.set_ylabel(f"worn depth [{unit}]")
         return
-    spot = axes.get_subplotspec()
+    spot: Any = axes.get_subplotspec()
     axes.remove()
-    solid: Any = figure.add_subplot(spot, projection="3d")
-    nodes = result.of_interface(name)
-    for share, colour in zip(SHARES, ordered_colours(len(SHARES)), strict=True):
+    maps = spot.subgridspec(2, 2).subplots(sharex=True, sharey=True)
+    levels = np.linspace(0.0, float(depth.max()) * factor or 1.0, LEVELS)
+    for share, place in zip(SHARES, maps.flat, strict=True):
         hours = share * float(result.hours[-1])
-        surface = [-factor * np.interp(hours, result.hours, result.depth_m[node]) for node in nodes]
-        solid.plot_trisurf(*(places * 1e3).T, surface, color=colour, alpha=0.75, linewidth=0.3, edgecolor="white")
-        solid.plot([], [], [], "s", color=colour, label=f"{hours:.5g} h")
-    solid.set_xlabel("along t1 [mm]", fontsize=9)
-    solid.set_ylabel("along t2 [mm]", fontsize=9)
-    solid.set_zlabel(f"worn surface of {name} [{unit}]", fontsize=9)
-    solid.set_zlim(top=0.0)
-    solid.tick_params(labelsize=8)
-    solid.view_init(elev=18.0, azim=-60.0)
-    solid.legend(fontsize=9, loc="upper left", bbox_to_anchor=(-0.3, 1.0))
+        worn = factor * np.array([np.interp(hours, result.hours, each) for each in depth])
+        drawn = place.tricontourf(*(places * 1e3).T, worn, levels=levels, cmap="viridis")
+        place.plot(*(places * 1e3).T, ".", color="black", markersize=3.0, clip_on=False)
+        place.set_title(f"after {hours:.5g} h", fontsize=9)
+        place.grid(visible=False)
+        place.tick_params(labelsize=8)
+        columns: dict[str, Any] = {"along t1 [mm]": places[:, 0] * 1e3, "along t2 [mm]": places[:, 1] * 1e3}
+        give_data(place, columns | {f"worn depth of {name} [{unit}]": worn})
+    for place in maps[1]:
+        place.set_xlabel("along t1 [mm]", fontsize=9)
+    for place in maps[:, 0]:
+        place.set_ylabel("along t2 [mm]", fontsize=9)
+    bar = figure.colorbar(drawn, ax=list(maps.flat))
+    bar.set_label(f"worn depth of {name} [{unit}]")
+    bar.ax.yaxis.set_major_locator(MaxNLocator(6))
 
 
 def _most_worn(result: WearResult) -> tuple[str, Numbers | None]:
