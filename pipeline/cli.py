@@ -13,7 +13,6 @@ import typer
 
 from pipeline.command_usage import (
     TOLERANCES,
-    AcceptOption,
     AxisOption,
     BladesOption,
     ClusterOption,
@@ -26,6 +25,7 @@ from pipeline.command_usage import (
     OutputOption,
     OverOption,
     QuietOption,
+    RecomputeOption,
     RomOption,
     SceneArgument,
     SchedulerOption,
@@ -92,6 +92,7 @@ def run(
     quiet: QuietOption = False,
     as_json: JsonOption = False,
     *,
+    recompute: RecomputeOption = False,
     scheduler: SchedulerOption = None,
     cluster: ClusterOption = None,
 ) -> None:
@@ -102,7 +103,7 @@ def run(
     file = read_scene(scene)
     target = out or Path("out") / file.first.name
     last = until.value if until else None
-    finish(Request(file, target, last, force, jobs, None, scheduler, cluster), quiet, as_json)
+    finish(Request(file, target, last, force, jobs, None, scheduler, cluster, recompute), quiet, as_json)
 
 
 @app.command(epilog=examples("shroud respond my.toml --rom rom.h5"))
@@ -115,6 +116,7 @@ def respond(
     quiet: QuietOption = False,
     as_json: JsonOption = False,
     *,
+    recompute: RecomputeOption = False,
     scheduler: SchedulerOption = None,
     cluster: ClusterOption = None,
 ) -> None:
@@ -127,7 +129,7 @@ def respond(
 
     file = read_scene(scene, given_model=True)
     target = out or Path("out") / file.first.name
-    finish(Request(file, target, None, force, jobs, rom, scheduler, cluster), quiet, as_json)
+    finish(Request(file, target, None, force, jobs, rom, scheduler, cluster, recompute), quiet, as_json)
 
 
 @app.command(epilog=examples("shroud modes my.toml", "shroud modes my.toml --json"))
@@ -139,6 +141,8 @@ def modes(
     jobs: JobsOption = None,
     quiet: QuietOption = False,
     as_json: JsonOption = False,
+    *,
+    recompute: RecomputeOption = False,
 ) -> None:
     """Print natural frequencies, crossings and static contact.
 
@@ -153,7 +157,9 @@ def modes(
     from pipeline.terminal import print_modes
 
     file = read_scene(scene, given_model=rom is not None)
-    request = Request(file, out or Path("out") / file.first.name, Stage.REDUCE.value, force, jobs, rom)
+    request = Request(
+        file, out or Path("out") / file.first.name, Stage.REDUCE.value, force, jobs, rom, recompute=recompute
+    )
     if not quiet:
         print_notes(file.notes)
     with stoppable() as interrupts:
@@ -180,6 +186,8 @@ def verify(
     as_json: JsonOption = False,
     force: ForceOption = False,
     quiet: QuietOption = False,
+    *,
+    recompute: RecomputeOption = False,
 ) -> None:
     """Measure the errors of mesh and reduced models.
 
@@ -187,6 +195,7 @@ def verify(
     """
     from pipeline.process.progress import Reporter
     from pipeline.scene.reading import read_scene
+    from pipeline.stages.request import Request
     from pipeline.verify.stage import verify as measure
 
     file = read_scene(scene)
@@ -194,7 +203,9 @@ def verify(
         print_notes(file.notes)
     with stoppable() as interrupts:
         reporter = Reporter(quiet, interrupts=interrupts)
-        found = measure(file, out or Path("out") / file.first.name, tolerance, force, reporter)
+        target = out or Path("out") / file.first.name
+        request = Request(file, target, Stage.REDUCE.value, force, recompute=recompute)
+        found = measure(request, tolerance, reporter)
     print_verification(found, quiet, as_json)
     print_problems(found.problems)
     raise typer.Exit(NOT_REACHED if found.problems else COMPUTED)
@@ -209,6 +220,7 @@ def report(
     quiet: QuietOption = False,
     as_json: JsonOption = False,
     *,
+    recompute: RecomputeOption = False,
     scheduler: SchedulerOption = None,
     cluster: ClusterOption = None,
 ) -> None:
@@ -216,7 +228,8 @@ def report(
 
     The page is report.html in the output folder; it needs no other file.
     """
-    run(scene, out, Stage.REPORT, force, jobs, quiet, as_json, scheduler=scheduler, cluster=cluster)
+    where = {"scheduler": scheduler, "cluster": cluster}
+    run(scene, out, Stage.REPORT, force, jobs, quiet, as_json, recompute=recompute, **where)
 
 
 @app.command(epilog=examples("shroud explore scenes/dummy.toml", "shroud explore my.toml --port 5006 --no-browser"))
@@ -281,6 +294,7 @@ def check(
     rom: RomOption = None,
     out: OutOption = None,
     force: ForceOption = False,
+    recompute: RecomputeOption = False,
     quiet: QuietOption = False,
     as_json: JsonOption = False,
 ) -> None:
@@ -299,7 +313,9 @@ def check(
     from pipeline.stages.request import Request
 
     file = read_scene(scene, given_model=rom is not None)
-    request = Request(file, out or Path("out") / file.first.name, Stage.RESPOND.value, force, rom=rom)
+    request = Request(
+        file, out or Path("out") / file.first.name, Stage.RESPOND.value, force, rom=rom, recompute=recompute
+    )
     for name, value in (("--branch", branch), ("--solution", solution)):
         if frequency is None and value is not None:
             raise input_error("shroud check", name, str(value), "beside --frequency only")
@@ -341,6 +357,7 @@ def optimise(
     quiet: QuietOption = False,
     as_json: JsonOption = False,
     force: ForceOption = False,
+    recompute: RecomputeOption = False,
 ) -> None:
     """Find the values of keys at which the worst motion is lowest.
 
@@ -354,7 +371,9 @@ def optimise(
     from pipeline.stages.request import Request
 
     file = read_scene(scene, given_model=rom is not None)
-    request = Request(file, out or Path("out") / file.first.name, Stage.RESPOND.value, force, jobs, rom)
+    request = Request(
+        file, out or Path("out") / file.first.name, Stage.RESPOND.value, force, jobs, rom, recompute=recompute
+    )
     if not quiet:
         print_notes(file.notes)
     asked = Asked(over or [], tolerance or [], objective_asked(objective), output, life)
@@ -446,7 +465,7 @@ def export(
 
 
 @app.command(epilog=examples("shroud validate my.toml"))
-def validate(scene: SceneArgument, as_json: JsonOption = False, force: AcceptOption = False) -> None:
+def validate(scene: SceneArgument, as_json: JsonOption = False, force: ForceOption = False) -> None:
     """List all errors of a scene; nothing is run.
 
     One line for each error with the line of the file; exit status 2 where there is one.

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 FLAGS = (
     "--force",
+    "--recompute",
     "--quiet",
     "--json",
     "--version",
@@ -112,10 +113,10 @@ OutOption = Annotated[
         "--out", metavar="DIR", parser=output_parser("--out"), help="Output folder; out/<scene name> by default."
     ),
 ]
-ForceOption = Annotated[
-    bool, typer.Option("--force", help="Compute everything again, and accept values far beyond the usual.")
+ForceOption = Annotated[bool, typer.Option("--force", help="Accept values far beyond the usual.")]
+RecomputeOption = Annotated[
+    bool, typer.Option("--recompute", help="Compute everything again, also what is unchanged.")
 ]
-AcceptOption = Annotated[bool, typer.Option("--force", help="Accept values far beyond the usual, as run --force.")]
 JobsOption = Annotated[
     int | None,
     typer.Option(

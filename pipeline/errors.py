@@ -35,7 +35,7 @@ class InputError(Exception):
     ...     read_scene("nowhere.toml")
     ... except InputError as error:
     ...     print(error)
-    nowhere.toml: no such file, allowed: a readable scene file in TOML
+    nowhere.toml: no such file
     """
 
     source = key = ""
@@ -60,10 +60,13 @@ class StageError(Exception):
         return isinstance(self.cause, InputError) or all(hasattr(self.cause, name) for name in names)
 
 
-def input_error(source: str | os.PathLike[str], key: str, found: str, allowed: str) -> InputError:
-    """An InputError with the one line of all messages about input: `source: key: found, allowed: ...`."""
+def input_error(source: str | os.PathLike[str], key: str, found: str, allowed: str = "") -> InputError:
+    """An InputError with the one line of all messages about input: `source: key: found, allowed: ...`.
+
+    A file that is not there needs no list of what is allowed.
+    """
     place = f"{os.fspath(source)}: {key}" if key else os.fspath(source)
-    error = InputError(one_line(f"{place}: {found}, allowed: {allowed}"))
+    error = InputError(one_line(f"{place}: {found}" + (f", allowed: {allowed}" if allowed else "")))
     error.source, error.key = one_line(os.fspath(source)), one_line(key)
     return error
 

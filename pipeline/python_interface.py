@@ -32,6 +32,7 @@ def run_scene(
     rom: ReducedModel | str | os.PathLike[str] | None = None,
     until: str | None = None,
     force: bool = False,
+    recompute: bool = False,
     jobs: int = 1,
     quiet: bool | None = None,
     scheduler: str | None = None,
@@ -49,9 +50,9 @@ def run_scene(
     rom : ReducedModel, str or path
         A model from elsewhere, see `ReducedModel.from_matrices`, or its file; the scene then needs no blade.
     until : str
-        Last stage to run, such as "mesh" or "reduce"; by default everything that the scene asks for.
-    force : bool
-        Whether everything is computed again, even what has not changed, and values far beyond the usual are accepted.
+        Last stage to run, such as "mesh"; by default everything that the scene asks for.
+    force, recompute : bool
+        Whether values far beyond the usual are accepted; whether everything is computed again, unchanged or not.
     jobs : int
         Curves solved at the same time, in processes of their own.
     quiet : bool
@@ -60,8 +61,7 @@ def run_scene(
         Scheduler of dask.distributed: its address, tcp://HOST:PORT, or its file. "local:N": N processes on this
         machine, without dask; the calling script then needs the same line as with several jobs.
     overrides : mapping of str to value
-        Dotted keys with values that replace those of the scene, such as {"contact.friction": 0.3}; None removes a
-        key. A key that the scene sweeps and that is replaced is swept no longer.
+        Dotted keys with values in place of the scene's, {"contact.friction": 0.3}; none is swept, None removes one.
     **tables : mapping or value
         The same by tables: `contact={"friction": 0.3}`, `accuracy="draft"`, `sweep={"shroud.angle": [70.0, 90.0]}`.
 
@@ -90,11 +90,10 @@ def run_scene(
     _check_arguments(until, tables)
     if scene is None and rom is None:
         raise TypeError("run_scene() needs a scene, or rom with the tables of one")
-    named = {"name": "model"} if scene is None else scene
-    file = given_scene(named, overrides or {}, rom is not None, tables)
+    file = given_scene({"name": "model"} if scene is None else scene, overrides or {}, rom is not None, tables)
     folder = Path("out") / file.first.name if out is None else output_path(out, "out")
-    given, own = _file_or_model(rom), jobs if scheduler is None else None
-    return _results(Request(file, folder, until, force, own, given, *_cluster(scheduler)), quiet)
+    work = jobs if scheduler is None else None, _file_or_model(rom), *_cluster(scheduler)
+    return _results(Request(file, folder, until, force, *work, recompute), quiet)
 
 
 def explore_scene(

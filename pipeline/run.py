@@ -106,7 +106,7 @@ def built_models(request: Request, reporter: Reporter) -> Iterator[tuple[Run, Mo
 def _running(request: Request, reporter: Reporter, given: ReducedModel | None) -> Iterator[Run]:
     """The context of a run: its output folder is locked, and its workers live, within the block."""
     with (
-        working_store(request.out, request.force, reporter) as store,
+        working_store(request.out, request.recompute, reporter) as store,
         open_executor(request, store, reporter) as found,
     ):
         run = Run(request, store, StageLog(), reporter, found)

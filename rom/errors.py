@@ -33,7 +33,7 @@ class ReducedModelError(ValueError):
     ...     read_reduced_model("missing.h5")
     ... except ReducedModelError as error:
     ...     print(error)
-    missing.h5: no such file, allowed: an HDF5 file with a reduced model
+    missing.h5: no such file
     """
 
 

@@ -377,7 +377,7 @@ class SetReader:
             )
             return
         if kind != "ELEMENT" or "COMBINE" in block.parameters:
-            scope.notes.append(f"surface {name}: only surfaces of element sides or nodes are read")
+            scope.notes.append(f"surface {name}: only surfaces of element faces or nodes are read")
             return
         found = scope.sides.setdefault(name.upper(), [])
         for row in rows:

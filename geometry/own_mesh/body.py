@@ -154,10 +154,10 @@ def face_sides(mesh: ImportedMesh, role: str, name: str, outside: ElementSides) 
     given = found if isinstance(found, ElementSides) else sides_on(mesh.blocks, found)
     rows = np.flatnonzero(np.isin(side_codes(mesh.blocks, outside), side_codes(mesh.blocks, given)))
     if len(rows) == 0:
-        what = "side" if isinstance(found, ElementSides) else "set of nodes"
+        what = "element face" if isinstance(found, ElementSides) else "set of nodes"
         count = len(given) if isinstance(found, ElementSides) else len(found)
-        told = f"{count} {what}s inside the body" if len(given) else f"a {what} ({count}) with no whole element side"
-        raise OwnMeshError(key_of(role), name, f"must hold whole sides of elements on the surface; it is {told}")
+        told = f"{count} {what}s inside the body" if len(given) else f"a {what} ({count}) with no whole element face"
+        raise OwnMeshError(key_of(role), name, f"must hold whole element faces on the surface; it is {told}")
     return chosen_sides(outside, rows)
 
 

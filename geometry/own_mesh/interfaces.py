@@ -14,7 +14,7 @@ from geometry.frames import axes_through, rotate_about_axis
 from geometry.imported_mesh import ImportedMesh
 from geometry.own_mesh.body import boundary, chosen_sides, face_sides, pieces, side_codes, side_corners
 from geometry.own_mesh.face_pairing import FaceNames, Surface, lie_opposite
-from geometry.own_mesh.matching_faces import together
+from geometry.own_mesh.matching_faces import RIGHT_IS, together
 from geometry.own_mesh.pitch_pairs import smooth_pieces
 from geometry.own_mesh.sector_choice import MAIN, InterfaceChoice, SectorChoice
 from geometry.own_mesh.side_quadrature import SidePoints, quadrature, side_tables
@@ -79,7 +79,7 @@ def _check_apart(mesh: ImportedMesh, choice: SectorChoice, faces: Sequence[Touch
             codes = side_codes(mesh.blocks, sides)
             for other, known in seen:
                 if common := len(np.intersect1d(codes, known)):
-                    told = f"must have no side of another face: {common} element sides are in {other} too"
+                    told = f"must have no element face of another one: {common} element faces are in {other} too"
                     raise OwnMeshError(key, _set_of(choice, key), told)
             seen.append((key, codes))
 
@@ -98,7 +98,7 @@ def ordered(mesh: ImportedMesh, faces: TouchingFaces) -> tuple[TouchingFaces, li
     if faces.kind != "neighbours" or np.arctan2(*right[1:]) >= np.arctan2(*left[1:]):
         return faces, []
     of = "" if faces.name == MAIN else f"{faces.name}: "
-    note = f"{of}right and left face exchanged: the right one is on the +y side"
+    note = f"{of}right and left face swapped: {RIGHT_IS}"
     return replace(faces, right=faces.left, left=faces.right), [note]
 
 

@@ -17,6 +17,8 @@ from geometry.own_mesh.pitch_pairs import Pair, fitting_number, listed, matched_
 from geometry.own_mesh.sector_choice import SectorChoice
 from geometry.sector import FloatArray
 
+RIGHT_IS = "right is the one on the +y side, where the next blade is; the file may stay as it is"
+
 _INNERMOST = 1e-4  # of the radial extent of the mesh: nodes of the root are within this of the hub or of its plane
 CUT_RIGHT, CUT_LEFT = "cyclic_right", "cyclic_left"
 # words for the two sides in names of sets; one letter or digit counts at the end of a name
@@ -208,7 +210,7 @@ def with_other_faces(
     beside = [] if shroud is None else _beside(mesh, rest, shroud, found)
     others = [pair for k, pair in enumerate(found) if k not in beside]
     told = listed([found[k] for k in beside])
-    notes = [f"free sides beside the contact faces match under the pitch too: {told}"] if beside else []
+    notes = [f"free element faces beside the contact faces match under the pitch too: {told}"] if beside else []
     if not others:
         return cuts, notes
     if choice.other_faces == "free":
@@ -282,7 +284,7 @@ def paired_cuts(
     apart = _apart(points, right, left)
     if apart < 0.0:
         right, left, apart = left, right, -apart
-        notes.append("right and left cut face exchanged: the right one is on the +y side")
+        notes.append(f"right and left cut face swapped: {RIGHT_IS}")
     pitch = 2.0 * np.pi / n_blades
     mismatch, worst = _mismatch(points, right, left, pitch)
     if mismatch > _MATCH or len(right) != len(left):

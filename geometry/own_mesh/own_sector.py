@@ -82,7 +82,7 @@ class SectorFindings:
     rotation : (3, 3) array
         Our axes x, y, z in the axes of the file, row by row.
     notes : tuple of str
-        What was left out, exchanged or assumed, one line each.
+        What was left out, swapped or assumed, one line each.
     warnings : tuple of str
         What is probably a mistake in the input, one line each.
 
@@ -310,7 +310,7 @@ def _turned(
             doubts = [f"no contact: name {RIGHT} and {LEFT} where blades touch; their surfaces are not a pitch apart"]
         else:
             right, left, doubts = find_faces(points, mesh.blocks, outside, choice.n_blades)
-            notes.append(f"contact faces found: {len(right)} element sides each, the only ones a pitch apart")
+            notes.append(f"contact faces found: {len(right)} element faces each, the only ones a pitch apart")
             faces = [TouchingFaces(MAIN, "neighbours", right, left, choice.contact_grid, *names)]
     at = [quadrature(mesh.points, side_tables(mesh.blocks, face)) for face in (faces[0].right, faces[0].left)]
     if faces[0].kind == "neighbours":
@@ -321,8 +321,8 @@ def _turned(
         mesh = replace(mesh, points=mesh.points @ rotation.T)
     found = []
     for each in faces:
-        face, exchanged = ordered(mesh, each)
-        notes += exchanged
+        face, swapped = ordered(mesh, each)
+        notes += swapped
         found += [face] if face.of == FaceNames() else patches(mesh, face, choice.n_blades)
     return mesh, found, rotation, notes, doubts
 
@@ -357,12 +357,12 @@ def _root(
         radius = np.hypot(*mesh.points[root, 1:].T)
         where = f"radius {radius.min():.4g} to {radius.max():.4g} m"
         free = '; bore = "free" leaves it free' if joined else ""
-        notes.append(f"root found: the innermost surface, {len(surface)} element sides at {where}{free}")
+        notes.append(f"root found: the innermost surface, {len(surface)} element faces at {where}{free}")
     for key, face in (each for touching in faces for each in touching.sides):
         role = key.removeprefix("mesh.sets.").removeprefix("mesh.")
         held = np.isin(side_corners(mesh.blocks, face), root)
         if held.all(axis=1).any():
-            told = f"must not hold a contact face: {int(held.all(axis=1).sum())} sides of {role} are in it"
+            told = f"must not hold a contact face: {int(held.all(axis=1).sum())} element faces of {role} are in it"
             raise OwnMeshError("mesh.sets.root", choice.sets.get("root"), told)
         if held.any():
             notes.append(f"{role} touches the clamped root along an edge")

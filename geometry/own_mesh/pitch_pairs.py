@@ -44,7 +44,7 @@ class Pair:
             f"{low:.4g} to {high:.4g}"
             for low, high in (self.radius, [round(1e3 * float(f"{end:.2g}"), 3) + 0.0 for end in self.axial])
         )
-        size = f"{len(self.right)} sides, {self.nodes} nodes, {1e6 * self.area:.3g} mm^2"
+        size = f"{len(self.right)} element faces, {self.nodes} nodes, {1e6 * self.area:.3g} mm^2"
         more = "" if self.matching else ", nodes that are no pairs"
         more += "" if self.whole else ", a part of a larger surface on both sides"
         return f"{size} at radius {radius} m, x {axial} mm{more}"

@@ -36,7 +36,7 @@ def kind_of(path: Path) -> Kind:
 
 def _kind(path: Path) -> Kind:
     if not path.is_file():
-        raise input_error(path, "", "no such file", _ALLOWED)
+        raise input_error(path, "", "no such file")
     try:
         with opened(path) as file:
             names = set(file)

@@ -70,7 +70,7 @@ def survey(mesh: ImportedMesh) -> list[str]:
         f"elements: {', '.join(f'{count} {kind}' for kind, count in kinds.items())}; {len(mesh.points)} nodes",
         f"size: {sizes}",
         _listed("node sets", {name: f"{len(nodes)} nodes" for name, nodes in mesh.node_sets.items()}),
-        _listed("surfaces", {name: f"{len(sides)} sides" for name, sides in mesh.surfaces.items()}),
+        _listed("surfaces", {name: f"{len(sides)} element faces" for name, sides in mesh.surfaces.items()}),
         _listed("element sets", {name: f"{len(rows)}" for name, rows in mesh.element_sets.items()}),
         _listed("materials", {name: _numbers(values) for name, values in mesh.materials.items()}),
     ]
@@ -146,7 +146,7 @@ def _of_one_body(mesh: ImportedMesh, unit: str | None, axis: str | None, n_blade
         why.append(f"axis {ring.axis}, {ring.n_blades} blades: {what} {360.0 / ring.n_blades:.6g} degrees apart")
         return Guess(unit or found_unit, ring.axis, n_blades or ring.n_blades, sets, tuple(why), numbers=numbers)
     direction, pitch, mismatch = best
-    if pitch < 0.0:  # the axis points the other way, or the names are exchanged: the scene keeps the axis
+    if pitch < 0.0:  # the axis points the other way, or the names are swapped: the scene keeps the axis
         sets[right], sets[left] = sets[left], sets[right]
         why.append(f"{faces} swapped: right is the one that leads in rotation about {direction}")
     number = round(2.0 * math.pi / abs(pitch))

@@ -316,7 +316,7 @@ class NewScene:
 def new_scene_of_mesh(folder: Path, title: str, file: Path, options: MeshOptions) -> NewScene:
     """Look at a mesh file, write a scene for it and a picture into a folder."""
     if not file.is_file():
-        raise input_error(file, "", "no such file", "a mesh file (.inp, .bdf, .cdb, .msh, .vtu, .med)")
+        raise input_error(file, "", "no such file")
     mesh = read_mesh_file(str(file))
     told = guess(mesh, options.unit, options.axis, options.n_blades)
     name = os.path.relpath(file.resolve(), folder.resolve()).replace(os.sep, "/")

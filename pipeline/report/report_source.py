@@ -120,6 +120,6 @@ def _verified(run: Run, models: Models) -> list[VerifiedCase]:
     """Errors that an earlier `shroud verify` left in the store; none are computed for the page."""
     if run.request.rom is not None:  # a given reduced model: what it was reduced from is not known
         return []
-    verifier = Verifier(replace(run, store=replace(run.store, force=False)))
+    verifier = Verifier(replace(run, store=replace(run.store, recompute=False)))
     found = [(case, verifier.cached_errors(case)) for case in distinct_cases(run, models)]
     return [(case, errors) for case, errors in found if errors is not None]

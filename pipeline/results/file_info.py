@@ -62,7 +62,7 @@ def _read(path: Path) -> dict[str, Any] | ReducedModel:
     from rom import UNREADABLE, opened, why_unreadable
 
     if not path.is_file():
-        raise input_error(path, "", "no such file", _ALLOWED)
+        raise input_error(path, "", "no such file")
     try:
         with opened(path) as file:
             if "curve" in file:

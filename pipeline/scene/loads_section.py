@@ -81,7 +81,7 @@ def check_readable(file: str) -> None:
     """Refuse a file that is not there or too large. Raises InputError."""
     path = Path(file)
     if problem := file_problem(path):
-        raise _refused(file, problem, "a readable CSV file")
+        raise InputError(f"{file}: {problem}")
     if path.stat().st_size > LARGEST_FILE:
         raise _refused(file, f"larger than {LARGEST_FILE} bytes", "a smaller CSV file")
 
@@ -156,7 +156,7 @@ HIGHEST_HARMONIC = 31
 DIRECTION = '"x", "y", "z", "-x", "-y", "-z" or a list of three numbers, {bounds}, not all 0'
 POINT = '"tip" or a list of three numbers, {bounds}: x, y and z of a point of the blade'
 SET = "the name of a node set"
-SURFACE = "the name of a surface or of a node set that holds whole sides of elements"
+SURFACE = "the name of a surface or of a node set that holds whole element faces"
 TABLE = "the name of a CSV file"
 NUMBER = "a number, {bounds}"
 ANGLE = "a number, {bounds}"

@@ -94,7 +94,7 @@ def unfit_stress_keys(file: SceneFile) -> Iterator[InputError]:
 POISSON = "a number above {low} and below {high}"
 EXPANSION = "a number, {bounds}"
 
-FORCED = "--force (in Python: force=True) uses it anyway"
+FORCED = "to use it anyway: --force (in Python: force=True)"
 
 
 class Usual(NamedTuple):

@@ -39,7 +39,7 @@ def check_mesh_file(path: Path, member: Member) -> None:
     assert file is not None
     place, allowed = member.key_in_file("mesh.file"), f"a readable mesh file ({', '.join(SUFFIXES)})"
     if problem := file_problem(Path(file), SUFFIXES):
-        raise input_error(path, place, f"{shown_file(file)}: {problem}", allowed)
+        raise input_error(path, place, f"{shown_file(file)}: {problem}")
     try:
         parts = file_parts(file)
     except OSError as error:
@@ -48,7 +48,7 @@ def check_mesh_file(path: Path, member: Member) -> None:
         ) from None
     for part in parts[1:]:
         if problem := file_problem(part):
-            raise input_error(path, place, f"{shown_file(file)} includes {part}: {problem}", "files that are there")
+            raise input_error(path, place, f"{shown_file(file)} includes {part}: {problem}")
 
 
 MAIN_INTERFACE = "shroud"

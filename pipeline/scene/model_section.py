@@ -24,7 +24,6 @@ from pipeline.scene.fields import (
     Section,
     Truth,
     Whole,
-    allowed_of,
     key,
 )
 from pipeline.scene.input_files import file_problem
@@ -138,7 +137,7 @@ def unfit_matrix_keys(path: Path, member: Member) -> Iterator[InputError]:
     for name, file in model.files.items():
         if problem := file_problem(Path(file)):
             place = member.key_in_file(f"model.{name}")
-            yield input_error(path, place, f"{shown_file(file)}: {problem}", allowed_of(Model, name))
+            yield input_error(path, place, f"{shown_file(file)}: {problem}")
 
 
 def _unfit_loads_of_superelement(path: Path, member: Member) -> Iterator[InputError]:

@@ -115,7 +115,7 @@ def _rows(scene: Path, path: Path) -> list[tuple[int, list[str]]]:
             raise _refused(scene, str(path), f"larger than {LARGEST_FILE} bytes", allowed)
         return list(csv_rows(content.decode("utf-8-sig")))
     except FileNotFoundError:
-        raise _refused(scene, str(path), "no such file", allowed) from None
+        raise _refused(scene, str(path), "no such file") from None
     except (OSError, ValueError) as error:
         reason = system_reason(error) if isinstance(error, OSError) else "no such name or not UTF-8 text"
         raise _refused(scene, str(path), f"cannot be read: {reason}", allowed) from None
@@ -145,7 +145,7 @@ def _value(cell: str) -> Any:
         return cell.strip()
 
 
-def _refused(scene: Path, name: str, found: str, allowed: str) -> InputError:
+def _refused(scene: Path, name: str, found: str, allowed: str = "") -> InputError:
     return input_error(scene, f'{POINTS_PLACE} = "{name}"', found, allowed)  # the whole name: a path may be long
 
 

@@ -65,7 +65,7 @@ def load_tables(path: Path) -> tuple[dict[str, Any], str]:
             raise input_error(path, "", f"larger than {LARGEST_FILE} bytes", allowed)
         text = content.decode("utf-8-sig")  # editors on Windows put a byte order mark in front
     except FileNotFoundError:
-        raise input_error(path, "", "no such file" + _meant(Path(f"{path}.toml")), allowed) from None
+        raise input_error(path, "", "no such file" + _meant(Path(f"{path}.toml"))) from None
     except UnicodeDecodeError as error:
         raise input_error(path, "", f"not UTF-8 text (byte {error.start})", "TOML in UTF-8") from None
     except (OSError, ValueError) as error:

@@ -25,12 +25,13 @@ class Request:
     scene: SceneFile  # the scene
     out: Path  # output folder
     until: str | None = None  # the stage whose result is asked for; None for everything that the scene asks for
-    force: bool = False  # whether everything is computed again, and values far beyond the usual are accepted
+    force: bool = False  # whether values far beyond the usual are accepted
     jobs: int | None = None  # curves solved at the same time; None: as many as the cores, where the work is worth it
     # reduced model from elsewhere, its file or itself, in place of the first three stages
     rom: Path | ReducedModel | None = None
     scheduler: str | None = None  # address of the scheduler of a cluster, or its scheduler file
     cluster: str | None = None  # worker processes to start on this machine, as `local:4`
+    recompute: bool = False  # whether everything is computed again, also what is unchanged
 
     @property
     def wanted(self) -> frozenset[str]:

@@ -158,7 +158,7 @@ class Store:
 
     root: Path  # folder of the store
     run: str = field(default_factory=lambda: uuid.uuid4().hex)  # name of the run that uses it
-    force: bool = False  # whether entries of other runs count as absent
+    recompute: bool = False  # whether entries of other runs count as absent
 
     @property
     def is_empty(self) -> bool:
@@ -167,7 +167,7 @@ class Store:
 
     def lists(self, kind: str, key: str) -> bool:
         """Whether there is an entry, whole or not: the cheapest look, for what a wrong answer only makes slower."""
-        return not self.force and (self.root / kind / key / MANIFEST).is_file()
+        return not self.recompute and (self.root / kind / key / MANIFEST).is_file()
 
     def find(self, kind: str, key: str, thorough: bool = True) -> Entry | None:
         """The entry where it is whole, otherwise None. Sizes are always compared, hashes only when `thorough`."""
@@ -175,7 +175,7 @@ class Store:
         manifest = Manifest.read(folder)
         if manifest is None or (manifest.kind, manifest.key) != (kind, key):
             return None
-        if (self.force and manifest.run != self.run) or not manifest.agrees_with(folder, thorough):
+        if (self.recompute and manifest.run != self.run) or not manifest.agrees_with(folder, thorough):
             return None
         return Entry(folder, False, float(manifest.seconds))
 

@@ -207,11 +207,11 @@ _PROBE = bytes(8192)  # a full disk may still have room for a name
 
 
 @contextmanager
-def working_store(out: Path, force: bool, reporter: Reporter) -> Iterator[Store]:
+def working_store(out: Path, recompute: bool, reporter: Reporter) -> Iterator[Store]:
     """The store of the output folder `out`, locked within the block; a second run waits for the first."""
     check_output_path(out, "--out", ROOM)
     check_output_folder(out)
-    store, was_there = Store(out / "store", force=force), os.path.lexists(out)
+    store, was_there = Store(out / "store", recompute=recompute), os.path.lexists(out)
     with ExitStack() as stack:
         try:
             stack.enter_context(locked(store.root / LOCK, lambda holder: _say_waiting(reporter, out, holder)))

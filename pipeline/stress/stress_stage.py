@@ -128,7 +128,9 @@ def _stress_of(run: Run, model: BuiltModel, curve: CurveResult, scene: Scene, na
             "code": code_fingerprint(STRESS_CODE),
         }
     )
-    chain = ModelChain(run.store, run.log, run.reporter, True, {(Stage.ASSEMBLE, model_keys(scene).assemble)})
+    chain = ModelChain(
+        run.store, run.log, run.reporter, True, {(Stage.ASSEMBLE, model_keys(scene).assemble)}, run.request.force
+    )
 
     def build(folder: Path) -> None:
         full = chain.full_model(scene, model_keys(scene), chain.mesh(scene, model_keys(scene))).file(FULL_MODEL)
@@ -147,7 +149,9 @@ def _stress_of(run: Run, model: BuiltModel, curve: CurveResult, scene: Scene, na
 def worst_stress(run: Run, curve: CurveResult, fatigue: Fatigue | None) -> dict[str, Any]:
     """Largest stress amplitude and least margin at the worst motion of any curve, as `stress_stage` has them."""
     scene = curve.member.scene.model_copy(update={"stress": Stress(check=False), "fatigue": fatigue})
-    model = ModelChain(run.store, run.log, run.reporter, True).reduced_model(scene, model_keys(scene))
+    model = ModelChain(run.store, run.log, run.reporter, True, force=run.request.force).reduced_model(
+        scene, model_keys(scene)
+    )
     entry = _stress_of(run, model, curve, scene, FOLDER)
     found: dict[str, Any] = json.loads(entry.file(FACTS).read_text(encoding="utf-8"))
     return found

@@ -15,7 +15,7 @@ from pipeline.errors import StageError, input_error
 from pipeline.process.progress import Reporter
 from pipeline.scene.consistency import check_scene
 from pipeline.scene.labels import value_label
-from pipeline.scene.reading import Member, SceneFile, parameter_error
+from pipeline.scene.reading import Member, parameter_error
 from pipeline.scene.schema import Scene
 from pipeline.stages.cache_keys import linear_operation_inputs, model_keys, rotation_inputs
 from pipeline.stages.code_fingerprint import code_fingerprint, remember_code
@@ -169,7 +169,7 @@ class Verifier:
         return self._last[case.blade]
 
     def _files(self, scene: Scene) -> BladeFiles:
-        chain = ModelChain(self.run.store, self.run.log, self.run.reporter)
+        chain = ModelChain(self.run.store, self.run.log, self.run.reporter, force=self.run.request.force)
         keys = model_keys(scene)
         mesh = chain.mesh(scene, keys)
         return BladeFiles(mesh.file(SECTOR), chain.full_model(scene, keys, mesh).file(FULL_MODEL))
@@ -248,15 +248,18 @@ class Verification:
     problems: list[str] = field(default_factory=list)  # what could not be computed, one line each
 
 
-def verify(file: SceneFile, out: Path, tolerance: float | None, force: bool, reporter: Reporter) -> Verification:
-    """Measure the reduced models of a scene against full models; `tolerance` goes before `rom.tolerance`."""
+def verify(request: Request, tolerance: float | None, reporter: Reporter) -> Verification:
+    """Measure the reduced models of a scene against full models; `tolerance` overrides `rom.tolerance`."""
+    file = request.scene
     remember_code()
     if file.first.blade is None and file.first.mesh_file is None:
         allowed = "a table [blade] (a given reduced model or [model] has no mesh to be measured against)"
         raise input_error(file.path, "blade", "missing", allowed)
-    check_scene(file, force)
-    request = Request(file, out, "reduce", force)
-    with working_store(out, force, reporter) as store, open_executor(request, store, reporter) as executor:
+    check_scene(file, request.force)
+    with (
+        working_store(request.out, request.recompute, reporter) as store,
+        open_executor(request, store, reporter) as executor,
+    ):
         run, outcome = Run(request, store, StageLog(), reporter, executor), RunOutcome()
         models = models_of_blade(run, outcome)
         verification = Verification(problems=outcome.problems)

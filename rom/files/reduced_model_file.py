@@ -135,7 +135,7 @@ def read_reduced_model(path: str | os.PathLike[str], *, with_basis: bool = True)
     [[1000000.]] 40
     """
     if not Path(path).is_file():
-        raise ReducedModelError(f"{path}: no such file, allowed: an HDF5 file with a reduced model")
+        raise ReducedModelError(f"{path}: no such file")
     try:
         with opened(path) as file:
             if _WAVE in file:

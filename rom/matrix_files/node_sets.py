@@ -114,7 +114,7 @@ def _refuse(
     turned, back = (rotate_about_axis(points[left], sign * 2.0 * np.pi / n_blades) for sign in (1.0, -1.0))
     nearest = np.linalg.norm(points[right].mean(axis=0) - back.mean(axis=0))
     if nearest < 0.1 * np.linalg.norm(points[right].mean(axis=0) - turned.mean(axis=0)):
-        allowed_text = "must be the face on the -y side: contact_right and contact_left are exchanged"
+        allowed_text = "must be the face on the -y side: swap contact_right and contact_left"
         raise RomParameterError("model.sets", "contact_left", f"a face {worst:.3g} m away", allowed_text)
     found = f"a node {worst:.3g} m from the nearest right node turned by one pitch of {n_blades} blades"
     raise RomParameterError(

@@ -50,7 +50,7 @@ def own(mesh, n_blades=72, **sets):
         ({"high": "cyclic_right", "low": "cyclic_left"}, {"cyclic_right": "HIGH", "cyclic_left": "low"}),
         ({"low": "cyclic_right", "high": "cyclic_left"}, {"cyclic_right": "high", "cyclic_left": "low"}),
     ],
-    ids=["by name", "as named", "exchanged"],
+    ids=["by name", "as named", "swapped"],
 )
 def test_cut_faces_come_back(names, said):
     """Where the contact faces are not named, the cut faces are not among those to choose from."""
@@ -60,8 +60,8 @@ def test_cut_faces_come_back(names, said):
     assert np.array_equal(found.sector.right.nodes, made().right.nodes)
     count = len(made().node_sets["cyclic_right"])
     assert f"sector of a disk: {count} nodes of each cut face are joined to the neighbours" in found.findings.lines
-    exchanged = "right and left cut face exchanged: the right one is on the +y side" in found.findings.lines
-    assert exchanged == (names.get("high") == "cyclic_left")
+    swapped = any("right and left cut face swapped: right is" in line for line in found.findings.lines)
+    assert swapped == (names.get("high") == "cyclic_left")
     with pytest.raises(OwnMeshError, match=r"3 pairs of surfaces are .* at radius 0\.375 to 0\.38 m"):
         sector_from_mesh(in_file(**names), SectorChoice(72, sets={"root": "ROOT"} | said))
 
@@ -139,7 +139,9 @@ def test_surfaces_that_match_and_have_no_name_are_asked_for():
     assert np.array_equal(joined.node_sets["cyclic_right"], np.sort(made().node_sets["cyclic_right"]))
     free = sector_from_mesh(mesh, SectorChoice(72, sets=NAMES, other_faces="free"))
     assert not set(CUTS) & set(free.sector.node_sets)
-    assert any(note.startswith("free surfaces that match under the pitch: 16 sides") for note in free.findings.notes)
+    assert any(
+        note.startswith("free surfaces that match under the pitch: 16 element faces") for note in free.findings.notes
+    )
     crossed = {"contact_right": "FACE_A", "contact_left": "FACE_B"}  # the cut taken for the contact
     with pytest.raises(OwnMeshError, match=r"more pairs? .* at radius 0\.375 to 0\.38 m"):
         own(mesh, **crossed)
@@ -158,15 +160,17 @@ def test_a_snubber_is_asked_for_and_sides_beside_the_contact_are_not():
     }
     mesh = replace(with_sets(whole, **outer), blocks=(ElementBlock("hex8", kept),))
     names = {"root": "ROOT", "contact_right": "PS", "contact_left": "SS"}
-    with pytest.raises(OwnMeshError, match=r"1 more pair of surfaces .*: 2 sides, 6 nodes, .* 0\.308 to 0\.312 m"):
+    with pytest.raises(
+        OwnMeshError, match=r"1 more pair of surfaces .*: 2 element faces, 6 nodes, .* 0\.308 to 0\.312 m"
+    ):
         sector_from_mesh(mesh, SectorChoice(40, sets=names))
     assert sector_from_mesh(mesh, SectorChoice(40, sets=names, other_faces="free"))
     # the only pair reaches the root: contact or cut?
     (doubt,) = sector_from_mesh(wedge(), SectorChoice(40, sets={"root": "ROOT"})).findings.warnings
-    assert "reach the innermost radius (12 sides, 20 nodes" in doubt
+    assert "reach the innermost radius (12 element faces, 20 nodes" in doubt
     assert "cyclic_right and cyclic_left" in doubt
     beside = own(imported(dummy()))
-    assert any(note.startswith("free sides beside the contact faces") for note in beside.findings.notes)
+    assert any(note.startswith("free element faces beside the contact faces") for note in beside.findings.notes)
 
 
 @pytest.mark.parametrize("layers", [1, 2])
@@ -197,7 +201,7 @@ def test_cut_faces_that_do_not_fit_are_refused():
     mesh = in_file(high="cyclic_right", low="cyclic_left")
     with pytest.raises(OwnMeshError, match=r"mesh\.sets\.cyclic_left: .*name both cut faces of the disk, or neither"):
         own(mesh, cyclic_right="high")
-    with pytest.raises(OwnMeshError, match="whole sides of elements"):
+    with pytest.raises(OwnMeshError, match="whole element faces"):
         own(with_sets(mesh, low=[0, 1]), cyclic_right="high", cyclic_left="low")
     moved = mesh.points.copy()
     inner = made().node_sets["cyclic_left"][5]

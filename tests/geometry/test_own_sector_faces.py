@@ -64,7 +64,7 @@ def test_any_axes_and_units_give_the_same_sector(unit, metres):
 
 def test_the_opposite_direction_of_the_axis_exchanges_the_faces():
     forward, backward = own(imported(dummy(70.0)), N_BLADES), own(imported(dummy(70.0)), N_BLADES, axis="-x")
-    assert any("exchanged" in line for line in backward.findings.lines)
+    assert any("swapped" in line for line in backward.findings.lines)
     np.testing.assert_allclose(backward.sector.points, forward.sector.points * [-1.0, -1.0, 1.0], atol=1e-13)
     for found in (forward, backward):
         right, left = found.sector.right, found.sector.left

@@ -94,7 +94,9 @@ def test_nonsense_is_computed_with_force_only(tmp_path: Path, changes: dict[str,
     status, _, error = shroud("validate", path)
     assert status == 2
     for line, words in zip(error.splitlines(), expected, strict=True):
-        assert re.match(rf"{re.escape(str(path))}(:\d+)?: {re.escape(words)}, allowed: .*; --force ", line)
+        assert re.match(
+            rf"{re.escape(str(path))}(:\d+)?: {re.escape(words)}, allowed: .*; to use it anyway: --force ", line
+        )
     status, _, error = shroud("validate", path, "--force")
     assert status == 0
     for line, words in zip(error.splitlines(), expected, strict=True):

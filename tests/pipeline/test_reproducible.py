@@ -72,7 +72,7 @@ def test_a_clock_that_jumps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(pipeline.process.progress.time, "time", jumping)
     assert shroud(*arguments) == (0, "", "")
     assert statuses(tmp_path / "out")["respond"] == "reused"
-    assert shroud(*arguments, "--force") == (0, "", "")
+    assert shroud(*arguments, "--recompute") == (0, "", "")
     assert statuses(tmp_path / "out")["respond"] == "ran"
     assert (tmp_path / "out" / "response.csv").read_bytes() == before
     assert min(times(summary_of(tmp_path / "out"))) >= 0.0

@@ -170,7 +170,7 @@ def test_json_of_what_files_hold(finished: Path) -> None:
 def test_quiet_commands_say_nothing(copied: Path) -> None:
     scene = write_scene(copied.parent / "s.toml", small_scene(sweep={"contact.interference": [1e-5, 1e-3]}))
     for arguments in (
-        ("run", scene, "--out", copied, "--force", "--until", "respond"),
+        ("run", scene, "--out", copied, "--recompute", "--until", "respond"),
         ("report", scene, "--out", copied),
         ("export", copied / "response.h5", "--to", copied / "x.mat"),
     ):

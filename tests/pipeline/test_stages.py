@@ -257,8 +257,9 @@ def test_a_stage_that_the_model_does_not_allow_is_refused(tmp_path: Path) -> Non
     assert error.endswith('stresses: asked for with disk.bore = "free", allowed: disk.bore = "clamped"\n')
 
 
-def test_force_makes_everything_again(copied: Path) -> None:
-    assert rerun(copied, "--force") == dict.fromkeys(ALL, "ran") | NOT_ASKED
+def test_recompute_makes_everything_again_and_force_nothing(copied: Path) -> None:
+    assert rerun(copied, "--recompute") == dict.fromkeys(ALL, "ran") | NOT_ASKED
+    assert "ran" not in rerun(copied, "--force").values()  # which only takes values far beyond the usual
 
 
 def test_members_of_a_sweep_share_what_they_have_in_common(copied: Path) -> None:

@@ -29,7 +29,7 @@ def test_an_entry_is_made_once(tmp_path: Path) -> None:
 
 def test_force_ignores_other_runs_but_not_its_own(tmp_path: Path) -> None:
     Store(tmp_path).get("k", "x", writer("one"))
-    forced = Store(tmp_path, force=True)
+    forced = Store(tmp_path, recompute=True)
     assert forced.get("k", "x", writer("two")).ran
     assert not forced.get("k", "x", writer("three")).ran
     assert Store(tmp_path).get("k", "x", writer("four")).file("a.txt").read_text() == "two"

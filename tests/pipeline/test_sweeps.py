@@ -122,7 +122,7 @@ RANGE = 'ranges = { "contact.friction" = [0.1, 0.6] }\n'
             'sweep.points: given beside "contact.preload", allowed: one of points, latin_hypercube and lists',
         ),
         (LISTED + '[{"response.frequency" = [0.3, 0.1]}]', 'sweep.points[0]."response.frequency": [0.3, 0.1],'),
-        (LISTED + '"absent.csv"', 'absent.csv": no such file, allowed: a readable CSV file'),
+        (LISTED + '"absent.csv"', 'absent.csv": no such file'),
         (LISTED + '"empty.csv"', 'sweep.points = "empty.csv": empty, allowed: a line of dotted keys'),
         (LISTED + '"head.csv"', 'sweep.points = "head.csv": 0 points, allowed: 1 to 10000 points'),
         (LISTED + '"key.csv"', 'sweep.points (key.csv)."contact.mu": unknown key'),

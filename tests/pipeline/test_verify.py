@@ -225,7 +225,7 @@ def test_the_table_and_nothing_is_measured_twice(tmp_path: Path) -> None:
     assert not (tmp_path / "out" / "summary.json").exists()  # it is no run
     again = verify(tmp_path, "--tolerance", "0.5")
     assert again == (0, said, "")
-    assert "measuring" in verify(tmp_path, "--tolerance", "0.5", "--force")[2]
+    assert "measuring" in verify(tmp_path, "--tolerance", "0.5", "--recompute")[2]
 
 
 def test_a_sweep_is_one_table_with_the_advice_of_the_worst(tmp_path: Path) -> None:

@@ -365,7 +365,7 @@ def test_files_that_do_not_fit_each_other_are_refused_with_one_line(full, sector
         ({"mass": tmp_path / "zero.mtx"}, "a mass of 0"),
         ({"mass": tmp_path / "negative.mtx"}, "a diagonal entry of -"),
         ({"nodes": tmp_path / "fewer.csv"}, "rows without dofs"),
-        ({"nodes": tmp_path / "swapped.csv"}, "exchanged"),
+        ({"nodes": tmp_path / "swapped.csv"}, "swap contact_right and contact_left"),
         ({"nodes": tmp_path / "clamped.csv"}, "constrained"),
         ({"nodes": tmp_path / "tips.csv"}, "one node"),
         ({"nodes": tmp_path / "no_right.csv"}, "no node is in the set contact_right"),

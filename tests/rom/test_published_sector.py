@@ -57,7 +57,7 @@ def stuck_hz(grid, kind, diameter, stiffness=RIGID):
 
 def test_root_and_faces_are_found():
     own = rotor()
-    assert "contact faces found: 50 element sides each, the only ones a pitch apart" in own.findings.lines
+    assert "contact faces found: 50 element faces each, the only ones a pitch apart" in own.findings.lines
     assert any(line.startswith("root found: the innermost surface") for line in own.findings.lines)
     assert own.findings.matching
     assert own.findings.mismatch < 1e-12

@@ -56,6 +56,7 @@ class ModelChain:
     expands: bool = False  # whether shapes are expanded to the mesh, for which a reduced model needs its basis
     # results that the log has been told of already, by stage and key
     built: AbstractSet[tuple[str, str]] = frozenset()
+    force: bool = False  # whether values far beyond the usual are accepted
 
     def mesh(self, scene: Scene, keys: ModelKeys) -> Entry:
         """The sector's mesh."""
@@ -67,7 +68,7 @@ class ModelChain:
                 if not known or line.startswith("warning: "):
                     self.reporter.line(f"{Path(scene.mesh_file).name}: {line}")
             try:
-                for line in check_on_mesh(scene, entry.file(SECTOR).parent, self.store.force):
+                for line in check_on_mesh(scene, entry.file(SECTOR).parent, self.force):
                     self.reporter.line(f"{Path(scene.mesh_file).name}: warning: {line}")
             except ValueError as error:
                 raise StageError("mesh", error) from error

@@ -185,7 +185,9 @@ def _with_files(run: Run, item: _Missing) -> _Missing | None:
     if item.member.scene.mesh_file is None:
         return item
     try:
-        mesh = ModelChain(run.store, run.log, run.reporter).mesh(item.member.scene, item.keys)
+        mesh = ModelChain(run.store, run.log, run.reporter, force=run.request.force).mesh(
+            item.member.scene, item.keys
+        )
     except StageError:  # said by who asks for the model
         return None
     return replace(item, files={name: mesh.file(name) for name in (SECTOR, FINDINGS, *MESH_FILES)})
@@ -282,7 +284,7 @@ def given_model_key(model: ReducedModel) -> str:
 
 def models_of_blade(run: Run, outcome: RunOutcome) -> Models:
     """Mesh, full and reduced model of every member, as far as wanted; failures go to the outcome's problems."""
-    chain = ModelChain(run.store, run.log, run.reporter, run.request.expands, build_models(run))
+    chain = ModelChain(run.store, run.log, run.reporter, run.request.expands, build_models(run), run.request.force)
     made: dict[str, BuiltModel | None] = {}
     failures: list[tuple[Member, StageError]] = []
     result: Models = {}
