@@ -24,6 +24,8 @@ from pipeline.new_scene.mesh_survey import Guess, guess, set_nodes, survey
 from pipeline.new_scene.templates import PRESET, SCENE, SCHEMA, new_files
 from pipeline.render.ring import LEFT_DARK, RIGHT_COLOUR
 from pipeline.report.viewer import triangles_of
+from pipeline.results.frequency_range import resonances_of
+from pipeline.results.resonances import modes_about
 from pipeline.scene.presets import PRESETS
 from pipeline.scene.reading import Member, given_scene, parameter_error
 from pipeline.stages.model.build_full_model import FULL_MODEL, make_full_model
@@ -58,7 +60,7 @@ class StartingValues:
 
     material: Mapping[str, float] | None = None  # A material of the file in SI units, where it has all numbers
     area: float | None = None  # area of a contact face, m^2
-    frequency: tuple[float, float] | None = None  # range around the first natural frequency, Hz
+    frequency: tuple[float, float] | None = None  # range around the first excited mode, Hz
     general: bool = True  # whether elements need [material]
     # by material of the file: numbers that the user has to give
     incomplete: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
@@ -199,7 +201,7 @@ def _material_lines(material: Mapping[str, float], values: StartingValues) -> li
 
 
 def _frequency_comment(values: StartingValues) -> str:
-    return "Hz, around the first natural frequency" if values.frequency else "Hz, to be set"
+    return "Hz, around the first mode that this engine order excites" if values.frequency else "Hz, to be set"
 
 
 Array = NDArray[np.float64]
@@ -289,7 +291,7 @@ def _rgb(colour: str) -> Array:
 
 
 PICTURE = "mesh.png"
-MOST_POINTS = 12_000  # nodes of a mesh of which the first natural frequency is computed
+MOST_POINTS = 12_000  # nodes of a mesh of which the first excited mode is computed
 MODES = 10
 BELOW, ABOVE = 0.6, 1.4  # of the frequency range, over the lowest free and stuck frequency
 
@@ -403,10 +405,10 @@ def _reducible(mesh: ImportedMesh, scene_of: Callable[[StartingValues], Scene]) 
 
 
 def _frequency_range(scene: Scene, own: OwnSector) -> tuple[float, float] | None:
-    """A range around the first natural frequency with free and stuck shrouds; None for a large mesh."""
+    """A range around the first mode that the engine order excites, free and stuck; None for a large mesh."""
     if len(own.sector.points) > MOST_POINTS:
         return None
-    from rom import inter_blade_phase, natural_frequencies, read_reduced_model, save_sector
+    from rom import save_sector
 
     rom = scene.rom.model_copy(update={"modes": MODES, "frequency_limit": None})
     scene = scene.model_copy(update={"rom": rom})
@@ -416,13 +418,9 @@ def _frequency_range(scene: Scene, own: OwnSector) -> tuple[float, float] | None
         write_findings(place, own)
         full = make_full_model(place, place / SECTOR, scene)
         make_reduced_model(place, place / SECTOR, place / FULL_MODEL, scene, store_basis=False, assembled=[full])
-        model = read_reduced_model(place / REDUCED_MODEL, with_basis=False)
-        phase = inter_blade_phase(scene.excitation.engine_order, model.n_blades)
-        stiff = {"normal": scene.contact.normal_stiffness, "tangential": scene.contact.tangential_stiffness}
-        free = float(natural_frequencies(model, phase, count=1)[0])
-        shared = {key: float(value) / model.n_contacts for key, value in stiff.items()}  # type: ignore[arg-type]
-        stuck = float(natural_frequencies(model, phase, count=1, **shared)[0])
-        return float(f"{BELOW * min(free, stuck):.2g}"), float(f"{ABOVE * stuck:.2g}")  # what floats has no free one
+        first = modes_about(resonances_of(place / REDUCED_MODEL, scene), (0.0, 0.0))[0]
+        ends = [end.frequency_hz for end in first.values()]  # what floats has no free one
+        return float(f"{BELOW * min(ends):.2g}"), float(f"{ABOVE * max(ends):.2g}")
     return None
 
 

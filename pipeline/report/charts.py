@@ -15,7 +15,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.figures.curve_line import END_OF_RANGE, KINDS, MARKS, SAME_HEIGHT, peak_kind, stability_segments
+from pipeline.figures.curve_line import (
+    END_OF_RANGE,
+    KINDS,
+    MARKS,
+    PEAK,
+    SAME_HEIGHT,
+    UNSTABLE_PEAK,
+    peak_kind,
+    stability_segments,
+)
 from pipeline.figures.data import PlottedCurve, SweepKey, SweepPoint, is_isolated, sweep_keys
 from pipeline.figures.hysteresis import node_figure, spread
 from pipeline.figures.peaks import END_COLOURS, ENDS, MOST_KEYS, WORST, ends, has_few_lines, lines_over
@@ -70,8 +79,9 @@ def _uri(kind: str, content: bytes) -> str:
 
 _RESPONSE = (
     "Largest displacement over a period against frequency. Dashed: unstable; long dashes: against perturbations of "
-    "another nodal diameter than the wave. Circles: peaks of the main branches. Stars: worst motions that are not "
-    "these peaks. Thin lines: isolated and detached branches."
+    "another nodal diameter than the wave. Circles: peaks of the main branches; crosses: unstable ones; arrow heads: "
+    "ends of the range, which are no peaks. Stars: worst motions that are not these peaks. Thin lines: isolated and "
+    "detached branches."
 )
 _BIFURCATIONS = (
     " Squares: Neimark-Sacker bifurcations, where the motion becomes or stops being quasi-periodic; triangles: "
@@ -240,6 +250,7 @@ MOST_DOTS = 2000  # of a chart over sampled keys
 MOST_NAMED = 40  # values with a name of their own on an axis
 DIGITS = 6
 UNEVEN = 8.0  # ratio of the largest step between swept values to the median one
+_PEAK_SHAPES = {PEAK: "circle", UNSTABLE_PEAK: "cross", END_OF_RANGE: "arrowhead"}  # as in the figures
 _SHAPES = dict(zip(MARKS, ("diamond", "square", "triangle"), strict=True))
 
 
@@ -315,7 +326,7 @@ def _line(curve: ResponseCurve, factor: float, step: int) -> dict[str, Any]:
 
 def _marks(curve: PlottedCurve, factor: float, bifurcations: bool) -> Iterable[dict[str, Any]]:
     what = END_OF_RANGE if curve.facts.peak_at_end else f"{peak_kind(curve.facts)} of the main branch"
-    yield {"shape": "circle", "what": what, **_place([curve.peak], factor)}
+    yield {"shape": _PEAK_SHAPES[peak_kind(curve.facts)], "what": what, **_place([curve.peak], factor)}
     frequency, height = curve.worst
     if math.isfinite(height) and not np.isclose(height, curve.peak[1], rtol=SAME_HEIGHT):
         what = "worst motion, or higher" if curve.worst_open else "worst motion"

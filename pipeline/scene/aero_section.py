@@ -30,6 +30,8 @@ VALUES_OF = ("real", "imaginary")
 AXES = ("speed_rpm", "frequency")  # of a table
 VALUES = "a list of numbers, -1 to 1, one for each offset or nodal diameter"
 ROWS = "a list of numbers, 0 to 1e6, one for each offset or nodal diameter"
+SAME_ANGLE, SAME_VALUE = 0.1, 1e-6  # of the mean angle between two waves; relative
+KEYS_OF = {"nodal_diameter", *AXES}
 ON_RING = 0.02  # of the angle between two waves: angles are given with a few digits
 Numbers = Annotated[tuple[Annotated[Number, Field(ge=0.0, le=1e6)], ...], Field(min_length=1, max_length=MOST)]
 
@@ -131,15 +133,33 @@ def as_coefficients(file: Path | str, columns: Mapping[str, NDArray[Any]]) -> di
     for name in given:
         found["imaginary"] = DAMPING[name] * found.pop(name)
         found.setdefault("real", 0.0 * found["imaginary"])
-    if PHASE in found:
-        angle = found.pop(PHASE)
-        waves = len(set((angle % 360.0).round(6).tolist()))  # of the ring, each of which is given
-        wave = angle * waves / 360.0
-        if abs(wave - wave.round()).max(initial=0.0) > ON_RING:
-            allowed = f"multiples of 360/{waves} degrees, for {waves} different angles: every wave of the ring once"
-            raise InputError(f"{file}: {PHASE} {angle[abs(wave - wave.round()).argmax()]:g}, allowed: {allowed}")
-        found["nodal_diameter"] = (waves // 2 - wave.round()) % waves - waves // 2  # -waves / 2 and up
-    return found
+    return found if PHASE not in found else _by_nodal_diameter(file, found)
+
+
+def _by_nodal_diameter(file: Path | str, columns: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    """Columns with nodal diameters in place of phase angles; angles a turn apart are one wave."""
+    import numpy as np
+
+    angle = columns.pop(PHASE)
+    different = np.unique(angle % 360.0)
+    gaps = np.diff(different, append=different[:1] + 360.0)
+    waves = int(np.count_nonzero(gaps > SAME_ANGLE * 360.0 / len(different)))  # of the ring, each of which is given
+    wave = angle * waves / 360.0
+    if abs(wave - wave.round()).max(initial=0.0) > ON_RING:
+        allowed = f"multiples of 360/{waves} degrees, for {waves} different angles: every wave of the ring once"
+        raise InputError(f"{file}: {PHASE} {angle[abs(wave - wave.round()).argmax()]:g}, allowed: {allowed}")
+    columns["nodal_diameter"] = (waves // 2 - wave.round()) % waves - waves // 2  # -waves / 2 and up
+    given, first = [name for name in VALUES_OF if name in columns], dict[tuple[float, ...], int]()
+    for row, place in enumerate(
+        zip(*(columns[name] for name in COLUMNS if name in KEYS_OF & columns.keys()), strict=True)
+    ):
+        known = first.setdefault(place, row)
+        if not all(math.isclose(columns[name][row], columns[name][known], rel_tol=SAME_VALUE) for name in given):
+            said = f"{angle[known]:g} and {angle[row]:g} with different values"
+            raise InputError(
+                f"{file}: {PHASE} {said}, allowed: each wave once; angles 360 degrees apart are one wave"
+            )
+    return {name: values[list(first.values())] for name, values in columns.items()}
 
 
 class Aero(Section):

@@ -13,8 +13,7 @@ from rom.cyclic.cyclic_symmetry import in_wave, relative_contact_motion
 from rom.cyclic.pole_modes import coriolis_forces
 from rom.cyclic.receptance import SMALLEST_FACE, RelativeReceptance
 from rom.cyclic.reduced_model import Array, ComplexArray, ReducedModel, expand_to_mesh
-from rom.cyclic.sector_modes import FELT, RIGID_IN_WAVE, RingModes
-from rom.errors import ReducedModelError
+from rom.cyclic.sector_modes import FELT, RIGID_IN_WAVE, RingModes, unfit_mass
 from rom.linear_algebra.threads import one_blas_thread
 
 
@@ -353,7 +352,7 @@ def _cyclic_modes(
         try:
             squared, shapes = eigh(stiffness, mass, subset_by_index=(0, last))
         except LinAlgError:
-            raise ReducedModelError("mass: not positive definite, allowed: positive definite") from None
+            raise unfit_mass(mass, stiffness) from None
         felt = np.abs(held @ shapes).max(axis=0, initial=0.0) > reach * np.abs(shapes).max(axis=0)
         elastic = ~((squared < still) & felt)
         if np.count_nonzero(elastic) >= count or last + 1 == rows:

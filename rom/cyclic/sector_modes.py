@@ -84,7 +84,7 @@ MASSLESS = 1e-14  # mass over the largest one, below which a coordinate counts a
 QUICK = 1e4  # how far above the highest frequency of the others the small mass puts massless coordinates
 
 
-def _mass_said(mass: NDArray[Any], stiffness: NDArray[Any]) -> str:
+def unfit_mass(mass: NDArray[Any], stiffness: NDArray[Any]) -> ReducedModelError:
     """What is wrong with a mass matrix; massless coordinates get by with a small mass, which the line proposes."""
     from scipy.linalg import eigvalsh
 
@@ -92,15 +92,16 @@ def _mass_said(mass: NDArray[Any], stiffness: NDArray[Any]) -> str:
     massless = np.abs(mass).max(axis=1) <= MASSLESS * np.abs(own).max(initial=0.0)
     found = "mass: not positive definite, allowed: positive definite"
     if not massless.any() or massless.all():
-        return found
+        return ReducedModelError(found)
     rest = np.ix_(~massless, ~massless)
     try:
         highest = float(eigvalsh(stiffness[rest], mass[rest])[-1])
     except np.linalg.LinAlgError:
-        return found
+        return ReducedModelError(found)
     small = float(np.diag(stiffness).real[massless].min()) / (QUICK**2 * highest)
     count = np.count_nonzero(massless)
-    return f"{found}; {count} coordinates have no mass: give them one of {small:.1g}, with which they follow at once"
+    remedy = f"give them one of {small:.1g}, with which they follow at once"
+    return ReducedModelError(f"{found}; {count} coordinates have no mass: {remedy}")
 
 
 def _modes(model: ReducedModel, wave: NDArray[Any] | None) -> tuple[Array, NDArray[Any]]:
@@ -115,7 +116,7 @@ def _modes(model: ReducedModel, wave: NDArray[Any] | None) -> tuple[Array, NDArr
     try:
         squared, shapes = eigh(stiffness, mass)
     except LinAlgError:
-        raise ReducedModelError(_mass_said(mass, stiffness)) from None
+        raise unfit_mass(mass, stiffness) from None
     round_off = RIGID if wave is None else RIGID_IN_WAVE
     if squared[0] < -round_off * squared[-1]:
         raise ReducedModelError(

@@ -40,6 +40,19 @@ def test_a_face_of_few_sides_gets_few_contact_nodes(tmp_path: Path) -> None:
     assert "fewer contact nodes" in error
 
 
+def test_the_range_is_about_the_mode_that_the_engine_order_excites(tmp_path: Path) -> None:
+    """The first bending of this plate is axial, at some 500 Hz, and the force is circumferential."""
+    plate = Body((100.0, 160.0), (-5.0, 5.0), (0.0, 2.0), (8, 4, 2))
+    assert (
+        shroud("new", tmp_path / "n", "--mesh", write_deck(tmp_path / "b.inp", [plate], FACES), "--blades", "36")[0]
+        == 0
+    )
+    text = (tmp_path / "n" / "scene.toml").read_text()
+    low, high = tomllib.loads(text)["response"]["frequency"]
+    assert 1500.0 < low < 4000.0 < high
+    assert "Hz, around the first mode that this engine order excites" in text
+
+
 def test_a_face_across_the_engine_axis(tmp_path: Path) -> None:
     """Of a damper beside the blade."""
     blade = Body((100.0, 120.0), (-3.0, 3.0), (0.0, 20.0), (3, 3, 3))

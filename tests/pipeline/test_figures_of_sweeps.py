@@ -177,6 +177,9 @@ def test_a_peak_that_the_ring_leaves_is_unstable_everywhere() -> None:
     said = set(figure.axes[0].get_legend_handles_labels()[1])
     assert {"unstable peak", "unstable, other nodal diameter"} <= said
     assert "peak" not in said
+    for each, shape in ((found, "cross"), (stable, "circle")):
+        chart = cast(Any, charts([each], [at], {0: "black"}))["response"]
+        assert chart["marks"][0]["shape"] == shape
     source: Any = SimpleNamespace(first=SimpleNamespace(response=SimpleNamespace(stability="folds")))
     row = _stability(source, [found])
     assert (row.found, row.verdict) == ("the peak of the main branch is unstable on curve 0", "unstable")

@@ -143,6 +143,12 @@ def test_damping_by_phase_angle_is_that_of_the_waves(tmp_path: Path, name: str, 
         assert found[round(-angle * count / 360.0)] == pytest.approx(-2.0 * zeta[angle], abs=1e-15)
     assert family.real == (0.0,) * count
     assert found[18] > 0.0 > found[-18]
+    both = "-180,0.1\n-90,0.2\n0,0.3\n90,0.4\n179.9999,"  # one wave, as a closed curve of a flow solver has it
+    file.write_text(f"phase_angle,{name}\n{both}0.1\n")
+    assert sorted(AeroFamily(mode=1, file=str(file)).read().places) == [-2, -1, 0, 1]
+    file.write_text(f"phase_angle,{name}\n{both}0.2\n")
+    with pytest.raises(InputError, match=r"phase_angle -180 and 180 with different values, allowed: each wave once"):
+        AeroFamily(mode=1, file=str(file)).read()
     file.write_text(f"phase_angle,{name}\n0,0.1\n100,0.1\n")
     with pytest.raises(InputError, match="phase_angle 100, allowed: multiples of 360/2 degrees"):
         AeroFamily(mode=1, file=str(file)).read()

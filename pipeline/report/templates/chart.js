@@ -120,6 +120,8 @@
       } else if (shape === "square") { pen.rect(x - 3.5, y - 3.5, 7, 7);
       } else if (shape === "diamond") { pen.moveTo(x, y - 5); pen.lineTo(x + 4, y); pen.lineTo(x, y + 5); pen.lineTo(x - 4, y); pen.closePath();
       } else if (shape === "triangle") { pen.moveTo(x, y - 5); pen.lineTo(x + 5, y + 4); pen.lineTo(x - 5, y + 4); pen.closePath();
+      } else if (shape === "cross") { pen.moveTo(x - 4, y - 4); pen.lineTo(x + 4, y + 4); pen.moveTo(x - 4, y + 4); pen.lineTo(x + 4, y - 4);
+      } else if (shape === "arrowhead") { pen.moveTo(x, y); pen.lineTo(x + 4, y + 6); pen.lineTo(x - 4, y + 6); pen.closePath();
       } else { pen.arc(x, y, 4, 0, 2 * Math.PI); }
       pen.stroke();
     }
