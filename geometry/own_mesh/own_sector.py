@@ -233,7 +233,7 @@ def sector_from_mesh(mesh: ImportedMesh, choice: SectorChoice) -> OwnSector:
     cuts = cut_faces(mesh, choice, outside)
     shown = outside if cuts is None else without((cuts.right, cuts.left), outside)
     _check_distinct(choice, cuts)
-    mesh, faces, rotation, found, doubts = _turned(mesh, choice, shown, joined=cuts is not None)
+    mesh, faces, rotation, found, doubts = _turned(mesh, choice, shown, cuts)
     sides = [each for face in faces for _, each in face.sides]
     cuts, others = with_other_faces(mesh, choice, outside, sides, of_kind(faces, "neighbours"), cuts)
     joined, of_cuts = ({}, []) if cuts is None else paired_cuts(mesh.points, mesh, cuts, choice.n_blades)
@@ -293,11 +293,11 @@ def _check_distinct(choice: SectorChoice, cuts: CutFaces | None) -> None:
 
 
 def _turned(
-    mesh: ImportedMesh, choice: SectorChoice, outside: ElementSides, *, joined: bool
+    mesh: ImportedMesh, choice: SectorChoice, outside: ElementSides, cuts: CutFaces | None
 ) -> tuple[ImportedMesh, list[TouchingFaces], np.ndarray, list[str], list[str]]:
     """The mesh in our axes, faces by patches, the rotation, notes and warnings; the origin is on the axis.
 
-    A sector that is `joined` at its cut faces may be without contact.
+    A sector that is joined at its cut faces may be without contact.
     """
     notes: list[str] = []
     doubts: list[str] = []
@@ -305,8 +305,8 @@ def _turned(
     if not faces:
         points = mesh.points @ axes_through(choice.direction, mesh.points.mean(axis=0)).T
         names = FaceNames(), f"mesh.sets.{RIGHT}"
-        if joined and not matched_pairs(points, mesh.blocks, outside, 2.0 * np.pi / choice.n_blades):
-            faces = [_no_faces(points, mesh, outside)]
+        if cuts and not matched_pairs(points, mesh.blocks, outside, 2.0 * np.pi / choice.n_blades):
+            faces = [_no_faces(points, mesh, outside, cuts)]
             doubts = [f"no contact: name {RIGHT} and {LEFT} where blades touch; their surfaces are not a pitch apart"]
         else:
             right, left, doubts = find_faces(points, mesh.blocks, outside, choice.n_blades)
@@ -327,9 +327,18 @@ def _turned(
     return mesh, found, rotation, notes, doubts
 
 
-def _no_faces(points: FloatArray, mesh: ImportedMesh, outside: ElementSides) -> TouchingFaces:
-    """The outermost side of an element as a face that nothing touches: models have a contact node."""
-    radius = np.hypot(*points[side_corners(mesh.blocks, outside), 1:].transpose(2, 0, 1)).mean(axis=1)
+def _no_faces(points: FloatArray, mesh: ImportedMesh, outside: ElementSides, cuts: CutFaces) -> TouchingFaces:
+    """The outermost side of an element as a face that nothing touches: models have a contact node.
+
+    OwnMeshError where cut faces hold the nodes of all: no node would move apart from the neighbours.
+    """
+    corners = side_corners(mesh.blocks, outside)
+    joined = np.concatenate([cut.nodes(mesh.blocks) for cut in (cuts.right, cuts.left)])
+    inside = ~np.isin(corners, joined).all(axis=1)
+    if not inside.any():
+        told = "must leave nodes between the cut faces: this sector is one element wide, without a blade; refine it"
+        raise OwnMeshError("mesh.sets.cyclic_right", cuts.names[0], told)
+    radius = np.where(inside, np.hypot(*points[corners, 1:].transpose(2, 0, 1)).mean(axis=1), 0.0)
     side = chosen_sides(outside, np.array([radius.argmax()]))
     return TouchingFaces(NO_CONTACT, "ground", side, side, (1, 1), FaceNames(), "mesh.sets.tip")
 

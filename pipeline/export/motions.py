@@ -88,6 +88,7 @@ def _modes(model: ReducedModel, sector: SectorMesh, choice: MotionChoice) -> Mes
     wave = ""
     if model.has_disk and model.n_blades is not None:
         wave = f" of nodal diameter {excited_nodal_diameter(order, model.n_blades)} (engine order {order})"
+    wave += " without Coriolis forces" if model.has_coriolis else ""
     said = f"{count} mode shapes{wave}, {', '.join(f'{hz:.5g}' for hz in frequency)} Hz"
     return MeshMotion(sector, phase, found, said)
 

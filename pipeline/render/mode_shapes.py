@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 WINDOW = (1900, 1050)
 SPLITS = {1: (0.62, 0.38), 2: (0.38, 0.38, 0.24)}  # shares of the width, by the number of states of the shrouds
-WITHOUT_CORIOLIS = "shape and frequency without Coriolis forces"
+WITHOUT_CORIOLIS = "without Coriolis forces"
 BESIDE_WHEEL = {1: (0.4, 0.6), 2: (0.28, 0.28, 0.44)}
 
 
@@ -68,7 +68,7 @@ def _modes(
     springs: dict[str, Any] = {"normal": np.asarray(normal), "tangential": np.asarray(tangential)}
     frequency, shapes, names = named_shapes(Path(job.rom), model, job.phase, min(max(job.modes), model.size), springs)
     diameter = _diameter(job, sector)
-    still = "\n" + WITHOUT_CORIOLIS if job.coriolis and model.has_coriolis else ""
+    still = f"\n{WITHOUT_CORIOLIS}" if job.coriolis and model.has_coriolis else ""
     return [
         Mode(
             at_largest(shape[: len(sector.points)]),

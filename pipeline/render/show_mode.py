@@ -8,7 +8,7 @@ import numpy as np
 
 from pipeline.errors import input_error
 from pipeline.render import ring
-from pipeline.render.mode_shapes import at_largest, named_shapes
+from pipeline.render.mode_shapes import WITHOUT_CORIOLIS, at_largest, named_shapes
 from pipeline.scene.contact_section import PER_NODE, Contact
 from pipeline.stages.model.build_mesh import SECTOR
 from pipeline.stages.scene_to_solver import STATES, InterfaceContact, contact_parameters, springs_by_state
@@ -50,6 +50,7 @@ def mode_plotter(results: Results, number: int, contact: str, model: int) -> pyv
     plotter = pv.Plotter()
     plotter.add_mesh(moved, scalars="displacement", cmap="viridis", scalar_bar_args={"title": "displacement, scaled"})
     ring.add_outline(plotter, sector)
-    plotter.add_text(f"mode {number} ({names[-1]}), shrouds {contact}, {frequency[-1]:.1f} Hz", font_size=12)
+    still = f" {WITHOUT_CORIOLIS}" if entry.get("coriolis_included") else ""
+    plotter.add_text(f"mode {number} ({names[-1]}), shrouds {contact}, {frequency[-1]:.1f} Hz{still}", font_size=12)
     ring.aim_from_side(plotter, sector)
     return plotter

@@ -192,13 +192,15 @@ class ViewerData:
 
     def add_modes(self, model: BuiltModel, scene: Scene, springs: dict[str, dict[str, Any]], label: str) -> None:
         """Mode shapes of a model; `springs`: for each contact condition the springs of the nodes, N/m."""
-        from pipeline.render.mode_shapes import at_largest, named_shapes
+        from pipeline.render.mode_shapes import WITHOUT_CORIOLIS, at_largest, named_shapes
+        from pipeline.stages.scene_to_solver import coriolis_acts
         from rom import inter_blade_phase, read_reduced_model
 
         wanted = (1, 2, 3) if scene.render is None else scene.render.modes
         at, sector, surface = self._surface(model)
         reduced = read_reduced_model(model.rom)
         phase = inter_blade_phase(scene.excitation.engine_order, sector.n_blades)
+        label = (f" {WITHOUT_CORIOLIS}" if coriolis_acts(scene, reduced) else "") + label
         for state, values in springs.items():
             count = min(max(wanted), reduced.size)
             frequency, found, names = named_shapes(model.rom, reduced, phase, count, values)

@@ -19,6 +19,7 @@ from pipeline_support import (
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response
 from pipeline.report import error_budget
+from pipeline.report.viewer import ViewerData
 from pipeline.results.certainty import error_sentences
 from pipeline.scene.reading import read_scene
 from pipeline.stages.cache_keys import curve_key, model_keys
@@ -164,6 +165,24 @@ def test_coriolis_forces_act_where_the_scene_asks_for_them(tmp_path: Path) -> No
     (entry,) = summary_of(tmp_path / "out")["models"]
     assert entry["coriolis_error"] > 0.0
     assert not entry["coriolis_included"]  # not in all curves
+
+
+def test_shapes_of_modes_say_that_they_are_without_coriolis_forces(tmp_path: Path) -> None:
+    """Where these act: the frequency beside a shape is not that of the table of natural frequencies."""
+    keys = {"load__speed_rpm": 3000.0, "mesh__size": 0.012, "render": {"modes": [1]}}
+    scene = write_scene(tmp_path / "scene.toml", small_scene(**keys))
+    assert shroud("run", scene, "--out", tmp_path / "out", "--until", "reduce", "--quiet")[0] == 0
+    (entry,) = summary_of(tmp_path / "out")["models"]
+    rom, mesh = tmp_path / "out" / entry["rom"], tmp_path / "out" / entry["mesh"]
+    first = read_scene(scene).first
+    for acts in (True, False):
+        load = first.load.model_copy(update={"coriolis": acts})
+        data = ViewerData()
+        springs = {"free": {"normal": 0.0, "tangential": 0.0}}
+        data.add_modes(BuiltModel("key", rom, mesh, {}), first.model_copy(update={"load": load}), springs, "")
+        assert data.shapes[0]["name"].endswith("without Coriolis forces") == acts
+    said = shroud("export", rom, "--to", tmp_path / "s.vtu", "--mesh", mesh)[1]
+    assert "mode shapes without Coriolis forces" in said
 
 
 def test_keys_change_with_coriolis_forces_where_these_act(tmp_path: Path) -> None:

@@ -47,6 +47,14 @@ def peak(folder: Path, name: str, more: str) -> tuple[dict, float]:
     return summary, summary["curves"][0]["peak_amplitude_m"]
 
 
+def test_a_disk_one_element_wide_is_refused_at_once(tmp_path: Path) -> None:
+    """Its cut faces hold all nodes; two elements leave some between them."""
+    for across, words in ((1, "must leave nodes between the cut faces"), (2, "next: shroud run")):
+        disk = Body((60.0, 100.0), (-7.5, 7.5), (0.0, 6.0), (3, across, 2))
+        write_deck(tmp_path / "disk.inp", [disk], SETS)
+        assert words in "".join(shroud("new", tmp_path / f"n{across}", "--mesh", tmp_path / "disk.inp")[1:])
+
+
 def test_a_blisk_without_contact_is_a_linear_model_with_flow(folder: Path) -> None:
     """Free and stuck are one; the flow adds 0.002 (1 - cos 45 degrees) to the loss factor 0.006."""
     summary, still = peak(folder, "still", "")
