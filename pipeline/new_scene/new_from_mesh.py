@@ -67,6 +67,7 @@ class StartingValues:
     modulus: float | None = None  # young's modulus of a material of the file, Pa
     grid: tuple[int, int] = (3, 3)  # contact nodes on a face
     contact_dofs: str = "mortar"
+    touches: bool = True  # whether the sector has contact faces
 
 
 def scene_of_mesh(name: str, title: str, file: str, guess: Guess, values: StartingValues) -> str:
@@ -94,13 +95,7 @@ def scene_of_mesh(name: str, title: str, file: str, guess: Guess, values: Starti
         "[load]",
         *_keys({"speed_rpm": 3000.0 if guess.interfaces else 0.0}, {"speed_rpm": "rotation; 0 = none"}),
         "",
-        "[contact]",
-        *_keys(
-            {"normal_stiffness": normal, "tangential_stiffness": float(f"{0.75 * normal:.2g}"), "friction": 0.4},
-            {"normal_stiffness": 'N/m for the whole face, to be set; or "punch"', "friction": "friction coefficient"},
-        ),
-        *_keys({"interference": 0.0 if guess.interfaces else 5e-6}, {"interference": "m; below 0: gap"}),
-        "",
+        *_contact_lines(guess, normal, values.touches),
         "[excitation]",
         *_keys(
             {"engine_order": order, "force": 1.0, "direction": "y"}, {"force": "N", "direction": "circumferential"}
@@ -198,6 +193,21 @@ def _material_lines(material: Mapping[str, float], values: StartingValues) -> li
         return []
     comment = "# for elements without one; as in the file" if values.material else "# steel: set yours"
     return ["[material]" + " " * 20 + comment, *_keys(material, UNITS), ""]
+
+
+def _contact_lines(guess: Guess, normal: float, touches: bool) -> list[str]:
+    """[contact], which a sector without contact faces does without."""
+    if not touches:
+        return ["# no [contact]: no contact faces are named or found", ""]
+    given = {"normal_stiffness": normal, "tangential_stiffness": float(f"{0.75 * normal:.2g}"), "friction": 0.4}
+    said = {"normal_stiffness": 'N/m for the whole face, to be set; or "punch"', "friction": "friction coefficient"}
+    interference = 0.0 if guess.interfaces else 5e-6
+    return [
+        "[contact]",
+        *_keys(given, said),
+        *_keys({"interference": interference}, {"interference": "m; below 0: gap"}),
+        "",
+    ]
 
 
 def _frequency_comment(values: StartingValues) -> str:
@@ -366,6 +376,7 @@ def _tried(
     general = any(not m.name or not (m.numbers or m.unread) for m in materials.values())
     material = complete[0] if complete else None
     values = StartingValues(material, area, None, general, incomplete, modulus, start.grid, start.contact_dofs)
+    values = replace(values, touches=found["touches"])
     scene = scene_of(values)
     lines = [m.line for m in materials.values() if m.numbers]
     try:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from pipeline.codec import plain, restored
 from pipeline.results.closure import ranges_of_closure
 from pipeline.results.frequency_range import held_said
+from pipeline.scene.dotted_keys import NO_INTERFACE
 from pipeline.scene.labels import quantity
 from pipeline.stages.cache_keys import contact_inputs, rotation_of_response
 from pipeline.stages.code_fingerprint import code_fingerprint
@@ -124,11 +125,13 @@ def _write(path: Path, rom: Path, scene: Scene, derived: Any, held: float | None
             changed[nodes] += shift
             return static_contact(modal, replace(contact, interference=changed), options, nodes)
 
-        for name, count in model.interfaces.items():
+        touching = {name: count for name, count in model.interfaces.items() if name != NO_INTERFACE}
+        for name, count in touching.items():
             nodes, first = _numbers(first, count), first + count
             found = _closing(name if len(model.interfaces) > 1 else "", contact, nodes, at)
             closing += [found] if found is not None else []
-        ranges = {key: limits for key, limits in ranges_of_closure(scene, model, derived).items() if V0[8:] in key}
+        closes = ranges_of_closure(scene, model, derived) if touching else {}
+        ranges = {key: limits for key, limits in closes.items() if V0[8:] in key}
     path.write_text(json.dumps(plain(ContactAdvice(held, tuple(closing), ranges))), encoding="utf-8")
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator
@@ -99,6 +100,18 @@ class Contact(Section):
     def uses_punch(self) -> bool:
         """Whether a contact stiffness is to be computed from the area of the face, as of a rigid flat punch."""
         return "punch" in (self.normal_stiffness, self.tangential_stiffness)
+
+
+# of a scene without [contact], for a mesh without contact faces: no key of it is given, no number acts
+NO_TABLE = Contact.model_construct(set(), normal_stiffness=1e5, tangential_stiffness=1e5, friction=0.3)
+
+
+def contact_unless_of_a_file(tables: Any) -> Any:
+    """The tables of a scene, with an empty [contact] where it is missing and no mesh file may be without contact."""
+    if not isinstance(tables, Mapping) or "contact" in tables:
+        return tables
+    mesh = tables.get("mesh")
+    return tables if isinstance(mesh, Mapping) and "file" in mesh else {**tables, "contact": {}}
 
 
 class Interface(Section):

@@ -11,10 +11,10 @@ from pathlib import Path
 from types import UnionType
 from typing import Annotated, Any, Literal, get_args
 
-from pydantic import Field, PrivateAttr, field_validator
+from pydantic import Field, PrivateAttr, field_validator, model_validator
 
 from pipeline.scene.aero_section import Aero, AeroFamily
-from pipeline.scene.contact_section import Contact, Interface
+from pipeline.scene.contact_section import NO_TABLE, Contact, Interface, contact_unless_of_a_file
 from pipeline.scene.dotted_keys import CONTACT, INTERFACE, interface_of
 from pipeline.scene.fields import (
     BLADES,
@@ -431,7 +431,7 @@ class Scene(Section):
     rom: Rom = _key("", "a table", Rom())
     load: Load = _key("", "a table", Load())
     aero: Aero | None = _key("", "a table", None)
-    contact: Contact = _key("", "a table")
+    contact: Contact = _key("", "a table", NO_TABLE)
     interface: dict[str, Interface] = _key(
         "contact interfaces by name, those of the model, whose parameters differ from those in [contact]",
         "tables [interface.NAME]",
@@ -455,12 +455,12 @@ class Scene(Section):
     figures: Figures = _key("", "a table", Figures())
 
     _contents: Mapping[str, str] = PrivateAttr(default_factory=dict)
+    _contact_of_a_file = model_validator(mode="before")(contact_unless_of_a_file)
 
     @field_validator("output")
     @classmethod
     def _different_names(cls, value: Any) -> Any:
-        names = [item.name for item in value]
-        if len(set(names)) < len(names):
+        if len({item.name for item in value}) < len(value):
             raise ValueError("tables [[output]] with different names")
         for item in value:
             if not item.of_model and item.name in ("tip", "tip_x", "tip_y", "tip_z"):

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from mesh_decks import Body, write_deck
-from pipeline_support import shroud
+from pipeline_support import shroud, small_scene, write_scene
 
 SETS = {
     "root": lambda body, r, angle, z: r < 60.1,
@@ -45,6 +45,26 @@ def peak(folder: Path, name: str, more: str) -> tuple[dict, float]:
     assert status == 0, error
     summary = json.loads((folder / name / "summary.json").read_text())
     return summary, summary["curves"][0]["peak_amplitude_m"]
+
+
+def test_a_mesh_without_contact_faces_needs_no_contact_section(folder: Path, tmp_path: Path) -> None:
+    """Its scene has none; one of a mesh with faces, and of a blade made here, is refused without it."""
+    text = (folder / "scene.toml").read_text()
+    assert "\n[contact]" not in text
+    assert shroud("validate", folder / "scene.toml")[0] == 0
+    blade = Body((100.0, 120.0), (-5.0, 5.0), (0.0, 20.0), (1, 4, 3))
+    ends = {"root": lambda body, r, angle, z: r < 100.1}
+    ends |= {name: lambda body, r, angle, z, s=s: s * angle > 4.99 for name, s in (("right", 1), ("left", -1))}
+    write_deck(tmp_path / "b.inp", [blade], ends)
+    assert shroud("new", tmp_path / "n", "--mesh", tmp_path / "b.inp", "--blades", "36")[0] == 0
+    lines = (tmp_path / "n" / "scene.toml").read_text()
+    (tmp_path / "n" / "s.toml").write_text(re.sub(r"\[contact\].*?\n\n", "", lines, flags=re.S))
+    for command in (("validate",), ("run", "--until", "mesh", "--out", tmp_path / "out")):
+        status, _, error = shroud(command[0], tmp_path / "n" / "s.toml", *command[1:])
+        assert status == 2
+        assert "contact: missing, allowed: a table [contact] with normal_stiffness, tangential_stiffness, f" in error
+    scene = small_scene(contact=None)
+    assert "contact: missing" in shroud("validate", write_scene(tmp_path / "m.toml", scene))[2]
 
 
 def test_a_disk_one_element_wide_is_refused_at_once(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from pipeline.errors import InputError, input_error, reason_of
 from pipeline.process.isolated_reading import read_apart
+from pipeline.scene.dotted_keys import NO_INTERFACE
 from pipeline.scene.geometry_parameters import sector_of
 from pipeline.scene.input_files import Contents, copies, file_size
 from pipeline.scene.size_limits import LARGEST_MODEL, LARGEST_STRAIN, MARGIN, allowed_speed, centrifugal_strain
@@ -130,6 +131,7 @@ def findings_of(own: OwnSector) -> dict[str, Any]:
         "n_blades": sector.n_blades,
         "elements": elements_by_kind(sector),
         "points": len(sector.points),
+        "touches": sector.main != NO_INTERFACE,
         "materials": {name: dict(numbers) for name, numbers in own.materials.items()},
         "used": sorted({block.material for block in sector.blocks}),
         "material_notes": {name: list(lines) for name, lines in own.material_notes.items()},
@@ -140,11 +142,21 @@ def findings_of(own: OwnSector) -> dict[str, Any]:
     }
 
 
+def check_contact_given(scene: Scene, found: dict[str, Any]) -> None:
+    """Refuse a mesh from a file with contact faces in a scene without [contact]."""
+    from geometry import ParameterError
+
+    if found.get("touches", True) and not scene.contact.model_fields_set:
+        allowed = "a table [contact] with normal_stiffness, tangential_stiffness, friction: the mesh has such faces"
+        raise ParameterError("contact", "", "missing", allowed)
+
+
 def check_on_mesh(scene: Scene, folder: Path, force: bool) -> list[str]:
     """Refuse materials, a loaded point and a speed that do not fit a mesh from a file; warnings."""
     from geometry import ParameterError
 
     found, at = own_findings(folder), scene.excitation.at
+    check_contact_given(scene, found)
     warnings = check_materials(scene, found, force)
     radii = found["hub_radius"], found["tip_radius"]
     margin = MARGIN * (radii[1] - radii[0])

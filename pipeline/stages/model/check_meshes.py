@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from pipeline.errors import InputError
 from pipeline.scene.reading import parameter_error
-from pipeline.stages.model.build_mesh import findings_of, read_own_sector
+from pipeline.stages.model.build_mesh import check_contact_given, findings_of, read_own_sector
 from pipeline.stages.model.build_reduced_model import boundary_choice
 from pipeline.stages.model.scene_materials import check_materials, materials_of_file
 from pipeline.stages.scene_to_solver import touching_sector
@@ -55,6 +55,7 @@ def check_reduction(scene: Scene, sector: SectorMesh, found: dict[str, Any]) -> 
     """Refuse what the reduction of a mesh from a file would refuse: contact dofs, loads, outputs, elements."""
     from rom import Material, check_reducible
 
+    check_contact_given(scene, found)
     materials = {name: Material(**each.numbers) for name, each in materials_of_file(scene, found).items()}
     touched = touching_sector(scene, sector)
     check_reducible(touched, boundary_choice(scene, touched, materials))
