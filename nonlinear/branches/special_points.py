@@ -153,13 +153,25 @@ def locate_bifurcations(
         fold = locate_zero(continuation, before, after, lambda point: point.tangent[1], lambda point: point.omega)
         if fold is not None:
             yield BifurcationKind.FOLD, fold
+            if before.exponents is not None and fold.exponents is not None:
+                # between a period doubling and the fold the motion is stable
+                for one, other in ((before, fold), (fold, after)):
+                    yield from _exponents_crossing(continuation, one, other, at_fold=True)
+                return
+    yield from _exponents_crossing(continuation, before, after, at_fold=has_fold)
+
+
+def _exponents_crossing(
+    continuation: Continuation, before: SolutionPoint, after: SolutionPoint, *, at_fold: bool
+) -> Iterator[tuple[BifurcationKind, SolutionPoint]]:
+    """What the exponents of two neighbouring points tell of; `at_fold`: the real one that passes zero is its own."""
     if before.exponents is None or after.exponents is None:
         return
     unstable, rank = before.unstable, min(before.unstable, after.unstable)
     stays_unstable = not before.stable_wave and not after.stable_wave
     for kind in _crossings(before, after):
-        if kind is BifurcationKind.BRANCH_POINT and has_fold:
-            continue  # the real exponent that passes zero is that of the fold
+        if kind is BifurcationKind.BRANCH_POINT and at_fold:
+            continue
         if stays_unstable:
             yield kind, after
             continue

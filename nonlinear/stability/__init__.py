@@ -23,6 +23,7 @@ All formulas stand on one page, docs/developers/stability_algebra.md, in the not
     perturbation_pencils  few contact motions that all waves share, and the eigenvalue problems in these, many at once
     ring_structure        the structure in these motions, with a disk and without
     closed_refinement     one exponent with all modes, nothing linearised
+    exact_refinement      the same for few contact dofs and blades alone: no pole is condensed
 
     ring_scan             approximate exponents of all nodal diameters, in few modes or in shared motions
 

@@ -136,7 +136,7 @@ def nearest(linear: Linearisation, vector: ComplexArray | None = None) -> Near:
     if not columns:
         return Near(complex("nan"), None)
     vectors = np.exp(1j * np.outer(np.arange(size), np.arange(columns)))
-    if vector is not None:
+    if vector is not None and vector.size == size:  # another number of states near another shift
         vectors[:, 0] = vector
     vectors = vectors[:, 0] if columns == 1 else vectors
     mu = complex("nan")

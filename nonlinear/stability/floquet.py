@@ -26,6 +26,7 @@ from nonlinear.stability.eigenproblem import (
     eigenvalues_by_slices,
     in_strip,
 )
+from nonlinear.stability.exact_refinement import ExactEigenproblem
 from nonlinear.stability.hill import HillProblem, Memory
 from nonlinear.stability.point_contact import PointContact
 from nonlinear.stability.reduced_problem import ReducedProblems
@@ -36,6 +37,8 @@ from rom import RelativeReceptance
 
 # in units of omega
 IN_DOUBT = 2e-3  # decay up to which an eigenvalue of few modes is refined: three times the largest error seen
+# the same of one with condensed poles: stops of 100 times the stiffness of the structure move them by .015
+CONDENSED_DOUBT = 0.05
 NEXT_TO_ZERO = 1e-3  # eigenvalue up to which condensed poles do not matter
 NEUTRAL = 1e-6  # real part up to which an exponent is not called growing: the error of a neutral one
 OFF_AXIS = 1e-3j  # from a real eigenvalue of the scan to a complex pair near it
@@ -104,7 +107,7 @@ class FloquetAnalysis:
         """Floquet exponents of one point (see `floquet_exponents`); the parameters are those of `point`."""
         contact, basis = self.point(displacement, jacobian, omega), self.basis(omega)
         if self.problem.kappa or basis is Basis.ALL_MODES:
-            return floquet_exponents(self.problem, jacobian, omega, contact.memory)
+            return self._with_all_poles(contact, floquet_exponents(self.problem, jacobian, omega, contact.memory))
         if basis is Basis.FEW_MODES and self.few_modes.suffice(omega):
             return self._in_few_modes(contact)
         return self._refined_where_growing(contact)
@@ -145,8 +148,7 @@ class FloquetAnalysis:
         # the sign of a real exponent of the wave next to zero is that of all modes
         if found is None or (found.exact and (k != 0 or abs(found.value) > SAME)):
             return found
-        every = self.problem_of(k).eigenproblem(contact.jacobian, contact.omega, contact.memory)
-        return _first(partial(converged, every), found.value, k)
+        return _first(partial(_with_every_pole, ExactEigenproblem(self.problem_of(k), contact)), found.value, k)
 
     def problem_of(self, k: int) -> HillProblem:
         """The problem of nodal diameter k with all modes."""
@@ -175,6 +177,14 @@ class FloquetAnalysis:
         """The structure in few contact motions that all waves share."""
         return RingStructure(self.problem, self.sampler.parameters, self.problem.modal.n_blades or 1)
 
+    def _with_all_poles(self, contact: PointContact, exponents: ComplexArray) -> ComplexArray:
+        """Exponents of condensed poles; those that may grow are refined to those of all poles."""
+        exact, sigma = ExactEigenproblem(self.problem, contact), exponents / contact.omega
+        doubtful = (sigma.real > -CONDENSED_DOUBT) & (np.abs(sigma) > NEXT_TO_ZERO)
+
+        found = all_refined(partial(_with_every_pole, exact), sigma[doubtful], exact.conjugate_pairs)
+        return contact.omega * in_strip(np.append(sigma[~doubtful], found))
+
     def _refined_where_growing(self, contact: PointContact) -> ComplexArray:
         """The exponents with stiff contacts; those that grow are refined to exact ones.
 
@@ -202,6 +212,14 @@ class FloquetAnalysis:
         doubtful = sigma.real > -IN_DOUBT
         refined = all_refined(partial(self._refined, contact), sigma[doubtful], True)
         return contact.omega * in_strip(np.append(sigma[~doubtful], refined))
+
+
+def _with_every_pole(exact: ExactEigenproblem, value: complex) -> Refined | None:
+    """The eigenvalue that one of condensed poles leads to; itself where it decays and leads to none near it."""
+    found = converged(exact, value)
+    if not value.real > 0.0 and (found is None or abs(found.value - value) > 2.0 * CONDENSED_DOUBT):
+        return Refined(value, False)
+    return found
 
 
 def _first(refine: Callable[[complex], Refined | None], value: complex, k: int) -> Refined | None:
@@ -261,12 +279,21 @@ def crossings(before: ComplexArray, after: ComplexArray, omega: float) -> tuple[
     """What crosses the imaginary axis between two neighbouring points with these exponents; nothing: empty.
 
     A change of the number of unstable real exponents by an odd one is a real exponent that crosses: complex ones meet
-    on the real axis in pairs. For what remains, those of the less stable point are taken that grow most slowly.
+    on the real axis in pairs. Those at half of the frequency meet there too, and only where complex ones do. For what
+    remains, those of the less stable point are taken that grow most slowly.
     """
-    few, many = sorted((before[grows(before, omega)], after[grows(after, omega)]), key=len)
+    growing = before[grows(before, omega)], after[grows(after, omega)]
+    kinds = [np.abs(np.abs(one.imag) / omega - 0.5) < HALF_ORDER for one in growing]
+    crossed: set[Instability] = set()
+    if not any(np.any(~half & (one.imag != 0.0)) for one, half in zip(growing, kinds, strict=True)):
+        if np.count_nonzero(kinds[0]) != np.count_nonzero(kinds[1]):
+            crossed.add(Instability.PERIOD_DOUBLING)
+        growing = tuple(one[one.imag == 0.0] for one in growing)
+    few, many = sorted(growing, key=len)
     many = many[np.argsort(many.real)]
-    crossed = {instability_of(value, omega) for value in many[: len(many) - len(few)]}
+    rest = {instability_of(value, omega) for value in many[: len(many) - len(few)]}
     if (np.count_nonzero(few.imag == 0.0) + np.count_nonzero(many.imag == 0.0)) % 2:
         others = many[many.imag != 0.0][: len(many) - len(few) - 1]
-        crossed = {Instability.REAL} | {instability_of(value, omega) for value in others}
+        rest = {Instability.REAL} | {instability_of(value, omega) for value in others}
+    crossed |= rest
     return tuple(item for item in Instability if item in crossed)

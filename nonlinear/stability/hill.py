@@ -28,6 +28,7 @@ from nonlinear.stability.contact_feedback import (
 )
 from nonlinear.stability.eigenproblem import CONVERGED, ROUND_OFF, Near, Pencil, Refined
 from nonlinear.stability.modal_condensation import CondensedModes, ContactFreeModel, Matrix, NodeBlocks
+from nonlinear.stability.point_contact import in_harmonics
 from nonlinear.stability.slider_memory import Memory, SliderMemory
 from rom import RingModes
 
@@ -101,6 +102,18 @@ class HillProblem:
             self.retention_harmonic,
             self.conjugate_pairs,
         )
+
+    @cached_property
+    def contact_free_in_amplitudes(self) -> ContactFreeModel:
+        """The contact-free model in the harmonics 0, 1, -1, 2, -2, ..."""
+        phases = self.harmonics * self.phase + self.kappa
+        modes = self.modal.in_motion(self.modal.waves(phases), phases, [True] * phases.size)
+        return ContactFreeModel(modes, self.harmonics, self.retention_radius, self.retention_harmonic, False)
+
+    def in_amplitudes(self, values: Matrix) -> NodeBlocks:
+        """A contact Jacobian (k, 3, 3, 2H+1, 2H+1) of some nodes in the harmonics 0, 1, -1, 2, -2, ..."""
+        first, found = 0 if self.static else 1, in_harmonics(values)
+        return NodeBlocks(found.transpose(0, 3, 1, 4, 2)[:, first:, :, first:])
 
     @cached_property
     def _to_real(self) -> Matrix | None:

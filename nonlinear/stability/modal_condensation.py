@@ -10,7 +10,7 @@ R. H. MacNeal, A hybrid method of component mode synthesis, Computers & Structur
 S. Rubin, Improved component-mode representation for structural dynamic analysis, AIAA Journal 13(8), 1975.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, ClassVar
 
@@ -194,11 +194,35 @@ class ContactFreeModel:
         """
         retained = self.retained(omega)
         poles = self.poles[0] / omega - 1j * self.harmonics[:, None, None]
-        residues = self.poles[1] / omega
         # a condensed pole p with residue r: r / (sigma - p) = -r / p - sigma r / p^2 + ...
         distance = np.where(retained, 1.0, -poles)
-        g_0 = np.where(retained, 0.0, residues / distance)
-        g_1 = np.where(np.abs(distance) < self.retention_radius, 0.0, -g_0 / distance)
+        g_0 = np.where(retained, 0.0, self.poles[1] / omega / distance)
+        g_1 = np.where(np.abs(distance) < self.retention_radius, 0.0j, -g_0 / distance)
+        return self._with_states(omega, active, retained, g_0, g_1)
+
+    def around(self, shift: complex, omega: float, active: NDArray[np.bool_]) -> CondensedModes:
+        """The model near sigma = `shift`, in sigma - shift: poles near it are states, all others are linearised.
+
+        Shapes: `active` (3 n_c,).
+        """
+        distance = shift - self.poles[0] / omega + 1j * self.harmonics[:, None, None]
+        near = np.abs(distance) <= self.retention_radius
+        near[: self._first] = near[: self._first].any(axis=1, keepdims=True)
+        g_0 = np.where(near, 0.0, self.poles[1] / omega / np.where(near, 1.0, distance))
+        model = self._with_states(omega, active, near, g_0, -g_0 / np.where(near, 1.0, distance))
+        return replace(model, state_matrix=model.state_matrix - shift * np.eye(len(model.state_matrix)))
+
+    def _with_states(
+        self,
+        omega: float,
+        active: NDArray[np.bool_],
+        retained: NDArray[np.bool_],
+        g_0: Matrix,
+        g_1: Matrix,
+    ) -> CondensedModes:
+        """The `retained` poles as states; flexibilities of the others and their derivatives, (n_h, 2, m) each."""
+        poles = self.poles[0] / omega - 1j * self.harmonics[:, None, None]
+        residues = self.poles[1] / omega
         relative = np.ascontiguousarray(self.modes.relative[:, active])
         adjoint = np.ascontiguousarray(self.modes.adjoint[:, :, active])
         first = self._first

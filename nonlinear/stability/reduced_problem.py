@@ -172,9 +172,7 @@ class ReducedProblem:
     problem: HillProblem  # the problem; its kappa does not matter
     modal: ModalModel  # the modes that are left: its lowest ones and residual modes (`reduced_modes`)
     omitted: float  # largest flexibility of the contact faces, times their stiffness, that is left out
-    _condensed: dict[tuple[bool, float], CondensedPoles] = field(
-        default_factory=dict, init=False, repr=False, compare=False
-    )
+    _condensed: dict[float, CondensedPoles] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @cached_property
     def harmonics(self) -> Array:
@@ -186,32 +184,28 @@ class ReducedProblem:
         """Poles and residues, (S, 2, q)."""
         return poles_and_residues(self.modal.total_stiffness, self.modal.total_damping, self.harmonics)
 
-    def condensed(self, modal: ModalModel, omega: float) -> CondensedPoles:
-        """The poles of `modal` (all modes, or those that are left) at `omega`, condensed as in `HillProblem`."""
-        key = modal is self.modal, omega
-        if key in self._condensed:
-            return self._condensed[key]
-        model = self._model if key[0] else self._model_of_all
-        retained, (poles, residues) = model.retained(omega), model.poles
-        distance = poles / omega - 1j * self.harmonics[:, None, None]
-        if len(self._condensed) > 1:
+    def dynamic_stiffness(self, modal: ModalModel, sigma: complex, omega: float) -> tuple[ComplexArray, ComplexArray]:
+        """s^2 + c s + k of modes in all harmonics, s = omega (sigma + i h), and its derivative in sigma, (S q,)."""
+        s = omega * (sigma + 1j * self.harmonics)[:, None]
+        stiffness = s**2 + modal.total_damping * s + modal.total_stiffness
+        return stiffness.ravel(), (omega * (2.0 * s + modal.total_damping)).ravel()
+
+    def condensed(self, omega: float) -> CondensedPoles:
+        """The poles at `omega`, condensed as in `HillProblem`."""
+        if omega not in self._condensed:
             self._condensed.clear()  # only those of one point are asked for again
-        self._condensed[key] = CondensedPoles.of(distance, residues / omega, retained, model.retention_radius)
-        return self._condensed[key]
+            retained, (poles, residues) = self._model.retained(omega), self._model.poles
+            distance = poles / omega - 1j * self.harmonics[:, None, None]
+            parts = distance, residues / omega, retained, self._model.retention_radius
+            self._condensed[omega] = CondensedPoles.of(*parts)
+        return self._condensed[omega]
 
     @cached_property
     def _model(self) -> ContactFreeModel:
-        return self._of_modes(self.modal)
-
-    @cached_property
-    def _model_of_all(self) -> ContactFreeModel:
-        return self._of_modes(self.problem.modal.at(0))
-
-    def _of_modes(self, modal: ModalModel) -> ContactFreeModel:
-        """Some modes without their motions."""
+        """The modes without their motions."""
         rho, h_r = self.problem.retention_radius, self.problem.retention_harmonic
-        no_motion = np.zeros((self.harmonics.size, 0, modal.damping.size), dtype=complex)
-        waves = WaveModes(modal.angular_frequency, modal.damping, no_motion)
+        no_motion = np.zeros((self.harmonics.size, 0, self.modal.damping.size), dtype=complex)
+        waves = WaveModes(self.modal.angular_frequency, self.modal.damping, no_motion)
         return ContactFreeModel(waves, self.harmonics, rho, h_r, False)
 
     def near(self, contact: ContactParameters, omega: float, centre: float) -> NDArray[np.bool_]:

@@ -16,7 +16,16 @@ import numpy as np
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import ContactParameters
 from nonlinear.stability.contact_feedback import ContactFeedback, Factors
-from nonlinear.stability.eigenproblem import CONVERGED, ROUND_OFF, Near, Refined, converged, length_of, same_direction
+from nonlinear.stability.eigenproblem import (
+    CONVERGED,
+    FASTEST,
+    ROUND_OFF,
+    Near,
+    Refined,
+    converged,
+    length_of,
+    same_direction,
+)
 from nonlinear.stability.hill import HillProblem
 from nonlinear.stability.modal_contact import ModalContact, modal_contact
 from nonlinear.stability.point_contact import PointContact
@@ -35,9 +44,9 @@ MAX_RESIDUALS = 4
 
 @dataclass(frozen=True)
 class ModalPencil:
-    """T(sigma) x = 0 linearised around one sigma, T = Z - B^H K B, with Z = 1 / g of the modes in all harmonics."""
+    """T(sigma) x = 0 linearised around one sigma, T = Z - B^H K B, with the dynamic stiffness Z of the modes."""
 
-    poles: CondensedPoles  # poles and residual flexibility of the modes: g(sigma) = a / (sigma - p) + g_0 + sigma g_1
+    poles: CondensedPoles  # poles and residual flexibility of the modes, near sigma = 0
     contact: ModalContact  # B^H K B
     shift: complex  # the sigma
     columns: ClassVar[int] = 1
@@ -45,12 +54,8 @@ class ModalPencil:
     @cached_property
     def stiffness(self) -> tuple[ComplexArray, ComplexArray]:
         """Z and its derivative, (D,)."""
-        poles = self.poles
-        distance = self.shift - poles.pole
-        g, dg = poles.flexibility + self.shift * poles.derivative, poles.derivative.copy()
-        np.add.at(g, poles.state, poles.residue / distance)
-        np.add.at(dg, poles.state, -poles.residue / distance**2)
-        return 1.0 / g, -dg / g**2
+        reduced = self.contact.reduced
+        return reduced.dynamic_stiffness(reduced.modal, self.shift, self.contact.contact.omega)
 
     def residual(self, x: ComplexArray) -> ComplexArray:
         """T x."""
@@ -96,6 +101,8 @@ class ModalPencil:
             sigma += step
             if abs(step) < CONVERGED:
                 return sigma, x
+            if not abs(sigma) < FASTEST:  # nor with a NaN
+                return None
             x = x - self.solved(residual - step * change)
         return None
 
@@ -142,7 +149,7 @@ class ReducedRefinement:
     def converged(self, contact: PointContact, kappa: float, value: complex) -> Refined | None:
         """The eigenvalue that an approximate one leads to, exact to about 1e-7; None if it leads to none."""
         reduced = self._at(contact.omega)
-        poles = reduced.condensed(reduced.modal, contact.omega)
+        poles = reduced.condensed(contact.omega)
         problem = ModalEigenproblem(poles, modal_contact(reduced, contact, kappa), abs(np.sin(kappa)) < 1e-12)
         return converged(problem, value)
 
@@ -180,7 +187,7 @@ class ModalEigenproblem:
 
         With the contact forces f of the right eigenvector x and l of the left one,
 
-            d sigma = l^T (dG_0 + sigma dG_1) f / (l^T dT x).
+            d sigma = l^T dG f / (l^T dT x).
         """
         modal, kappa = self.contact, self.contact.kappa
         reduced, omega, relative = modal.reduced, modal.contact.omega, modal.relative
@@ -190,9 +197,10 @@ class ModalEigenproblem:
         adjoint = modal.forces(sigma, (relative.conj() @ left)[:, :, 0], adjoint=True)
         total, every = 0.0 + 0.0j, reduced.problem.modal.at(0)
         for modes, sign in ((every, 1.0), (reduced.modal, -1.0)):
-            poles = reduced.condensed(modes, omega)
             both = _modal_forces(forces, modes, reduced, kappa) * _modal_forces(adjoint, modes, reduced, kappa, True)
-            total += sign * complex(both @ (poles.flexibility + sigma * poles.derivative))
+            stiffness = reduced.dynamic_stiffness(modes, sigma, omega)[0]
+            moved = np.abs(stiffness) > 0.0  # at the pole of a mode that no contact moves there is no correction
+            total += sign * complex(np.sum(both[moved] / stiffness[moved]))
         return total
 
 

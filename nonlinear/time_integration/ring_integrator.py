@@ -24,7 +24,7 @@ from nonlinear.time_integration.turning_sectors import TurningSectors
 
 HARMONICS = 15
 SAME_MOTION = 0.2  # largest relative change of the displacement by the harmonics added
-MAX_ITERATIONS = 12
+MAX_ITERATIONS = 30
 
 
 def with_more_harmonics(ring: Ring, omega: float, displacement: Array, harmonics: int = HARMONICS) -> Array:

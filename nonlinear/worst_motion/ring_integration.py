@@ -62,6 +62,7 @@ EQUAL_COST = 20
 FLOOR = 0.7  # of the highest motion known, below which a ring is not followed
 VISIBLE = 0.02  # disturbance relative to the vibration, where no growth rate is to be measured
 HARDLY_LEFT, LARGE = 0.1, 0.1  # relative difference of heights; disturbance of a ring that leaves slowly
+RATE_MARGIN, MORE_HARMONICS = 2.0, 7  # of the error of a rate: factor on its change, fewest harmonics it is made by
 SAME_SOLUTION = 1e-6  # relative difference of two solutions that count as one
 
 
@@ -111,22 +112,25 @@ class RingPatterns:
             leading = self._stability.leading_of(self._contact, nodal_diameter)
             return -np.inf if leading is None else float(leading.exponent.real)
         found = self._analysis.exponents(*self._contact)
-        return float(found[0].real) if found.size else -np.inf
+        if not found.size:
+            return -np.inf
+        exact = self._analysis.followed(*self._contact, complex(found[0]))  # one that decays is approximate
+        return float(found[0].real if exact is None else exact.real)
 
     def rate_error(self, nodal_diameter: int) -> float:
-        """Estimated error of a growth rate by neglected harmonics, 1/s: its difference from that with two more.
-
-        NaN where Newton's method finds no motion with these.
+        """Twice the change of a growth rate by twice as many harmonics, 1/s; NaN where no motion with these is found.
 
         Parameters
         ----------
         nodal_diameter : int
             k of the perturbations.
         """
-        more = with_more_harmonics(self.ring, self.omega, self.displacement, len(self.displacement) // 2 + 2)
+        harmonics = max(2 * (len(self.displacement) // 2), MORE_HARMONICS)
+        more = with_more_harmonics(self.ring, self.omega, self.displacement, harmonics)
         if len(more) == len(self.displacement):
             return float("nan")
-        return abs(replace(self, displacement=more).growth_rate(nodal_diameter) - self.growth_rate(nodal_diameter))
+        change = replace(self, displacement=more).growth_rate(nodal_diameter) - self.growth_rate(nodal_diameter)
+        return RATE_MARGIN * abs(change)
 
     def monodromy_rate(self, nodal_diameter: int) -> float:
         """Largest growth rate of all perturbations of a ring of up to 6 blades, by its monodromy matrix, 1/s.
@@ -562,7 +566,8 @@ class SolutionSearch:
         """The solutions on one branch, each once."""
         seen: list[Array] = []
         for displacement in self.crossings(branch):
-            if not any(_same(displacement, other) for other in seen):
+            alike = [one for one in seen if one.shape == displacement.shape]
+            if all(np.abs(one - displacement).max() > SAME_SOLUTION * np.abs(one).max() for one in alike):
                 seen.append(displacement)
                 yield self._found(number, displacement)
 
@@ -592,8 +597,3 @@ class SolutionSearch:
         worst = RingPatterns(self.ring, self.options, self.omega, displacement).worst()
         solution = Solution(self.omega, displacement, float(worst.exponent.real), worst.nodal_diameter)
         return FoundSolution(number, largest_amplitude(output).value, solution)
-
-
-def _same(one: Array, other: Array) -> bool:
-    """Whether two solutions are one."""
-    return one.shape == other.shape and bool(np.abs(one - other).max() <= SAME_SOLUTION * np.abs(one).max())

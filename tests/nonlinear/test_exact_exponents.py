@@ -7,6 +7,7 @@ import pytest
 from ring_monodromy import ImpactingRing
 
 from nonlinear import (
+    BifurcationKind,
     ContactParameters,
     Excitation,
     Mistuning,
@@ -34,14 +35,18 @@ RINGS = {
 }
 
 
-def problem(blades, force, engine_order=1, stiffness=0.6, interference=0.1):
+def problem(blades, force, engine_order=1, stiffness=0.6, interference=0.1, damping_ratio=0.005):
     """One mass on a spring a blade, with one node on either face that moves with it along the normal."""
     one, face = np.ones(1), np.eye(3)[:, 2:]
     model = ReducedModel(np.eye(1), np.eye(1), face, np.zeros((1, 3)), one, {"tip": one}, face, n_blades=blades)
     contact = ContactParameters.shared(
         1, normal_stiffness=stiffness, tangential_stiffness=0.0, friction=0.0, interference=interference
     )
-    return modal_model(model, damping_ratio=0.005), contact, Excitation(engine_order=engine_order, force=force)
+    return (
+        modal_model(model, damping_ratio=damping_ratio),
+        contact,
+        Excitation(engine_order=engine_order, force=force),
+    )
 
 
 @pytest.mark.parametrize("blades", RINGS)
@@ -97,3 +102,39 @@ def test_a_localised_motion_by_harmonic_balance():
     again = RingState(*exact.reshape(2, 4, 1), rest.slider, rest.force)
     _, output = RingIntegrator.of(ring, top, nodal_diameter=1).history(again)
     assert np.sort(np.abs(output).max(axis=0)) == pytest.approx(np.sort(branch.heights_m), abs=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("omega", "exact"), [(0.9764, 0.01753), (0.9834, 0.03256), (0.9939, 0.047), (1.0035, 0.05648)]
+)
+def test_stiff_contacts_that_hit(omega, exact):
+    """Hits of a twelfth of a period: the sign, and the rate within its estimated error of the exact one."""
+    modal, contact, excitation = problem(4, 0.08, stiffness=15.0, interference=-0.2, damping_ratio=0.01)
+    hertz = omega / (2.0 * np.pi)
+    options = SolverOptions(
+        (0.9 * hertz, 1.05 * hertz), harmonics=21, stability="folds", detached=False, search="off"
+    )
+    curve = forced_response(modal, contact, excitation, replace(options, truncation=False))
+    index = int(np.flatnonzero(np.diff(np.sign(curve.frequency_hz - hertz)))[0])
+    balance = build_harmonic_balance(modal, contact, excitation, options)
+    found = solve_at(balance, omega, balance.unknown(to_real(curve.relative_displacement[index])), options)
+    patterns = RingPatterns(Ring(modal, contact, excitation), options, omega, balance.displacement(found.solution))
+    worst = patterns.worst()
+    assert worst.nodal_diameter == 1
+    assert worst.exponent.real == pytest.approx(exact, abs=patterns.rate_error(1))
+    assert 0.0 < patterns.rate_error(1) < 0.005
+
+
+def test_two_masses_against_a_stop_a_hundred_times_stiffer():
+    """Example 03 of NLvib: where the period doubles, exact from event to event, and the fold."""
+    stop, output = np.array([[0.0, 0.0], [0.0, 0.0], [1.0, 0.0]]), np.array([0.0, 1.0])
+    stiffness = np.array([[1.0, -1.0], [-1.0, 2.0]])
+    model = ReducedModel(np.eye(2), stiffness, stop, np.zeros((1, 3)), output, {"tip": output}, None)
+    contact = ContactParameters.shared(
+        1, normal_stiffness=100.0, tangential_stiffness=0.0, friction=0.0, interference=-1.0
+    )
+    options = SolverOptions((0.08, 0.127), harmonics=31, detached=False, truncation=False, search="off")
+    curve = forced_response(modal_model(model, rayleigh=(0.0, 0.03)), contact, Excitation(0, 0.1), options)
+    places = {kind: [b.frequency_hz for b in curve.bifurcations if b.kind is kind] for kind in BifurcationKind}
+    assert places[BifurcationKind.PERIOD_DOUBLING] == pytest.approx([0.117581, 0.12025], rel=3e-4)
+    assert max(places[BifurcationKind.FOLD]) == pytest.approx(0.120262, rel=1e-5)

@@ -214,8 +214,9 @@ def distance_to_eigenvalue(problem, kappa, point, sigma):
     nodes, size = len(point.jacobian), 2 * HARMONICS + 1
     harmonics = np.array([0, *np.ravel([(h, -h) for h in range(1, HARMONICS + 1)])])
     every = np.ones(3 * nodes, dtype=bool)
-    model = replace(problem, kappa=kappa).contact_free.condensed(point.omega, every)
-    assert (replace(problem, kappa=kappa).contact_free.harmonics == harmonics).all()
+    problem = replace(problem, kappa=kappa, retention_radius=np.inf)  # no pole is condensed
+    model = problem.contact_free.condensed(point.omega, every)
+    assert (problem.contact_free.harmonics == harmonics).all()
 
     def smallest(value):
         states = np.linalg.solve(value * np.eye(len(model.state_matrix)) - model.state_matrix, model.input_matrix)

@@ -187,7 +187,7 @@ def test_more_harmonics_come_nearer_to_the_ring():
     n_blades, interference, friction, omega = 2, -0.5, 0.0, 1.54
     _, contact, _ = response(n_blades, interference, friction)
     marched, errors = None, []
-    for harmonics in (15, 7, 3):
+    for harmonics in (15, 7):
         balance, found = solutions(n_blades, interference, friction, omega, harmonics)
         if marched is None:
             ring = ring_map(balance, contact, omega, n_blades, found[0], steps=2000)
@@ -195,5 +195,4 @@ def test_more_harmonics_come_nearer_to_the_ring():
         leading = exponents(balance, contact, found[0], omega, n_blades)[0.0][0]
         errors.append(abs(leading.real - marched.real) / marched.real)
     assert errors[0] < 0.005
-    assert errors[0] < errors[1] < errors[2]
-    assert errors[2] < 0.3
+    assert errors[0] < errors[1] < 0.05
