@@ -33,30 +33,46 @@ from nonlinear.contact.trigonometric_roots import (
     taylor,
 )
 
+WHOLE_PERIOD = PERIOD - 1e-12  # intervals longer than this are the whole cycle
+NO_VIBRATION = 1e-16  # part of the motion in even harmonics that is none
+
 
 @inner
-def integrate_basis(
-    angle: float, length: float, factor: float, here: Array, there: Array, moments: Array, total: Array
-) -> None:
-    """Integrals of phi_i / (2 pi) over an interval of `length` that ends at `angle`.
+def integrate_basis(length: float, factor: float, here: Array, there: Array, moments: Array, total: Array) -> None:
+    """Integrals of phi_i / (2 pi) over an interval of `length`, with errors relative to the length.
 
     All arrays (4H+1,). Given: `here`, phi at its beginning. Written: `there`, phi at its end, and `moments`, the
-    integrals; these times `factor` are added to `total`.
+    integrals; these times `factor` are added to `total`. With E = exp(i h length) - 1, phi changes by phi E, and its
+    integral is phi E / (i h): no difference of two values is taken, in which stiff springs would amplify round-off.
     """
-    c, s = cosine_sine(angle)
-    ch, sh = 1.0, 0.0
+    turn = length if length < WHOLE_PERIOD else 0.0  # exactly, so that a large static load makes no vibration
+    c, s = cosine_sine(0.5 * turn)
+    re1, im1 = -2.0 * s * s, 2.0 * s * c
+    re, im = 0.0, 0.0
     moments[0], there[0] = length / (2.0 * math.pi), 1.0
     total[0] += factor * moments[0]
     h, k, end = 1.0, 1, 0.5 * here.shape[0]
     while h < end:
-        ch, sh = ch * c - sh * s, sh * c + ch * s
+        re, im = re + re1 + re * re1 - im * im1, im + im1 + re * im1 + im * re1
         rate = 1.0 / (2.0 * math.pi * h)
-        even, odd = (here[k + 1] + sh) * rate, (ch - here[k]) * rate
-        there[k], there[k + 1], moments[k], moments[k + 1] = ch, -sh, even, odd
+        change, other = here[k] * re + here[k + 1] * im, here[k + 1] * re - here[k] * im  # of phi
+        even, odd = -other * rate, change * rate
+        there[k], there[k + 1], moments[k], moments[k + 1] = here[k] + change, here[k + 1] + other, even, odd
         total[k] += factor * even
         total[k + 1] += factor * odd
         h += 1.0
         k += 2
+
+
+@inner
+def write_basis(angle: float, basis: Array) -> None:
+    """Write phi at an angle."""
+    c, s = cosine_sine(angle)
+    ch, sh = 1.0, 0.0
+    basis[0] = 1.0
+    for k in range(1, basis.shape[0], 2):
+        ch, sh = ch * c - sh * s, sh * c + ch * s
+        basis[k], basis[k + 1] = ch, -sh
 
 
 @inner
@@ -337,9 +353,6 @@ def follow_slider(
         at_maximum, side = float(side), -1
 
 
-WHOLE_PERIOD = PERIOD - 1e-12  # intervals longer than this are the whole cycle
-
-
 class NodeLaws(NamedTuple):
     """The parameters of all nodes as the kernels take them."""
 
@@ -493,8 +506,21 @@ def _integrate(
             if span[1] > span[0]:
                 slips = _add_intervals(intervals, span, kt, mu, work, own, through)
                 _finish(own, through, kn, work, motion, load, force[:, node, direction])
+                if slips and direction < 2 and kn == 0.0 and _is_odd(motion):
+                    force[0, node, direction] = 0.0  # round-off, which a soft support would amplify
                 if slips and direction < 2 and state[node] < SLIP:
                     state[node] = SLIP
+
+
+@inner
+def _is_odd(motion: Array) -> bool:
+    """Whether there are no even harmonics: under a constant load a slider that slips has no mean force then."""
+    even, odd = 0.0, 0.0
+    for k in range(1, motion.shape[0], 4):
+        odd += abs(motion[k]) + abs(motion[k + 1])
+        if k + 3 < motion.shape[0]:
+            even += abs(motion[k + 2]) + abs(motion[k + 3])
+    return even <= NO_VIBRATION * odd
 
 
 @inner
@@ -516,13 +542,12 @@ def _add_intervals(
         interval = interval_at(intervals, k)
         signed_mu, slipping = interval.slip_sign * mu, interval.state == SLIPS
         if interval.left != previous:
-            integrate_basis(interval.left, 0.0, 0.0, work[now], work[now], moments, moments)
+            write_basis(interval.left, work[now])
         now, previous = 1 - now, interval.right
         row, factor = (3, signed_mu) if slipping else (2, kt)
         length = interval.right - interval.left
-        # a whole period has no moments but its length: exactly, so that a large static load makes no vibration
-        angle, here = interval.left if length > WHOLE_PERIOD else interval.right, work[1 - now]
-        integrate_basis(angle, length, factor, here, work[now], moments, work[row])
+        here = work[1 - now]
+        integrate_basis(length, factor, here, work[now], moments, work[row])
         slips = slips or slipping
         if interval.state == STICKS:
             _add_memory(kt, signed_mu, moments, here, own, through)

@@ -47,11 +47,11 @@ def correct_in_plane(
     `wanted`: the `SOLUTION`; with the `EXACT` tangent, from factors of the very solution; or in place of the tangent
     the `RATE` of change of the iterate, which is a solution, in the plane with the other parameter in `work`.
     """
-    previous, stagnations, factors = np.inf, 0, (NO_FACTORS, 0)
+    smallest, stagnations, factors = np.inf, 0, (NO_FACTORS, 0)
     for iteration in range(MAX_CORRECTIONS + 1):
         _write_residual(structure, laws, at, work, scratch)
         error = _relative_error(at.residual, at.unknown, structure, work.shares)
-        stagnations = _stagnations_after(error, previous, stagnations)
+        stagnations = _stagnations_after(error, smallest, stagnations)
         converged = wanted == RATE or _has_converged(error, plane.tolerance, plane.round_off, stagnations)
         if not converged and (iteration == MAX_CORRECTIONS or not np.isfinite(error)):
             return FAILED, 0
@@ -68,7 +68,7 @@ def correct_in_plane(
             return UNSOLVED, 0
         if converged:
             return iteration, factors[1]
-        previous = error
+        smallest = min(error, smallest)
         if not _take_step(plane, at):
             return FAILED, 0
     return FAILED, 0

@@ -22,6 +22,7 @@ MAX_ITERATIONS = 40
 SMALLEST_DAMPING = 1.0 / 256.0
 FIRST_INCREMENT = 0.1  # of the homotopy parameter, which goes from 0 to 1
 SMALLEST_INCREMENT = 1e-5
+SOFTEST = 1e-8  # factor on the contact stiffness, in whose logarithm it is raised: stops may be rigid
 PASSES = 3  # of the static equilibrium
 Homotopy = Callable[[float], HarmonicBalance]  # the balance asked for at parameter 1, an easier one at 0
 
@@ -54,19 +55,20 @@ class ConvergenceMonitor:
     """Decides from the relative errors of an iteration whether it has converged.
 
     The smallest error within reach depends on the stiffness of the contacts relative to that of the structure.
-    Therefore an iteration has also converged if it stagnates: once at an error below `round_off`, or three times in
-    a row at an error below 1000 `round_off`.
+    Therefore an iteration has also converged if it stagnates: once at an error below `round_off`, three times in
+    a row at one below 1000 `round_off`, or four times at one below 1e6 `round_off`: a spring `k` on a flexibility
+    `G` amplifies round-off by `G k`.
     """
 
     tolerance: float
     round_off: float
-    previous: float = np.inf
+    smallest: float = np.inf
     stagnations: int = 0
 
     def converged(self, error: float) -> bool:
         """Take the relative error of the next iterate."""
-        self.stagnations = stagnations_after(error, self.previous, self.stagnations)
-        self.previous = error
+        self.stagnations = stagnations_after(error, self.smallest, self.stagnations)
+        self.smallest = min(error, self.smallest)
         return has_converged(error, self.tolerance, self.round_off, self.stagnations)
 
 
@@ -269,13 +271,13 @@ def _homotopies(
     if contact is None:
         return
     yield lambda fraction: with_contact(replace(contact, friction=fraction * contact.friction))
-    yield lambda fraction: with_contact(
-        replace(
-            contact,
-            normal_stiffness=fraction * contact.normal_stiffness,
-            tangential_stiffness=fraction * contact.tangential_stiffness,
-        )
-    )
+    yield lambda fraction: with_contact(_stiffened(contact, SOFTEST ** (1.0 - fraction)))
+
+
+def _stiffened(contact: ContactParameters, factor: float) -> ContactParameters:
+    """The contact with other stiffnesses."""
+    values = {name: factor * getattr(contact, name) for name in ("normal_stiffness", "tangential_stiffness")}
+    return replace(contact, **values)
 
 
 def continue_homotopy(homotopy: Homotopy, omega: float, guess: Array, options: SolverOptions) -> NewtonResult:

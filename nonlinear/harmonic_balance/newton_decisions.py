@@ -20,12 +20,13 @@ def needs_factors(error: float, contraction: float, steps: int, tolerance: float
     return error * (2.0 * contraction) ** steps > tolerance
 
 
-def stagnations_after(error: float, previous: float, stagnations: int) -> int:
-    """Number of successive iterations, the last one included, that did not reduce the error notably."""
-    return stagnations + 1 if error >= 0.3 * previous else 0
+def stagnations_after(error: float, smallest: float, stagnations: int) -> int:
+    """Number of successive iterations, the last one included, that did not go notably below the smallest error."""
+    return stagnations + 1 if error >= 0.3 * smallest else 0
 
 
 def has_converged(error: float, tolerance: float, round_off: float, stagnations: int) -> bool:
     """The decision of `ConvergenceMonitor`."""
-    stagnates = (error <= round_off and stagnations >= 1) or (error <= 1e3 * round_off and stagnations >= 3)
-    return error <= tolerance or stagnates
+    if error <= tolerance or (error <= round_off and stagnations >= 1):
+        return True
+    return (error <= 1e3 * round_off and stagnations >= 3) or (error <= 1e6 * round_off and stagnations >= 4)
