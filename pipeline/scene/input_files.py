@@ -64,8 +64,8 @@ def read_bytes(file: str, contents: Contents) -> bytes:
     return data
 
 
-def file_problem(file: Path, suffixes: tuple[str, ...] = ("",)) -> str:
-    """What is wrong with a file, with a name like it in its folder; empty for one that can be opened."""
+def file_problem(file: Path, allowed: str, suffixes: tuple[str, ...] = ("",)) -> str:
+    """What is wrong with a file and what is allowed, or a name like that of one that is not there; else empty."""
     try:
         if not file.exists():
             names = os.listdir(file.parent) if file.parent.is_dir() else []
@@ -73,11 +73,12 @@ def file_problem(file: Path, suffixes: tuple[str, ...] = ("",)) -> str:
             near = difflib.get_close_matches(file.name, names, n=1, cutoff=0.5)
             return "no such file" + (f", did you mean {near[0]}?" if near else "")
         if not file.is_file():
-            return "not a file"
+            return f"not a file, allowed: {allowed}"
         with file.open("rb"):
             return ""
     except (OSError, ValueError) as error:  # a name that is too long, or with a zero byte
-        return f"cannot be read: {system_reason(error) if isinstance(error, OSError) else error}"
+        reason = system_reason(error) if isinstance(error, OSError) else error
+        return f"cannot be read: {reason}, allowed: {allowed}"
 
 
 def csv_rows(text: str) -> Iterator[tuple[int, list[str]]]:

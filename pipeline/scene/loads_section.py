@@ -80,7 +80,7 @@ def temperature_table(file: str, contents: Contents | None = None) -> NodalTable
 def check_readable(file: str) -> None:
     """Refuse a file that is not there or too large. Raises InputError."""
     path = Path(file)
-    if problem := file_problem(path):
+    if problem := file_problem(path, "a readable CSV file"):
         raise InputError(f"{file}: {problem}")
     if path.stat().st_size > LARGEST_FILE:
         raise _refused(file, f"larger than {LARGEST_FILE} bytes", "a smaller CSV file")

@@ -38,7 +38,7 @@ def check_mesh_file(path: Path, member: Member) -> None:
     file = member.scene.mesh_file
     assert file is not None
     place, allowed = member.key_in_file("mesh.file"), f"a readable mesh file ({', '.join(SUFFIXES)})"
-    if problem := file_problem(Path(file), SUFFIXES):
+    if problem := file_problem(Path(file), allowed, SUFFIXES):
         raise input_error(path, place, f"{shown_file(file)}: {problem}")
     try:
         parts = file_parts(file)
@@ -47,7 +47,7 @@ def check_mesh_file(path: Path, member: Member) -> None:
             path, place, f"{shown_file(file)}: cannot be read: {system_reason(error)}", allowed
         ) from None
     for part in parts[1:]:
-        if problem := file_problem(part):
+        if problem := file_problem(part, "a file that can be read"):
             raise input_error(path, place, f"{shown_file(file)} includes {part}: {problem}")
 
 

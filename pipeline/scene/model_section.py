@@ -24,6 +24,7 @@ from pipeline.scene.fields import (
     Section,
     Truth,
     Whole,
+    allowed_of,
     key,
 )
 from pipeline.scene.input_files import file_problem
@@ -135,7 +136,7 @@ def unfit_matrix_keys(path: Path, member: Member) -> Iterator[InputError]:
         allowed = f"0{other}, the speed that the stiffness of [model] holds at (model.speed_rpm)"
         yield input_error(path, member.key_in_file("load.speed_rpm"), shown(speed), allowed)
     for name, file in model.files.items():
-        if problem := file_problem(Path(file)):
+        if problem := file_problem(Path(file), allowed_of(Model, name)):
             place = member.key_in_file(f"model.{name}")
             yield input_error(path, place, f"{shown_file(file)}: {problem}")
 

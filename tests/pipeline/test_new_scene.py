@@ -122,6 +122,7 @@ def test_the_schema_knows_every_shipped_scene(validator: Draft202012Validator, s
         {"rom__tolerance": 1.0},
         {"name": "a/b"},
         {"name": None},
+        {"contact": None},
         {"excitation__force": None},
         {"sweep": {"contact.friction": 0.1}},
         {"sweep": {"contact.friction": [0.1, -0.1]}},
