@@ -56,7 +56,7 @@ class ConvergenceMonitor:
 
     The smallest error within reach depends on the stiffness of the contacts relative to that of the structure.
     Therefore an iteration has also converged if it stagnates: once at an error below `round_off`, three times in
-    a row at one below 1000 `round_off`, or four times at one below 1e6 `round_off`: a spring `k` on a flexibility
+    a row at one below 1000 `round_off`, or four times at one below 1e4 `round_off`: a spring `k` on a flexibility
     `G` amplifies round-off by `G k`.
     """
 

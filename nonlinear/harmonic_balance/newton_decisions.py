@@ -29,4 +29,4 @@ def has_converged(error: float, tolerance: float, round_off: float, stagnations:
     """The decision of `ConvergenceMonitor`."""
     if error <= tolerance or (error <= round_off and stagnations >= 1):
         return True
-    return (error <= 1e3 * round_off and stagnations >= 3) or (error <= 1e6 * round_off and stagnations >= 4)
+    return (error <= 1e3 * round_off and stagnations >= 3) or (error <= 1e4 * round_off and stagnations >= 4)

@@ -109,7 +109,7 @@ def test_what_does_not_fit_is_said_in_one_line():
     assert 'kind = "inside" would fit' in told
     assert "mesh.interface.root.left = 'DISK_FLANKS'" in told
     told = refused(mesh, root=ROOT, other=InterfaceChoice("DISK_FLANKS", kind="ground"))
-    assert "mesh.interface.other.right = 'DISK_FLANKS': must have no side of another face" in told
+    assert "mesh.interface.other.right = 'DISK_FLANKS': must have no element face of another" in told
     half = {"HALF": flanks[mesh.points[flanks, 1] > 0.0]}
     mesh = replace(mesh, node_sets=mesh.node_sets | half)
     assert "has 1 separate patches" in refused(mesh, root=replace(ROOT, left="HALF"))

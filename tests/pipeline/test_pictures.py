@@ -132,7 +132,7 @@ def test_a_wheel_shows_its_nodal_diameters_and_no_blade_goes_through_its_neighbo
     from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
 
     blade, shroud = BladeParameters(16, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    sector = build_sector(blade, shroud, MeshParameters(size=0.03, element="hex8", contact_grid=(2, 2)))
+    sector = build_sector(blade, shroud, MeshParameters(size=0.02, contact_grid=(2, 2)))
     pitch = 2.0 * np.pi / 16 * float(np.hypot(*sector.points[:, 1:].T).max())
     for diameter in range(9):
         phase = 2.0 * np.pi * diameter / 16
