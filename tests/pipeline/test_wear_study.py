@@ -183,6 +183,14 @@ def test_what_does_not_fit_is_refused(tmp_path: Path, section: dict[str, Any], s
     assert error.count("\n") == 1
 
 
+def test_without_interfaces_by_name_the_coefficient_is_a_number(tmp_path: Path) -> None:
+    scene = {name: table for name, table in small_scene().items() if name != "shroud"}
+    path = write_scene(tmp_path / "scene.toml", scene | {"wear": {"coefficient": {"x": 1e-14}, "hours": 1.0}})
+    status, _, error = shroud("validate", path)
+    assert status == 2
+    assert "wear.coefficient.x: no such interface, allowed: a number: the scene has no interface by name" in error
+
+
 @pytest.mark.parametrize(
     ("options", "said"),
     [

@@ -24,10 +24,11 @@ def unfit_wear_keys(file: SceneFile, given_model: bool = False) -> Iterator[Inpu
         yield input_error(file.path, "response.method", shown(scene.response.method), '"coupled", with [wear]')
     if isinstance(section.coefficient, dict) and scene.interfaces is not None:
         known = {*scene.interfaces, *map(scene.table_of, scene.interfaces)}
+        allowed = ", ".join(scene.interfaces) or "a number: the scene has no interface by name"
         for name in section.coefficient:
             if name not in known:
                 place = f"wear.coefficient.{name}"
-                yield input_error(file.path, place, "no such interface", ", ".join(scene.interfaces))
+                yield input_error(file.path, place, "no such interface", allowed)
     if section.margin_limit is not None and (scene.fatigue is None or given_model):
         yield input_error(file.path, "wear.margin_limit", f"{section.margin_limit:g}", "a scene with [fatigue]")
     if scene.shroud is not None and (section.depth_limit or 0.0) > scene.shroud.contact_length:
