@@ -95,7 +95,8 @@ if TYPE_CHECKING:
     from nonlinear.time_integration.ring_motion import RingLimits, RingMotion, integrate_ring
     from nonlinear.wear.wear_history import WearEvent, WearHistory, wear_history
     from nonlinear.wear.worn_motion import MotionLostError, OperatingPoint
-    from nonlinear.worst_motion.ring_integration import FoundSolution, RingIntegration, RingPatterns, SolutionSearch
+    from nonlinear.worst_motion.ring_integration import RingIntegration, RingPatterns
+    from nonlinear.worst_motion.solution_search import FoundSolution, SolutionSearch
     from nonlinear.worst_motion.worst_motion import find_worst_motion
 
 __all__ = [
@@ -277,10 +278,10 @@ _PLACES = {
     "output_components": "nonlinear.continuation.response_quantities",
     "punch_stiffness": "nonlinear.contact.parameters",
     "solved_response": "nonlinear.peak_curves.peak_search",
-    "FoundSolution": "nonlinear.worst_motion.ring_integration",
+    "FoundSolution": "nonlinear.worst_motion.solution_search",
     "RingIntegration": "nonlinear.worst_motion.ring_integration",
     "RingPatterns": "nonlinear.worst_motion.ring_integration",
-    "SolutionSearch": "nonlinear.worst_motion.ring_integration",
+    "SolutionSearch": "nonlinear.worst_motion.solution_search",
     "find_worst_motion": "nonlinear.worst_motion.worst_motion",
     "ContactIterationError": "nonlinear.time_integration.ring_integrator",
     "Ring": "nonlinear.time_integration.ring",

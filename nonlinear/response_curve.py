@@ -15,7 +15,6 @@ from nonlinear.contact.fourier import ComplexArray, largest_lengths
 from nonlinear.contact.parameters import Array, ContactParameters
 
 Kind = Literal["complete", "start failed", "step too small", "too many points", "turned back", "too large"]
-Motion = Literal["periodic", "quasi-periodic", "irregular"]
 END_TOLERANCE = 1e-9  # relative distance of a frequency from a limit of the range that counts as reached
 
 
@@ -35,8 +34,9 @@ class WorstMotion:
     index : int
         Index of that solution among the points of its branch.
     motion : str
-        "periodic"; "quasi-periodic": it does not repeat, but its height and scatter are constant in time;
-        "irregular": they are not, and it was seen to persist.
+        "periodic"; "subharmonic 1:2": it repeats after two periods, or after as many as are named; "quasi-periodic":
+        it does not repeat, but its height and scatter are constant in time; "irregular": they are not, and it was
+        seen to persist.
     scatter : float
         How far the largest displacements of single periods and blades lie below the amplitude, at most, relative to
         it. 0 for a periodic motion that all blades share.
@@ -59,12 +59,12 @@ class WorstMotion:
         Higher motions on detached branches whose truncation error is above the tolerance, where time integration did
         not confirm them; "" where there are none.
     truncation_error : float
-        Estimated relative error of the amplitude by neglected harmonics, that of its branch or of the ring's; 0 for a
-        motion of time integration, NaN without an estimate.
+        Estimated relative error of the amplitude by neglected harmonics, that of its branch or of the ring's; for a
+        motion of time integration its change by the last halving of the step; NaN without an estimate.
     unstable : bool
         Whether a perturbation of some nodal diameter grows on it: the highest solution, which the ring leaves for a
-        motion that may be lower or higher. Only where `SolverOptions.stability` is not "ring": then no other solution
-        is looked at.
+        motion that may be lower or higher. With `SolverOptions.stability` "ring" only where the sign of its growth
+        rate is within its error, and the ring left it in time for a lower one.
 
     Examples
     --------
@@ -78,7 +78,7 @@ class WorstMotion:
     frequency_hz: float
     branch: int
     index: int
-    motion: Motion = "periodic"
+    motion: str = "periodic"
     scatter: float = 0.0
     nodal_diameter: int = 0
     ring_blades: int = 0

@@ -46,7 +46,7 @@ from nonlinear.peak_curves.worst_envelope import (
     lowest_of,
 )
 from nonlinear.problem import Problem, ProblemTuple
-from nonlinear.response_curve import Motion, ResponseCurve
+from nonlinear.response_curve import ResponseCurve
 from rom import one_blas_thread
 
 PLOTTED = 401  # values of the envelope, besides its nodes
@@ -107,7 +107,7 @@ def _response_at(responses: list[ResponseAt], share: float) -> ResponseAt | None
     return nearest if nearest is not None and abs(nearest.share - share) < NARROW else None
 
 
-def _height(lowest: Minimum, here: ResponseAt | None, responses: list[ResponseAt]) -> tuple[float, float, Motion]:
+def _height(lowest: Minimum, here: ResponseAt | None, responses: list[ResponseAt]) -> tuple[float, float, str]:
     """Amplitude, frequency and motion at the optimum: of the peak, or of the response there if that is higher."""
     same = here is not None and abs(here.share - lowest.share) < SAME_SHARE
     solved = here.solved if same and here is not None else None

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.parameters import Array
 from nonlinear.options import Objective
-from nonlinear.response_curve import Motion, WorstMotion
+from nonlinear.response_curve import WorstMotion
 
 Kind = Literal["smooth", "kink", "jump", "plateau", "sampled", "edge", "flat"]
 KINDS: dict[Kind, str] = {
@@ -111,7 +111,7 @@ class SolvedResponse:
     amplitude_m: float
     frequency_hz: float
     bound_m: float
-    motion: Motion
+    motion: str
     origin: str
     highest_peak_m: float
     branches: int
@@ -254,7 +254,7 @@ class Optimum:
     value: float
     frequency_hz: float
     amplitude_m: float
-    motion: Motion
+    motion: str
     kind: Kind
     curvature: float
     slopes: tuple[float, float]
@@ -360,7 +360,7 @@ class JointOptimum:
     at_end: Mapping[str, str]
     amplitude_m: float
     frequency_hz: float
-    motion: Motion
+    motion: str
     peaks: tuple[ActivePeak, ...]
     derivatives: Mapping[str, float]
     elasticities: Mapping[str, float]

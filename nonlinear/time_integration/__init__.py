@@ -7,6 +7,5 @@ ring_structure   blades that only their contacts join, or sectors joined at a di
 wave_poles       poles with Coriolis forces, each by itself
 turning_blades, turning_sectors  the same structures with Coriolis forces: poles in place of modes
 ring_integrator  states, disturbances and periods of one ring at one frequency
-period_map       the map of a ring over a period and its derivative, the monodromy matrix
 ring_motion      the question asked of a ring: does it stay, where does it go, how high
 """

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from nonlinear.contact.element_choice import contact_cycle, contact_element
 from nonlinear.contact.fourier import ComplexArray, to_complex
 from nonlinear.contact.parameters import Array
-from nonlinear.harmonic_balance.initial_solution import solve_at
+from nonlinear.harmonic_balance.initial_solution import on_support, solve_at
 from nonlinear.harmonic_balance.residual import HarmonicBalance, has_odd_harmonics_only
 from nonlinear.options import SolverOptions
 from nonlinear.time_integration.contact_step import RingWork, padded
@@ -37,7 +37,7 @@ def with_more_harmonics(ring: Ring, omega: float, displacement: Array, harmonics
         return displacement
     options = SolverOptions((1.0, 2.0), harmonics=harmonics)
     element = contact_element(ring.contact, harmonics, options)
-    receptance = ring.receptance(harmonics)
+    receptance = on_support(ring.receptance(harmonics), ring.contact, options)
     balance = HarmonicBalance(receptance, element, odd=has_odd_harmonics_only(receptance, ring.contact))
     start = np.zeros((2 * harmonics + 1, *displacement.shape[1:]))
     start[:few] = displacement

@@ -69,6 +69,7 @@ def _leading_exponent(differences: Array) -> float:
 
 MOST_PERIODS = 8  # after which a motion that repeats itself still counts as periodic
 REPEATS = 5e-3  # difference of two states, relative to the vibration, that is none
+LOCKED = 0.1  # of the difference of successive periods, that of every second or further one of a subharmonic motion
 SAME_AMPLITUDE = 0.01  # relative change of the largest amplitude from window to window in a settled motion
 SAME_SCATTER = 0.1  # the same of the scatter
 SAME_MEAN = 0.05  # the same of the mean over periods and blades, which shows a slow change that the largest hides
@@ -78,16 +79,18 @@ NO_SCATTER = 5e-3  # scatter, relative to the amplitude, that is none
 def repeats_after(ends: Array, vibration: float = 0.0) -> int:
     """Number of periods after which a motion repeats itself over the whole window; 0: it does not.
 
-    Shapes: `ends` (P, ...).
+    1 as well where the difference of successive periods is small and decays. Shapes: `ends` (P, ...).
     """
     flat = ends.reshape(len(ends), -1)
     scale = max(float(np.linalg.norm(flat, axis=1).max()), vibration)
     if scale == 0.0:
         return 1
+    spreads = list[float]()
     for periods in range(1, min(MOST_PERIODS, len(flat) // 4) + 1):
-        spread = max(np.linalg.norm(flat[first::periods] - flat[first], axis=1).max() for first in range(periods))
-        if spread <= REPEATS * scale:
-            return periods
+        apart = (np.linalg.norm(flat[first::periods] - flat[first], axis=1).max() for first in range(periods))
+        spreads.append(float(max(apart)))
+        if spreads[-1] <= REPEATS * scale:
+            return periods if spreads[-1] <= LOCKED * spreads[0] else 1
     return 0
 
 
@@ -208,6 +211,8 @@ class RingMotion:
     unbounded : bool
         Whether it grows for ever, fed by a flow: it grew to the end, and was so large there that gaps, preloads and
         the excitation hardly mattered. `amplitude_m` is what it had grown to.
+    height_error : float
+        Relative change of `amplitude_m` by the last halving of the step; 0 where the step was not halved.
 
     Examples
     --------
@@ -235,6 +240,7 @@ class RingMotion:
     final: RingState
     persistence: int
     unbounded: bool = False
+    height_error: float = 0.0
 
 
 def keeps_height_for(envelope: Array, window: int) -> int:

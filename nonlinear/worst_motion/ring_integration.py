@@ -1,23 +1,17 @@
 """Time integration of the ring from an unstable solution of a curve, with few blades where few suffice.
 
-The ring starts in the pattern of the worst perturbation, or of the worst that few blades carry. `SolutionSearch`
-finds all periodic solutions at one frequency, on all branches of a curve.
+The ring starts in the pattern of the worst perturbation, or of the worst that few blades carry.
 """
 
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from nonlinear.contact.element_choice import contact_element
-from nonlinear.contact.fourier import ComplexArray, to_real
+from nonlinear.contact.fourier import to_real
 from nonlinear.contact.parameters import Array
-from nonlinear.continuation.response_quantities import largest_amplitude, output_under_forces
-from nonlinear.harmonic_balance.initial_solution import solve_at
-from nonlinear.harmonic_balance.residual import HarmonicBalance, has_odd_harmonics_only
 from nonlinear.options import SolverOptions
 from nonlinear.response_curve import ResponseCurve
 from nonlinear.stability.floquet import FloquetAnalysis
@@ -27,7 +21,6 @@ from nonlinear.stability.ring_stability import (
     RingStability,
     largest_nodal_diameter,
 )
-from nonlinear.time_integration.period_map import monodromy_rate
 from nonlinear.time_integration.ring import RETENTION, Ring
 from nonlinear.time_integration.ring_integrator import RingIntegrator, with_more_harmonics
 from nonlinear.time_integration.ring_motion import (
@@ -51,6 +44,8 @@ LONGER = 240  # periods for which a motion is followed on that would be the high
 FOLLOWED = 0.02  # disturbance then, relative to the vibration
 # factors then on the highest frequency of modes that are integrated, as stiff contacts need them, and on the steps
 CONFIRMED, CONFIRMED_STEPS = 2.0, 0.5
+# relative change of a height by half the step that is none, and how often the step is halved for it
+SAME_HEIGHT, MOST_HALVED = 1e-3, 6
 # the same, and the share of the steps, of all that is looked at before: heights are the same within 1 %
 COARSE, COARSE_STEPS = 0.5, 64 / 240
 CONFIRMATION = 2.0  # cost of a period of a blade then, relative to one that is looked at
@@ -63,7 +58,6 @@ FLOOR = 0.7  # of the highest motion known, below which a ring is not followed
 VISIBLE = 0.02  # disturbance relative to the vibration, where no growth rate is to be measured
 HARDLY_LEFT, LARGE = 0.1, 0.1  # relative difference of heights; disturbance of a ring that leaves slowly
 RATE_MARGIN, MORE_HARMONICS = 2.0, 7  # of the error of a rate: factor on its change, fewest harmonics it is made by
-SAME_SOLUTION = 1e-6  # relative difference of two solutions that count as one
 
 
 @dataclass(frozen=True)
@@ -131,18 +125,6 @@ class RingPatterns:
             return float("nan")
         change = replace(self, displacement=more).growth_rate(nodal_diameter) - self.growth_rate(nodal_diameter)
         return RATE_MARGIN * abs(change)
-
-    def monodromy_rate(self, nodal_diameter: int) -> float:
-        """Largest growth rate of all perturbations of a ring of up to 6 blades, by its monodromy matrix, 1/s.
-
-        NaN for more blades, where it would take minutes, and where no periodic motion is found.
-
-        Parameters
-        ----------
-        nodal_diameter : int
-            The ring is the smallest one that carries the wave and this nodal diameter.
-        """
-        return monodromy_rate(self.ring, self.omega, self.displacement, nodal_diameter)
 
     def worst(self) -> PatternExponent:
         """The least stable exponent of all nodal diameters, that of the wave included."""
@@ -315,7 +297,8 @@ class RingIntegration:
         """A motion disturbed and followed on, with its height in that time; else what the ring goes over to.
 
         Twice where it is irregular.
-        In a ring of a multiple of its blades, if that is no large one, with all steps and more modes.
+        In a ring of a multiple of its blades, if that is no large one, with more modes, and with half the step until
+        its height does not change.
 
         Parameters
         ----------
@@ -330,23 +313,44 @@ class RingIntegration:
         if counts(found) and not found.settled:  # an irregular motion may be a long transient
             again = self._followed_on(omega, found)
             found = replace(again, persistence=again.persistence + LONGER if counts(again) else 0)
-        if counts(found) or found.amplitude_m <= height_m:
-            return found
-        limits = RingLimits(most_periods=PERSISTENT, floor_m=height_m, window=WINDOW)
-        other = integrate_ring(self.ring, omega, found.final, nodal_diameter=self.pattern_of(found), limits=limits)
-        return replace(
-            other,
-            started_m=motion.started_m,
-            growth_rate=motion.growth_rate,
-            periods=found.periods + other.periods,
-            nodal_diameter=motion.nodal_diameter,
-        )
+        if not counts(found) and found.amplitude_m > height_m:
+            limits = RingLimits(most_periods=PERSISTENT, floor_m=height_m, window=WINDOW)
+            pattern = self.pattern_of(found)
+            other = integrate_ring(self.ring, omega, found.final, nodal_diameter=pattern, limits=limits)
+            found = replace(
+                other,
+                started_m=motion.started_m,
+                growth_rate=motion.growth_rate,
+                periods=found.periods + other.periods,
+                nodal_diameter=motion.nodal_diameter,
+            )
+        return self._converged(omega, found, height_m)
 
-    def _followed_on(self, omega: float, motion: RingMotion) -> RingMotion:
+    def _converged(self, omega: float, motion: RingMotion, height_m: float) -> RingMotion:
+        """A motion above a height with so many steps that half of them change its height by no more than it scatters.
+
+        A hit is much shorter than what the steps of a stuck structure follow.
+        """
+        steps = CONFIRMED_STEPS
+        for _ in range(MOST_HALVED):
+            if not counts(motion) or motion.amplitude_m <= height_m:
+                break
+            steps *= 2.0
+            finer = self._followed_on(omega, motion, steps)
+            halves = np.array_split(finer.envelope_m[WINDOW:], 2)
+            scatter = abs(recurring_height(halves[1]) - recurring_height(halves[0]))
+            change = abs(finer.amplitude_m - motion.amplitude_m)
+            settled = replace(finer, persistence=max(finer.persistence, motion.persistence) * counts(finer))
+            motion = replace(settled, height_error=change / finer.amplitude_m)
+            if change <= max(SAME_HEIGHT * finer.amplitude_m, scatter):
+                break
+        return motion
+
+    def _followed_on(self, omega: float, motion: RingMotion, finer: float = CONFIRMED_STEPS) -> RingMotion:
         """A motion disturbed and followed on; whether it persists and has settled."""
         pattern, state = self.larger_pattern(motion), motion.final
         integrator = RingIntegrator.of(
-            self.ring, omega, nodal_diameter=pattern, retention=CONFIRMED * RETENTION, finer=CONFIRMED_STEPS
+            self.ring, omega, nodal_diameter=pattern, retention=CONFIRMED * RETENTION, finer=finer
         )
         if integrator.n_blades > motion.n_blades:
             state = state.repeated(integrator.n_blades)
@@ -464,136 +468,3 @@ def _persists(amplitude: float, before: Array, after: Array) -> bool:
     keeps_height = after[-WINDOW:].max() >= FALLS * amplitude and max(before.max(), after.max()) <= CLIMBS * amplitude
     spread = [float(window.max() - window.min()) for window in (before, after)]
     return bool(keeps_height and spread[1] <= SPREADS * spread[0] + SCATTER * amplitude)
-
-
-class BranchPoints(Protocol):
-    """The points of a branch: frequencies (P,), coefficients (P, H+1, n_c, 3), harmonics balanced (P,)."""
-
-    @property
-    def frequency_hz(self) -> Array: ...
-    @property
-    def relative_displacement(self) -> ComplexArray: ...
-    @property
-    def kept_harmonics(self) -> NDArray[np.int64]: ...
-
-
-def interpolated(branch: BranchPoints, frequency_hz: float) -> Iterator[Array]:
-    """Real coefficients (2H+1, n_c, 3) at a frequency, between the points of a branch on either side of it."""
-    frequency = branch.frequency_hz
-    crossed = (frequency[:-1] - frequency_hz) * (frequency[1:] - frequency_hz) <= 0.0
-    for before in np.flatnonzero(crossed).tolist():
-        width = frequency[before + 1] - frequency[before]
-        share = (frequency_hz - frequency[before]) / width if width else 0.5
-        kept = int(branch.kept_harmonics[before : before + 2].max()) + 1
-        first, last = branch.relative_displacement[before : before + 2, :kept]
-        yield to_real((1.0 - share) * first + share * last)
-
-
-@dataclass(frozen=True)
-class FoundSolution:
-    """A periodic solution at one frequency.
-
-    Attributes
-    ----------
-    branch : int
-        0, the main branch; k, detached branch k.
-    amplitude_m : float
-        Largest abs(x(t)) of the output, m.
-    solution : Solution
-        The solution and its worst perturbation.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`:
-
-    >>> from nonlinear import Ring, SolutionSearch
-    >>> ring = Ring(modal, contact, excitation)
-    >>> found = SolutionSearch(ring, options, frequency_hz=0.198).solutions([curve])
-    >>> found[0].branch, bool(found[0].solution.growth_rate < 0.0)
-    (0, True)
-    """
-
-    branch: int
-    amplitude_m: float
-    solution: Solution
-
-
-@dataclass(frozen=True)
-class SolutionSearch:
-    """Solutions at one frequency, between neighbouring points of the branches.
-
-    Attributes
-    ----------
-    ring : Ring
-        The ring.
-    options : SolverOptions
-        Contact integration, tolerances and output.
-    frequency_hz : float
-        The frequency, Hz.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`:
-
-    >>> from nonlinear import Ring, SolutionSearch
-    >>> ring = Ring(modal, contact, excitation)
-    >>> found = SolutionSearch(ring, options, frequency_hz=0.198).solutions([curve])
-    >>> [f"{each.amplitude_m:.2f} m" for each in found]
-    ['1.38 m']
-    """
-
-    ring: Ring
-    options: SolverOptions
-    frequency_hz: float
-
-    @property
-    def omega(self) -> float:
-        """The frequency, rad/s."""
-        return 2.0 * np.pi * self.frequency_hz
-
-    def solutions(self, branches: Sequence[BranchPoints]) -> list[FoundSolution]:
-        """The solutions on these branches, the highest first.
-
-        Parameters
-        ----------
-        branches : sequence of BranchPoints
-            The main branch, then the detached ones.
-        """
-        found = [each for number, branch in enumerate(branches) for each in self._on(number, branch)]
-        return sorted(found, key=lambda each: -each.amplitude_m)
-
-    def _on(self, number: int, branch: BranchPoints) -> Iterator[FoundSolution]:
-        """The solutions on one branch, each once."""
-        seen: list[Array] = []
-        for displacement in self.crossings(branch):
-            alike = [one for one in seen if one.shape == displacement.shape]
-            if all(np.abs(one - displacement).max() > SAME_SOLUTION * np.abs(one).max() for one in alike):
-                seen.append(displacement)
-                yield self._found(number, displacement)
-
-    def crossings(self, branch: BranchPoints) -> Iterator[Array]:
-        """Real coefficients of the solutions between neighbouring points, (2H+1, n_c, 3).
-
-        Parameters
-        ----------
-        branch : BranchPoints
-            The branch.
-        """
-        for between in interpolated(branch, self.frequency_hz):
-            balance = self._balance(len(between) // 2)
-            solved = solve_at(balance, self.omega, balance.unknown(between), self.options)
-            if solved.converged:
-                yield balance.displacement(solved.solution)
-
-    def _balance(self, n_harmonics: int) -> HarmonicBalance:
-        element = contact_element(self.ring.contact, n_harmonics, self.options)
-        receptance = self.ring.receptance(n_harmonics)
-        return HarmonicBalance(receptance, element, odd=has_odd_harmonics_only(receptance, self.ring.contact))
-
-    def _found(self, number: int, displacement: Array) -> FoundSolution:
-        balance = self._balance(len(displacement) // 2)
-        forces = balance.element.evaluate(displacement)
-        output = output_under_forces(balance.receptance, self.omega, forces, self.options.output)
-        worst = RingPatterns(self.ring, self.options, self.omega, displacement).worst()
-        solution = Solution(self.omega, displacement, float(worst.exponent.real), worst.nodal_diameter)
-        return FoundSolution(number, largest_amplitude(output).value, solution)

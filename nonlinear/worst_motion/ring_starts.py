@@ -23,8 +23,8 @@ from nonlinear.worst_motion.ring_integration import (
     Integrated,
     RingIntegration,
     Solution,
-    interpolated,
 )
+from nonlinear.worst_motion.solution_search import interpolated
 
 SEED, LARGEST = 17, 1.5  # of random states; the largest multiple of the highest solution
 RANDOM_STATES = {"quick": 0, "standard": 24, "thorough": 48}

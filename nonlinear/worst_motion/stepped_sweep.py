@@ -143,7 +143,7 @@ class _Walk:
         highest = sorted(self.points, key=lambda each: -self.points[each][0])[:MOST_TOPS]
         for place in dict.fromkeys((*highest, self.start_hz)):
             height, state = self.points[place]
-            if height <= max(height_m, NEAR * reached):
+            if height <= max(height_m, reached):
                 break
             motion = replace(self.start, amplitude_m=height, final=state)
             try:
@@ -153,9 +153,13 @@ class _Walk:
                     self.points |= {at: (top, state) for at, top in branch.places.items()}
                     return branch.top_hz, branch.top(motion), branch.truncation_error
                 found = self.integration.confirmed(2.0 * math.pi * place, motion, max(height_m, reached))
+                self.spent += round(CONFIRMATION * (found.periods - motion.periods) * found.n_blades)
+                branch = ring_branch(self.integration, place, found) if found.repeats_after > 1 else None
+                if branch is not None:
+                    self.spent += branch.blade_periods
+                    return branch.top_hz, branch.top(found), branch.truncation_error
             except ArithmeticError:
                 continue
-            self.spent += round(CONFIRMATION * (found.periods - motion.periods) * found.n_blades)
             if not counts(found):
                 self.lost.append(place)
                 continue

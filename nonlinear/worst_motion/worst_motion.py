@@ -32,6 +32,7 @@ from nonlinear.worst_motion.departure_search import SAME_AMPLITUDE, Departure, D
 from nonlinear.worst_motion.ring_integration import (
     EQUAL_COST,
     FLOOR,
+    USUAL_PERIODS,
     Integrated,
     RingIntegration,
     RingPatterns,
@@ -51,6 +52,8 @@ STARTS = {"": "from the unstable solution", "mixed": "from blades high and low",
 MOST_NAMED = 4  # frequencies in one sentence
 NEVER = "mistuned blades, other residual tractions, motions that other initial conditions reach"
 LEAVES = 'which response.stability = "ring" with response.search = "standard" finds'
+DOUBTFUL = 50.0  # rate of decay times omega / this that no error reaches: of rings that hit it was omega / 70 at most
+NOT_KNOWN = "its growth rate is not known: no motion is found with twice the harmonics"
 MOST_STRETCHES = 6  # unstable stretches that time integration starts from
 
 
@@ -234,10 +237,38 @@ def find_worst_motion(
     worst = worst_of(curve, options, modal.n_blades, None if reason else integrate, reason, *others)
     if options.search == "thorough" and standard is not None and standard.amplitude_m > worst.amplitude_m:
         worst = replace(standard, searched=worst.searched, unresolved=worst.unresolved, not_counted=worst.not_counted)
-    is_solution = worst.motion == "periodic" and worst.branch >= 0
-    if options.stability == "ring" or options.method != "coupled" or not (modal.n_blades and is_solution):
+    if worst.motion != "periodic" or worst.branch < 0 or options.method != "coupled":
         return worst
-    return _checked(worst, integration, Solution.of(branches[worst.branch], worst.index))
+    solution = Solution.of(branches[worst.branch], worst.index)
+    if options.stability == "ring":
+        return worst if reason else _decided(worst, integration, solution)
+    return _checked(worst, integration, solution) if modal.n_blades else worst
+
+
+def _decided(worst: WorstMotion, integration: RingIntegration, solution: Solution) -> WorstMotion:
+    """A worst motion; where the sign of its growth rate is within its error, as the ring decides in time."""
+    ring, rate = integration.ring, solution.growth_rate
+    if ring.blades_apart is not None or worst.ring_blades or rate * DOUBTFUL < -solution.omega:
+        return worst
+    patterns = RingPatterns(ring, integration.options, solution.omega, solution.displacement)
+    error = patterns.rate_error(max(solution.nodal_diameter, 0))
+    if rate + error < 0.0:
+        return worst
+    undecided = f"its growth rate, {rate:.2g} 1/s, has an error of {error:.2g} 1/s" if error > 0.0 else NOT_KNOWN
+    try:
+        motion = integration.motion(solution, USUAL_PERIODS)
+    except ArithmeticError as failure:
+        said = f"undecided: {undecided}, and time integration failed: {failure}"
+        return replace(worst, unresolved="; ".join(filter(None, (said, worst.unresolved))))
+    tolerance = max(SAME_AMPLITUDE, worst.truncation_error)
+    near = motion.periodic and abs(motion.amplitude_m - motion.started_m) <= tolerance * motion.started_m
+    if motion.stays or near:
+        return worst
+    said = (
+        f"{undecided}, and the ring leaves it, within {motion.periods} periods for {height_said(motion.amplitude_m)}"
+    )
+    lower = motion.amplitude_m < worst.amplitude_m
+    return replace(worst, unstable=lower, unresolved="; ".join(filter(None, (said, worst.unresolved))))
 
 
 def _checked(worst: WorstMotion, integration: RingIntegration, solution: Solution) -> WorstMotion:
@@ -353,17 +384,25 @@ def _reached(departure: Departure, motion: RingMotion, spoken: dict[str, Any]) -
     """The motion that the ring reached from an unstable solution."""
     branch, index = departure.place
     periodic = motion.periodic and motion.settled
+    solved = departure.sweep is not None and departure.sweep.solved
     return WorstMotion(
         departure.new_height,
         departure.frequency_hz,
         branch if motion.stays or not periodic else -1,
         index,
-        "periodic" if periodic else "quasi-periodic" if motion.settled else "irregular",
+        _kind(motion),
         0.0 if motion.stays else 1.0 - motion.lowest_m / motion.amplitude_m,
         motion.nodal_diameter,
         motion.n_blades,
         motion.persistence,
         **_range(departure.sweep),
         **spoken,
-        truncation_error=0.0 if departure.sweep is None else departure.sweep.truncation_error,
+        truncation_error=departure.sweep.truncation_error if departure.sweep and solved else motion.height_error,
     )
+
+
+def _kind(motion: RingMotion) -> str:
+    """What a motion in time is called."""
+    if not (motion.periodic and motion.settled):
+        return "quasi-periodic" if motion.settled else "irregular"
+    return "periodic" if motion.repeats_after <= 1 else f"subharmonic 1:{motion.repeats_after}"

@@ -59,7 +59,6 @@ class Check:
     motion: RingMotion  # what the ring did
     predicted_rate: float  # growth rate of the disturbance from the Floquet exponents, 1/s
     rate_error: float  # its estimated error by neglected harmonics, 1/s; NaN: not known
-    monodromy_rate: float  # largest growth rate in a ring of up to 6 blades by its monodromy matrix; NaN: none
 
     @property
     def checked(self) -> FoundSolution:
@@ -121,8 +120,7 @@ def _integrated(
     motion = RingIntegration(ring, options).motion(start, MOST_PERIODS)
     patterns = RingPatterns(ring, options, start.omega, start.displacement)
     k = motion.nodal_diameter
-    rates = patterns.growth_rate(k), patterns.rate_error(k), patterns.monodromy_rate(k)
-    return Check(point, label, found, motion, *rates)
+    return Check(point, label, found, motion, patterns.growth_rate(k), patterns.rate_error(k))
 
 
 def _refuse_branch(point: CheckedPoint, branches: list[ResponseCurve]) -> None:
@@ -160,8 +158,6 @@ def _ring(problem: tuple[RingModes, ContactParameters, Excitation, SolverOptions
     return Ring(modal, contact, excited, options.output), options
 
 
-MONODROMY_BLADES = 6  # of the largest ring that has one
-NO_MONODROMY = "none (no periodic motion in time near the solution, or too much work)"
 SAME_AMPLITUDE = 0.05  # relative difference of a motion in time and a solution that count as one
 
 
@@ -179,9 +175,6 @@ def answer_lines(check: Check) -> Iterator[str]:
     measured = f"{motion.growth_rate:.4g} 1/s" if math.isfinite(motion.growth_rate) else "not measurable"
     error = f" (harmonics: +- {check.rate_error:.2g})" if math.isfinite(check.rate_error) else ""
     yield f"growth rate of the disturbance: {measured} in time, {check.predicted_rate:.4g} 1/s predicted{error}"
-    if motion.n_blades <= MONODROMY_BLADES:
-        largest = f"{check.monodromy_rate:.4g} 1/s" if math.isfinite(check.monodromy_rate) else NO_MONODROMY
-        yield f"largest growth rate in this ring by its monodromy matrix: {largest}"
     yield verdict(check)
 
 
@@ -246,7 +239,6 @@ def printed(check: Check) -> dict[str, Any]:
             "growth_rate": motion.growth_rate,
             "predicted_growth_rate": check.predicted_rate,
             "growth_rate_error": check.rate_error,
-            "monodromy_growth_rate": check.monodromy_rate,
             "nodal_diameter": motion.nodal_diameter,
             "ring_blades": motion.n_blades,
             "periods": motion.periods,

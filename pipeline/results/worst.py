@@ -22,7 +22,7 @@ CONTACT_SAID = {FREE: "stays open", SEPARATING: "opens and closes", SLIPPING: "s
 SEARCHED = "searched: "  # beginning of each sentence
 END_MARK = " (end)"  # beside a frequency or an amplitude at an end of the frequency range, where no peak is
 # the same as a remark
-UNSTABLE_SAID = "unstable: the blades leave this motion; where they end was not computed (response.search)"
+UNSTABLE_SAID = "unstable: the blades leave this motion for a lower or a higher one (response.search)"
 UNSTABLE_MARK = " (unstable)"  # beside the amplitude of a solution that the ring leaves
 # what is open after too short a time integration
 SHORT_OF_TIME = ("take too long", "left out", "not settled", "was followed")
@@ -47,7 +47,7 @@ def worst_cells(facts: CurveSummary | None, factor: float) -> tuple[str, str, st
     return (
         f"{facts.worst_frequency_hz:.6g}{END_MARK * facts.worst_at_end}",
         amplitude,
-        _branch(facts) + "*" * (facts.worst_motion != "periodic"),
+        _branch(facts) + "*" * (facts.worst_motion in STARRED),
     )
 
 
@@ -103,6 +103,8 @@ def seen_remarks(facts: CurveSummary) -> Iterator[str]:
     """How long an irregular worst motion was seen, and over which frequencies a motion in time was followed."""
     if facts.worst_motion == "irregular":
         yield f"the worst motion is irregular, seen for {facts.worst_periods} periods"
+    if facts.worst_motion.startswith("subharmonic"):
+        yield f"the worst motion repeats after {facts.worst_motion.rpartition(':')[2]} periods of the excitation"
     if facts.worst_followed_hz:
         low, high = facts.worst_followed_hz[0], facts.worst_followed_hz[-1]
         yield f"the worst motion, on no branch, was followed in frequency from {low:.6g} to {high:.6g} Hz"

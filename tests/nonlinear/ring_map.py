@@ -1,9 +1,9 @@
 """The map of a ring of blades over one period with all its modes: an independent check of stability."""
 
 import numpy as np
+from period_map import PeriodMap
 
 from nonlinear import Excitation, Ring, RingIntegrator
-from nonlinear.time_integration.period_map import PeriodMap
 from nonlinear.time_integration.ring import RetainedModes
 
 

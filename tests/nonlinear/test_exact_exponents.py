@@ -4,7 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from period_map import PeriodMap
 from ring_monodromy import ImpactingRing
+from scipy.linalg import expm
+from scipy.optimize import brentq
 
 from nonlinear import (
     BifurcationKind,
@@ -21,7 +24,6 @@ from nonlinear import (
 from nonlinear.contact.fourier import to_complex, to_real
 from nonlinear.harmonic_balance.initial_solution import solve_at
 from nonlinear.mistuned_ring.ring_receptance import ring_in_time
-from nonlinear.time_integration.period_map import PeriodMap
 from nonlinear.time_integration.ring import RingState, whole_ring
 from nonlinear.time_integration.ring_motion import integrate_ring
 from nonlinear.worst_motion.ring_branch import ring_branch
@@ -125,16 +127,80 @@ def test_stiff_contacts_that_hit(omega, exact):
     assert 0.0 < patterns.rate_error(1) < 0.005
 
 
-def test_two_masses_against_a_stop_a_hundred_times_stiffer():
-    """Example 03 of NLvib: where the period doubles, exact from event to event, and the fold."""
+STOP = ContactParameters.shared(1, normal_stiffness=100.0, tangential_stiffness=0.0, friction=0.0, interference=-1.0)
+
+
+def two_masses(**options):
+    """Response of example 03 of NLvib: two masses, the first against a stop."""
     stop, output = np.array([[0.0, 0.0], [0.0, 0.0], [1.0, 0.0]]), np.array([0.0, 1.0])
     stiffness = np.array([[1.0, -1.0], [-1.0, 2.0]])
     model = ReducedModel(np.eye(2), stiffness, stop, np.zeros((1, 3)), output, {"tip": output}, None)
-    contact = ContactParameters.shared(
-        1, normal_stiffness=100.0, tangential_stiffness=0.0, friction=0.0, interference=-1.0
-    )
-    options = SolverOptions((0.08, 0.127), harmonics=31, detached=False, truncation=False, search="off")
-    curve = forced_response(modal_model(model, rayleigh=(0.0, 0.03)), contact, Excitation(0, 0.1), options)
+    options = SolverOptions((0.08, 0.127), truncation=False, **options)
+    return forced_response(modal_model(model, rayleigh=(0.0, 0.03)), STOP, Excitation(0, 0.1), options)
+
+
+def test_two_masses_against_a_stop_a_hundred_times_stiffer():
+    """Where the period doubles, exact from event to event, and the fold."""
+    curve = two_masses(harmonics=31, detached=False, search="off")
     places = {kind: [b.frequency_hz for b in curve.bifurcations if b.kind is kind] for kind in BifurcationKind}
     assert places[BifurcationKind.PERIOD_DOUBLING] == pytest.approx([0.117581, 0.12025], rel=3e-4)
     assert max(places[BifurcationKind.FOLD]) == pytest.approx(0.120262, rel=1e-5)
+
+
+def heights_of_two_masses(omega, state, periods, steps=100):
+    """Largest displacement of the second mass in each period, and the state at the end: exact between events.
+
+    State: x, x', 1, cos(w t), -sin(w t).
+    """
+    generators = []
+    for closed in (0.0, 100.0):
+        generator = np.zeros((7, 7))
+        generator[:2, 2:4] = np.eye(2)
+        generator[2:4, :2] = [[-1.0 - closed, 1.0], [1.0, -2.0]]
+        generator[2:4, 2:4] = 0.03 * np.array([[-1.0, 1.0], [1.0, -2.0]])
+        generator[2, 4], generator[3, 5], generator[5, 6], generator[6, 5] = closed, 0.1, omega, -omega
+        generators.append(generator)
+    step, heights = 2.0 * np.pi / omega / steps, []
+    whole = [expm(generator * step) for generator in generators]
+    for _ in range(periods):
+        highest = 0.0
+        for _ in range(steps):
+            closed = int(state[0] > 1.0)
+            after = whole[closed] @ state
+            if closed != int(after[0] > 1.0):
+                time = _event(generators[closed], state, step)
+                after = expm(generators[1 - closed] * (step - time)) @ expm(generators[closed] * time) @ state
+            state, highest = after, max(highest, abs(after[1]))
+        heights.append(highest)
+    return heights, state
+
+
+def _event(generator, state, step):
+    """When the first mass comes to the stop or leaves it."""
+    return brentq(lambda time: (expm(generator * time) @ state)[0] - 1.0, 0.0, step, xtol=1e-13)
+
+
+def test_the_worst_motion_of_two_masses_repeats_after_two_periods():
+    """Against the exact motion, swept up to its frequency; 2 % higher with steps longer than a hit."""
+    worst = two_masses(harmonics=15).worst
+    assert worst.motion == "subharmonic 1:2"
+    state, top = np.array([0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0]), 2.0 * np.pi * worst.frequency_hz
+    for omega in np.linspace(0.8 * top, top, 60):
+        _, state = heights_of_two_masses(omega, state, 10)
+    _, state = heights_of_two_masses(top, state, 300)
+    heights, _ = heights_of_two_masses(top, state, 4, steps=1000)
+    assert worst.amplitude_m == pytest.approx(max(heights), rel=1e-3)
+    assert heights[:2] == pytest.approx(heights[2:], rel=1e-6)
+    assert heights[0] != pytest.approx(heights[1], rel=1e-2)
+
+
+@pytest.mark.parametrize(("harmonics", "marked"), [(2, True), (3, True)])
+def test_a_height_whose_stability_the_harmonics_do_not_decide_is_marked(harmonics, marked):
+    """A ring of four that hits: few harmonics have no motion that more confirm, and the ring leaves theirs."""
+    one, face = np.ones(1), np.eye(3)[:, 2:]
+    model = ReducedModel(np.eye(1), np.eye(1), face, np.zeros((1, 3)), one, {"tip": one}, face, n_blades=4)
+    _, contact, excitation = problem(4, 0.08, stiffness=15.0, interference=-0.2)
+    options = SolverOptions((0.143, 0.156), harmonics=harmonics, detached=False, truncation=False)
+    curve = forced_response(modal_model(model, damping_ratio=0.01), contact, excitation, options)
+    assert curve.worst.motion == "periodic"
+    assert ("and the ring leaves it" in curve.worst.unresolved) is marked

@@ -9,6 +9,7 @@ import scipy.linalg
 from lumped import lumped_blade
 from lumped_disk import sector_with_disk
 from lumped_disk import whole_ring as ring_with_disk
+from period_map import PeriodMap
 
 from nonlinear import (
     ContactParameters,
@@ -28,7 +29,6 @@ from nonlinear.nonlinear_modes.extended_motion import linear_mode
 from nonlinear.nonlinear_modes.resonance_motions import resonance_motions
 from nonlinear.stability.floquet import FloquetAnalysis
 from nonlinear.stability.ring_stability import LinearisedContact, RingStability
-from nonlinear.time_integration.period_map import PeriodMap
 from nonlinear.time_integration.ring import whole_ring as ring_of_blades
 from rom import (
     ContactInterface,

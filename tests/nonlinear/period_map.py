@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
-from nonlinear.time_integration.ring import Ring, RingState
-from nonlinear.time_integration.ring_integrator import RingIntegrator, with_more_harmonics
+from nonlinear.time_integration.ring import RingState
+from nonlinear.time_integration.ring_integrator import RingIntegrator
 
 DIFFERENCE = 1e-6  # relative change of an unknown
 # of Newton's method: matrices, iterations with each; relative change over a period that is none
@@ -21,8 +21,6 @@ MOST_MATRICES, MOST_ITERATIONS, FIXED = 4, 5, 1e-8
 LOST = 1.0  # relative change over a period of a motion that is none
 NEUTRAL = 1e-9  # singular value, relative to the largest, of a direction that Newton's method leaves
 SMALLEST_MULTIPLIER = 1e-2  # of exponents that are told: what decays faster is lost in round-off
-# of `monodromy_rate`: blades of the largest ring, factor on the steps, and unknowns times steps times blades
-MOST_BLADES, FINER, MOST_WORK = 6, 2.0, 3e6
 
 
 @dataclass(frozen=True)
@@ -111,21 +109,3 @@ class PeriodMap:
     @cached_property
     def _period(self) -> list[RingState]:
         return self.integrator.history(self.near)[0]
-
-
-def monodromy_rate(ring: Ring, omega: float, displacement: Array, nodal_diameter: int) -> float:
-    """Largest growth rate of the perturbations of a small ring near a solution, 1/s; NaN where there is none.
-
-    Shapes: `displacement` (2H+1, n_c, 3).
-    """
-    if ring.blades(nodal_diameter) > MOST_BLADES or ring.blades_apart is not None:
-        return float("nan")
-    integrator = RingIntegrator.of(ring, omega, nodal_diameter=nodal_diameter, finer=FINER)
-    found = PeriodMap(integrator, integrator.on_wave(with_more_harmonics(ring, omega, displacement)))
-    try:
-        if found.start.size * integrator.steps * integrator.n_blades > MOST_WORK:
-            return float("nan")
-        _, matrix = found.fixed_point(found.start)
-    except ArithmeticError:
-        return float("nan")
-    return float(found.exponents(matrix).real.max(initial=-np.inf))
