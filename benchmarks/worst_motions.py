@@ -156,9 +156,12 @@ def brute_force(ring: Ring, curve: ResponseCurve) -> tuple[float, str]:
 
     from nonlinear import RingIntegrator
     from nonlinear.worst_motion.candidates import branches_of
+    from nonlinear.worst_motion.ring_integration import Solution
     from nonlinear.worst_motion.ring_starts import random_state
 
     branches = branches_of(curve)
+    top = max(branches, key=lambda branch: branch.amplitude_m.max())
+    highest = Solution.of(top, int(top.amplitude_m.argmax())).displacement
     frequency = np.concatenate([branch.frequency_hz for branch in branches])
     height = np.concatenate([branch.amplitude_m for branch in branches])
     high = frequency[height > LOW * height.max()]
@@ -170,7 +173,7 @@ def brute_force(ring: Ring, curve: ResponseCurve) -> tuple[float, str]:
         for place in np.linspace(high.min(), high.max(), PLACES).tolist():
             integrator = RingIntegrator.of(ring, 2.0 * np.pi * place, nodal_diameter=rings[size])
             try:
-                envelope = integrator.march(random_state(integrator, branches, rng), LONG).envelope_m
+                envelope = integrator.march(random_state(integrator, highest, 1.5, rng), LONG).envelope_m
             except ArithmeticError:
                 continue
             found.append((recurs(envelope[-LAST:]), f"{size} blades, {place:.4g} Hz"))
@@ -179,7 +182,7 @@ def brute_force(ring: Ring, curve: ResponseCurve) -> tuple[float, str]:
         for number, place in enumerate(np.linspace(high.min(), high.max(), STEPS)[::way].tolist()):
             integrator = RingIntegrator.of(ring, 2.0 * np.pi * place, nodal_diameter=rings[sizes[-1]])
             try:
-                record = integrator.march(state or random_state(integrator, branches, rng), STEP)
+                record = integrator.march(state or random_state(integrator, highest, 1.5, rng), STEP)
             except ArithmeticError:
                 break
             state = record.final

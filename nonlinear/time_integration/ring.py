@@ -328,6 +328,16 @@ class RingState:
             raise ValueError(f"blades: {n_blades}, allowed: multiples of {self.n_blades}")
         return RingState(*(np.concatenate([part] * times) for part in self._parts))
 
+    def over(self, n_blades: int) -> "RingState":
+        """The same blades in turn on a ring of any number of them.
+
+        Parameters
+        ----------
+        n_blades : int
+            Number of blades.
+        """
+        return RingState(*(part[np.arange(n_blades) % self.n_blades] for part in self._parts))
+
     def towards(self, other: "RingState", shares: Sequence[float]) -> "RingState":
         """The state with each blade on its way to another motion.
 

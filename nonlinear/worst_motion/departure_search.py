@@ -1,9 +1,8 @@
 """Where time integration of a curve starts, in order of what the motions may reach, as far as its budget goes."""
 
-import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import count, pairwise, product
+from itertools import pairwise, product
 
 import numpy as np
 
@@ -15,7 +14,6 @@ from nonlinear.worst_motion.candidates import (
     Place,
     UnstableStretch,
     coexistences,
-    high_places,
     highest_beside,
     persists,
     stable_amplitudes,
@@ -25,8 +23,8 @@ from nonlinear.worst_motion.ring_starts import RingStarts, Start
 from nonlinear.worst_motion.stepped_sweep import Sweep
 
 ONE_START = 0.3  # share of the periods times blades of a curve for one start: large rings are left out
-# shares up to which unstable solutions, mixed starts, then random states: the rest follows motions
-TO_DEPART, TO_MIX, TO_START = 0.4, 0.55, 0.75
+# shares up to which unstable solutions, random states, then mixed starts: the rest follows motions
+TO_DEPART, TO_START, TO_MIX = 0.3, 0.6, 0.75
 SPARED = 0.5  # share that unstable solutions do not get where a motion persists that is as high as all of them
 MOST_FURTHER = 4  # starts after those from the highest points of the unstable stretches
 MOST_EXPLORED = 8  # the same with those that would take too long
@@ -161,15 +159,25 @@ class DepartureSearch:
                 tried.add(number)
 
     def random(self) -> Iterator[Departure]:
-        """From random states, spread over the frequencies with high solutions, as long as there are periods left."""
-        places = high_places(self.branches, COULD_MATTER * max(self.height_m, self._highest))
-        for start, share in zip(self.mix.random_starts if self.mix else (), _spread(), strict=False):
-            at = float(places[0] + share * (places[-1] - places[0]))
-            found, _ = self._from_state(at, math.inf, start, self._to_start)
-            if found is not None and found.spent:
-                return
-            if found is not None:
-                yield found
+        """From random states swept upwards from the resonance without contact, as long as there are periods left."""
+        mix = self.mix
+        if mix is None:
+            return
+        for start in mix.random_starts:
+            height = max(self.height_m, self._highest)
+            try:
+                at, (motion, failure) = mix.swept(start, self._to_start - self._spent, height)
+            except ArithmeticError:
+                continue
+            place = highest_beside(self.branches, at)
+            if motion is None or place is None:
+                if failure:
+                    return
+                continue
+            self._spent += motion.periods * motion.n_blades
+            found = replace(self._judged(place, at, motion, ""), start=start.kind)
+            self._highest = max(self._highest, found.new_height)
+            yield found
 
     def _from_state(
         self, frequency_hz: float, most_m: float, start: Start, most: int
@@ -335,12 +343,6 @@ class DepartureSearch:
         """Logarithm of the growth of perturbations of a solution in a period."""
         branch, index = self.branches[place[0]], place[1]
         return float(branch.growth_rate[index] / branch.frequency_hz[index])
-
-
-def _spread() -> Iterator[float]:
-    """Shares of a range that divide it ever more finely (van der Corput 1935)."""
-    for number in count(1):
-        yield sum(int(digit) / 2.0 ** (place + 1) for place, digit in enumerate(reversed(f"{number:b}")))
 
 
 def _lies_on(sweep: Sweep, departure: Departure) -> bool:

@@ -1,10 +1,12 @@
 """States of a ring that no branch leads to: some blades on a high and others on a low solution, and random ones.
 
-A localised motion needs such a start; others persist beside all solutions.
+A localised motion needs such a start; others persist beside all solutions. Random states begin near the resonance
+without contact, where nearly all of them end on few motions, and are swept upwards from there: contacts that open
+and close stiffen, and what is high lives on to higher frequencies.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
 from typing import NamedTuple
@@ -13,9 +15,9 @@ import numpy as np
 
 from nonlinear.contact.parameters import Array
 from nonlinear.response_curve import ResponseCurve
-from nonlinear.time_integration.ring import RingState
+from nonlinear.time_integration.ring import Ring, RingState
 from nonlinear.time_integration.ring_integrator import RingIntegrator
-from nonlinear.time_integration.ring_motion import integrate_ring
+from nonlinear.time_integration.ring_motion import RingMotion, integrate_ring
 from nonlinear.worst_motion.ring_integration import (
     FEWEST_PERIODS,
     MOST_BLADES,
@@ -23,11 +25,23 @@ from nonlinear.worst_motion.ring_integration import (
     Integrated,
     RingIntegration,
     Solution,
+    counts,
 )
 from nonlinear.worst_motion.solution_search import interpolated
+from rom import contact_springs
 
-SEED, LARGEST = 17, 1.5  # of random states; the largest multiple of the highest solution
-RANDOM_STATES = {"quick": 0, "standard": 24, "thorough": 48}
+SEED = 17  # of random states
+LEFT_OUT = "from {} states was left out"
+RANDOM_STATES = {"quick": 0, "standard": 8, "thorough": 24}
+# largest multiples of the highest motion known in random states, and shares of the way from the resonance without
+# contact to that of stuck contacts where they begin, in turn
+LARGEST, BEGINS = (3.0, 1.5, 5.0), (0.05, 0.0, 0.1, 0.025, 0.075, 0.125)
+AROUND = 0.03  # of the two resonances, that belongs to the range between them
+# periods before a sweep, of a step and of its window; step relative to the frequency
+SETTLES, STEP, STEP_WINDOW, SWEEP_STEP = 100, 40, 24, 4e-3
+LOST, LOW = 0.5, 0.15  # of the height of the step before, and of the highest motion known, below which a sweep ends
+MOST_HELD = 6  # highest steps of a sweep that are held until the motion persists at one
+FEWEST_BLADES = 4  # of a ring with localised motions
 
 
 class Start(NamedTuple):
@@ -96,40 +110,141 @@ class RingStarts:
     @property
     def random_starts(self) -> list[Start]:
         """Random states, in each ring in turn; they are the same in each run."""
-        patterns, blades = self.patterns, self.integration.ring.blades
-        chosen = [patterns[n % len(patterns)] for n in range(RANDOM_STATES[self.integration.options.search])]
-        return [Start(pattern, (1.0,) * blades(pattern), number) for number, pattern in enumerate(chosen)]
+        ring, patterns = self.integration.ring, self.patterns
+        sizes = [ring.blades(pattern) for pattern in patterns]
+        other = self._other_ring() if max(sizes) < FEWEST_BLADES else 0
+        if other:
+            patterns, sizes = [self._whole_pattern], [other]
+        chosen = range(RANDOM_STATES[self.integration.options.search])
+        ring_of = [(n // 2) % len(sizes) for n in chosen]
+        return [Start(patterns[m], (1.0,) * sizes[m], n) for n, m in zip(chosen, ring_of, strict=True)]
+
+    def _other_ring(self) -> int:
+        """Blades of a ring of up to 8 with the phase angle of the wave that is no part of the whole one; 0: none."""
+        ring = self.integration.ring
+        if ring.blades_apart is not None or ring.modal.waves_differ or not ring.modal.neighbours_coupled:
+            return 0
+        return ring.wave_blades * (MOST_BLADES // ring.wave_blades)
+
+    @property
+    def _whole_pattern(self) -> int:
+        """A nodal diameter that needs all blades."""
+        ring = self.integration.ring
+        return max(range((ring.modal.n_blades or 1) // 2 + 1), key=ring.blades)
 
     def __call__(self, frequency_hz: float, start: Start, blade_periods: int, height_m: float) -> Integrated:
-        """The motion that the ring reaches; none where there are not two solutions, or too few blades times periods.
+        """The motion that the ring reaches from a mixed start; none without two solutions, or with too few periods.
 
         Blades that fall clearly below the high solution have left it.
         """
         ring, omega = self.integration.ring, 2.0 * np.pi * frequency_hz
         periods = min(USUAL_PERIODS, blade_periods // len(start.shares))
         if periods < FEWEST_PERIODS:
-            return Integrated(None, f"from {start.kind} states was left out")
-        limits, integrator = self.integration.limits(periods, height_m), self.integration.coarse(omega, start.pattern)
-        if start.number >= 0:
-            state = random_state(integrator, self.branches, np.random.default_rng((SEED, start.number)))
-        else:
-            found = [each for branch in self.branches for each in interpolated(branch, frequency_hz)]
-            if len(found) < 2:
-                return Integrated(None)
-            heights = [float(np.abs(integrator.wave_output(each)).max()) for each in found]
-            low, high = (integrator.on_wave(found[int(pick(heights))]) for pick in (np.argmin, np.argmax))
-            limits = self.integration.limits(periods, max(height_m, *heights))
-            state = low.towards(high, start.shares)
+            return Integrated(None, LEFT_OUT.format(start.kind))
+        integrator = self.integration.coarse(omega, start.pattern)
+        found = [each for branch in self.branches for each in interpolated(branch, frequency_hz)]
+        if len(found) < 2:
+            return Integrated(None)
+        heights = [float(np.abs(integrator.wave_output(each)).max()) for each in found]
+        low, high = (integrator.on_wave(found[int(pick(heights))]) for pick in (np.argmin, np.argmax))
+        limits = self.integration.limits(periods, max(height_m, *heights))
+        state = low.towards(high, start.shares)
         return Integrated(integrate_ring(ring, omega, state, nodal_diameter=start.pattern, limits=limits))
+
+    def swept(self, start: Start, blade_periods: int, height_m: float) -> tuple[float, Integrated]:
+        """The highest motion that a random state reaches on a sweep upwards, and its frequency, Hz.
+
+        In a ring with nearly the phase angle of the wave where no small ring carries it: then the whole ring is
+        integrated from what it has reached.
+        """
+        free_hz, stuck_hz = self.resonances_hz
+        frequency_hz = free_hz + BEGINS[start.number % len(BEGINS)] * (stuck_hz - free_hz)
+        ring, blades = self._swept_ring(start), len(start.shares)
+        if blade_periods < (SETTLES + FEWEST_PERIODS) * blades:
+            return frequency_hz, Integrated(None, LEFT_OUT.format(start.kind))
+        integration = replace(self.integration, ring=ring)
+        pattern = start.pattern if ring is self.integration.ring else 1
+        integrator = integration.coarse(2.0 * np.pi * frequency_hz, pattern)
+        largest = LARGEST[start.number % len(LARGEST)] * max(height_m, self._highest_solution_m)
+        rng = np.random.default_rng((SEED, start.number))
+        record = integrator.march(self._random_state(integrator, largest, rng, start.number % 2 == 0), SETTLES)
+        track = [(float(record.envelope_m[-STEP_WINDOW:].max()), frequency_hz, record.final)]
+        left = blade_periods - (SETTLES + FEWEST_PERIODS) * blades
+        while (left := left - STEP * blades) >= 0 and (at := track[-1][1] * (1.0 + SWEEP_STEP)) <= stuck_hz:
+            record = integration.coarse(2.0 * np.pi * at, pattern).march(track[-1][2], STEP)
+            height = float(record.envelope_m[-STEP_WINDOW:].max())
+            if height < max(LOST * track[-1][0], LOW * height_m):
+                break
+            track.append((height, at, record.final))
+        periods = (SETTLES + STEP * len(track)) * blades // ring.blades(pattern)
+        at, motion = self._held(start, sorted(track, key=lambda step: -step[0]), height_m)
+        return at, Integrated(motion and replace(motion, periods=motion.periods + periods))
+
+    def _held(
+        self, start: Start, steps: Sequence[tuple[float, float, RingState]], height_m: float
+    ) -> tuple[float, RingMotion | None]:
+        """The motion at the highest step of a sweep where it persists, and its frequency, Hz."""
+        ring, held = self.integration.ring, list[float]()
+        limits = self.integration.limits(USUAL_PERIODS, height_m)
+        motion, frequency_hz = None, steps[0][1]
+        for _, at, state in steps:
+            if len(held) == MOST_HELD or (motion is not None and counts(motion)):
+                break
+            if any(abs(at / other - 1.0) < 1.5 * SWEEP_STEP for other in held):
+                continue
+            whole = state.over(ring.blades(start.pattern))
+            motion = integrate_ring(ring, 2.0 * np.pi * at, whole, nodal_diameter=start.pattern, limits=limits)
+            frequency_hz = at
+            held.append(at)
+        return frequency_hz, motion
+
+    @property
+    def _highest_solution_m(self) -> float:
+        return max(float(branch.amplitude_m.max(initial=0.0)) for branch in self.branches)
+
+    @cached_property
+    def resonances_hz(self) -> tuple[float, float]:
+        """The first resonance in the range without contact and with stuck contacts, Hz, with what is around them."""
+        ring, (low, high) = self.integration.ring, self.integration.options.frequency_hz
+        modal, contact = ring.modal.at(0), ring.contact
+        frequency = modal.angular_frequency / (2.0 * np.pi)
+        mode = min(int(np.searchsorted(frequency, low * (1.0 - AROUND))), frequency.size - 1)
+        springs = contact_springs(modal.n_contacts, contact.normal_stiffness, contact.tangential_stiffness)
+        stuck = 0.0
+        for turn in (1.0, -1.0):
+            motion = modal.right if modal.left is None else modal.right - turn * modal.left
+            stiffness = np.diag(modal.angular_frequency**2) + motion.T @ (springs.reshape(-1, 1) * motion)
+            stuck = max(stuck, float(np.sqrt(np.linalg.eigvalsh(stiffness)[mode])) / (2.0 * np.pi))
+        free_hz = float(np.clip(frequency[mode] * (1.0 - AROUND), low, high))
+        return free_hz, float(np.clip(stuck * (1.0 + AROUND), free_hz, high))
+
+    def _swept_ring(self, start: Start) -> Ring:
+        """The ring of a random start: another one where its number of blades is not that of the pattern."""
+        ring, count = self.integration.ring, len(start.shares)
+        if count == ring.blades(start.pattern):
+            return ring
+        order = round(ring.excitation.engine_order * count / (ring.modal.n_blades or 1)) % count
+        excitation = replace(ring.excitation, engine_order=order)
+        return replace(ring, modal=replace(ring.modal.at(0), n_blades=count), excitation=excitation)
+
+    def _random_state(
+        self, integrator: RingIntegrator, largest_m: float, rng: np.random.Generator, alone: bool
+    ) -> RingState:
+        """The highest solution of a curve with a random phase and size on each blade, `largest_m` at most."""
+        branch = max(self.branches, key=lambda each: each.amplitude_m.max())
+        solution = Solution.of(branch, int(branch.amplitude_m.argmax())).displacement
+        return random_state(integrator, solution, largest_m / float(branch.amplitude_m.max()), rng, alone)
 
 
 def random_state(
-    integrator: RingIntegrator, branches: Sequence[ResponseCurve], rng: np.random.Generator
+    integrator: RingIntegrator, displacement: Array, largest: float, rng: np.random.Generator, alone: bool = False
 ) -> RingState:
-    """The highest solution of a curve with a random phase and a random size, up to 1.5 times, on each blade."""
-    branch = max(branches, key=lambda each: each.amplitude_m.max())
-    high = integrator.on_wave(Solution.of(branch, int(branch.amplitude_m.argmax())).displacement)
-    size, angle = rng.uniform(0.0, LARGEST, high.n_blades), rng.uniform(0.0, 2.0 * np.pi, high.n_blades)
+    """A solution with a random phase and a random size, up to a multiple, on each blade."""
+    high = integrator.on_wave(displacement)
+    size, angle = rng.uniform(0.0, largest, high.n_blades), rng.uniform(0.0, 2.0 * np.pi, high.n_blades)
+    if alone:
+        size[1:] *= 0.1
+        size[0] = largest
     turn = np.reshape(size * np.exp(1j * angle), (-1, *[1] * (high.coordinates.ndim - 1)))
     turned: Array = turn * (high.coordinates - 1j * high.rates / integrator.omega)
     rest = integrator.at_rest()

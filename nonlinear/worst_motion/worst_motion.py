@@ -23,6 +23,7 @@ from nonlinear.worst_motion.candidates import (
     Place,
     UnstableStretch,
     branches_of,
+    coexistences,
     height_said,
     highest_persistent,
     unstable_stretches,
@@ -317,9 +318,9 @@ def worst_of(
                 departures = [replace(each, open=True) for each in departures]
                 break
         else:
-            departures += search.mixed()
-            if departures or options.search == "thorough":
+            if departures or coexistences(branches) or options.search == "thorough":
                 departures += search.random()
+            departures += search.mixed()
             departures = search.followed(departures)
         left_out, reason = matter[MOST_STRETCHES:], f"the {MOST_STRETCHES} highest were integrated"
     spoken: dict[str, Any] = {
