@@ -6,7 +6,7 @@
 # make test-lowest, make test-newest  tests of every library's use, with the lowest and the newest versions that pyproject.toml allows
 # make test-generic  the tests with BLAS of a processor of 2008, kernels compiled for any x86_64 and time integration disturbed
 #             by 1e-13: nothing may rest on the last bit; CORETYPE=Haswell DISTURBED=2 another BLAS, another disturbance
-# make lock   requirements.lock, the exact versions of make setup, as the newest allowed ones
+# make lock   requirements.lock, the exact versions of make setup with hashes of their files, as the newest allowed ones
 # make bench  run time against error of every stage, and run times before and after, into out/bench; make bench-docs puts it into docs
 # make bench-times  every row of the table of run times, half an hour; ROWS="fresh auto" those of cases whose names begin so
 # make bench-peers  beside pyHarm (installed into an environment of its own) and CalculiX (where ccx is)
@@ -39,7 +39,8 @@ $(VENV)/.installed: pyproject.toml requirements.lock
 	@$(PYTHON) pipeline/bootstrap.py
 	@echo "installing into $(VENV), once (about 2 minutes): packages, then kernels are compiled"
 	@$(PYTHON) -m venv $(VENV)
-	@$(BIN)/pip install -qq --disable-pip-version-check --no-input --no-compile -c requirements.lock -e '.[$(EXTRAS)]'
+	@$(BIN)/pip install -qq --disable-pip-version-check --no-input --no-compile --require-hashes -r requirements.lock
+	@$(BIN)/pip install -qq --disable-pip-version-check --no-input --no-compile --no-deps --no-build-isolation -e .
 	-@$(BIN)/shroud warm-up --quiet
 	@touch $@
 
@@ -70,7 +71,7 @@ VERSION_TESTS = geometry/test_shape.py geometry/test_quality.py geometry/test_fi
 
 test-lowest test-newest: export OPENBLAS_NUM_THREADS = 1
 test-lowest: setup
-	@mkdir -p out/lowest && $(BIN)/python .ci/versions.py lowest > out/lowest/constraints.txt
+	@mkdir -p out/lowest && $(BIN)/python .ci/lowest_versions.py > out/lowest/constraints.txt
 	@$(PYTHON) -m venv out/lowest/venv
 	@out/lowest/venv/bin/pip install --quiet --disable-pip-version-check -c out/lowest/constraints.txt -e '.[$(VERSION_EXTRAS)]'
 	out/lowest/venv/bin/python -m pytest -n 2 --dist loadgroup $(addprefix tests/,$(VERSION_TESTS))
@@ -93,8 +94,11 @@ out/newest/venv: pyproject.toml
 test-newest: out/newest/venv
 	out/newest/venv/bin/python -m pytest -n 2 --dist loadgroup $(addprefix tests/,$(VERSION_TESTS))
 
-lock: out/newest/venv
-	@out/newest/venv/bin/python .ci/versions.py lock > requirements.new && mv requirements.new requirements.lock
+# For the lowest Python that is allowed; hashes of all files of a version, so of every Python and processor.
+lock:
+	@$(PYTHON) -m venv out/lock && out/lock/bin/pip install --quiet --disable-pip-version-check uv
+	@out/lock/bin/uv pip compile --quiet --upgrade --all-extras --generate-hashes --no-annotate --python-version 3.11 \
+		--python-platform linux --custom-compile-command "make lock" pyproject.toml -o requirements.lock
 	@echo requirements.lock
 
 # A warning is an error. The pages need no network.

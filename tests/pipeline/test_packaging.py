@@ -142,22 +142,19 @@ def test_every_library_has_a_lowest_version_and_one_below_which_it_must_stay() -
         assert "<" in signs or entry.name in ("furo", "setuptools"), entry  # numbered by year; only builds
 
 
-def test_the_lock_has_one_version_of_every_library_and_it_is_allowed() -> None:
-    lines = [line for line in (REPOSITORY / "requirements.lock").read_text().splitlines() if not line.startswith("#")]
-    assert all(re.fullmatch(r"[a-z0-9-]+==[\w.+]+", line) for line in lines), "names and versions, nothing else"
-    versions = dict(line.split("==") for line in lines)
-    assert len(versions) == len(lines)
-    for entry in allowed():
-        assert canonicalize_name(entry.name) in versions, f"{entry.name}: make lock"
-        assert entry.specifier.contains(versions[canonicalize_name(entry.name)], prereleases=True), entry
-
-
-def test_the_lock_has_what_the_libraries_need_themselves() -> None:
-    asked = [sys.executable, str(REPOSITORY / ".ci" / "versions.py"), "lock"]
-    here = subprocess.run(asked, capture_output=True, text=True, check=True).stdout
-    names = {line.partition("==")[0] for line in here.splitlines()[1:]}
-    locked = (REPOSITORY / "requirements.lock").read_text()
-    assert {name for name in names if f"\n{name}==" not in locked} == set()
+def test_the_lock_has_one_version_of_every_library_with_hashes_and_it_is_allowed() -> None:
+    """What the libraries need themselves pip asks for: with hashes it installs nothing that is not in the lock."""
+    lines = (REPOSITORY / "requirements.lock").read_text().replace("\\\n", "").splitlines()
+    entries = [line.split() for line in lines if not line.startswith("#")]
+    pinned = [entry.partition("==")[::2] for entry, *_ in entries]
+    assert all(
+        hashes and all(re.fullmatch(r"--hash=sha256:[0-9a-f]{64}", each) for each in hashes) for _, *hashes in entries
+    )
+    versions = dict(pinned)
+    assert len(versions) == len(entries)
+    for library in allowed():
+        assert canonicalize_name(library.name) in versions, f"{library.name}: make lock"
+        assert library.specifier.contains(versions[canonicalize_name(library.name)], prereleases=True), library
 
 
 def test_version_and_licence_are_the_same_everywhere() -> None:
