@@ -2,7 +2,7 @@
 # make report the same as make run, and one page about it: out/<scene>/report.html
 # make test   set up what is needed, then format, lint, types and tests
 # make test-fast  format, lint, types, and the tests of tests/fast.txt, whose every test answers at once: for daily work
-# make test-long  the hard cases of make test, six minutes: losses of workers and disks, whole benchmarks, the first half hour
+# make test-long  the hard cases of make test, ten minutes: every key and pair of features, losses of workers and disks, whole benchmarks, the first half hour
 # make test-lowest, make test-newest  tests of every library's use, with the lowest and the newest versions that pyproject.toml allows
 # make test-generic  the tests with BLAS of a processor of 2008, kernels compiled for any x86_64 and time integration disturbed
 #             by 1e-13: nothing may rest on the last bit; CORETYPE=Haswell DISTURBED=2 another BLAS, another disturbance

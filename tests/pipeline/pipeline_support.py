@@ -167,6 +167,19 @@ def drawing() -> Iterator[None]:
 
 
 @contextmanager
+def without_stress_pictures() -> Iterator[None]:
+    """Within the block pictures of stress are files without content: a process draws each for some seconds."""
+
+    def draw(module: str, text: str, pictures: list[Path]) -> None:
+        for picture in pictures:
+            picture.touch()
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("pipeline.stress.stress_stage.draw_apart", draw)
+        yield
+
+
+@contextmanager
 def changing_when_locked(change: Callable[[], object]) -> Iterator[None]:
     """Within the block a run calls `change` when it asks for its output folder, as if it had to wait for it."""
     real = pipeline.run.working_store
