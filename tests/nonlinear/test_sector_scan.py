@@ -55,9 +55,9 @@ def least_stable(analysis, contact):
     ("n_blades", "harmonics", "interference", "law", "stride"),
     [
         (24, 1, 0.3, "two_sliders", 3),
-        (24, 3, -0.5, "two_sliders", 30),
+        (24, 3, -0.5, "two_sliders", 60),
         (24, 3, 0.3, "cone", 6),
-        (120, 1, -0.5, "two_sliders", 24),
+        (120, 1, -0.5, "two_sliders", 36),
     ],
 )
 def test_the_verdict_is_that_of_all_nodal_diameters(n_blades, harmonics, interference, law, stride):

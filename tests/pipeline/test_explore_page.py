@@ -28,7 +28,7 @@ from pipeline.errors import InputError
 from pipeline.explore.charts import Scale
 from pipeline.explore.knobs import Knob
 from pipeline.explore.scene_text import edited
-from pipeline.explore.server import MOST_CONNECTIONS
+from pipeline.explore.server import MOST_CONNECTIONS, local_server
 from pipeline.explore.start import page_server
 from pipeline.explore.words import KnobWords
 from pipeline.explore.workshop import Cancelled, Kind, Workshop
@@ -384,9 +384,7 @@ def test_a_saved_scene_keeps_its_comments_and_has_a_name_of_its_own(tmp_path: Pa
     assert tomllib.loads(edited(odd, turned, wanted)) == wanted  # written anew
 
 
-def test_the_browser_is_led_there_by_a_file_and_blocks_nothing(
-    folder: Path, scene: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_browser_is_led_there_by_a_file_and_blocks_nothing(served: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """The token stood in the command line of the browser, which other users read; one in the foreground blocked."""
     opened_pages, go = list[str](), threading.Event()
 
@@ -395,27 +393,27 @@ def test_the_browser_is_led_there_by_a_file_and_blocks_nothing(
         go.wait(WAITING)
 
     monkeypatch.setattr("webbrowser.open", browser)
-    with page_server(scene, folder / "out") as (server, _):
-        thread = threading.Thread(target=server.run, args=(True,))
-        thread.start()
-        try:
-            wait_for(lambda: bool(opened_pages))
-            token = server.address.rstrip("/").rpartition("/")[2]
-            assert token not in opened_pages[0]
-            page = Path(url2pathname(urlsplit(opened_pages[0]).path))
-            assert server.address in page.read_text()
-            assert page.stat().st_mode & 0o077 == 0
-            assert status_of(server.address) == 200
-            host, _, port = urlsplit(server.address).netloc.partition(":")
-            idle = [socket.create_connection((host, int(port)), WAITING) for _ in range(MOST_CONNECTIONS + 8)]
-            assert idle[-1].recv(1) == b""  # refused: so many wait
-            for each in idle:
-                each.close()
-            wait_for(lambda: status_or_none(server.address) == 200)
-        finally:
-            go.set()
-            server.stop()
-            thread.join()
+    server = local_server(served[1])
+    thread = threading.Thread(target=server.run, args=(True,))
+    thread.start()
+    try:
+        wait_for(lambda: bool(opened_pages))
+        token = server.address.rstrip("/").rpartition("/")[2]
+        assert token not in opened_pages[0]
+        page = Path(url2pathname(urlsplit(opened_pages[0]).path))
+        assert server.address in page.read_text()
+        assert page.stat().st_mode & 0o077 == 0
+        assert status_of(server.address) == 200
+        host, _, port = urlsplit(server.address).netloc.partition(":")
+        idle = [socket.create_connection((host, int(port)), WAITING) for _ in range(MOST_CONNECTIONS + 8)]
+        assert idle[-1].recv(1) == b""  # refused: so many wait
+        for each in idle:
+            each.close()
+        wait_for(lambda: status_or_none(server.address) == 200)
+    finally:
+        go.set()
+        server.stop()
+        thread.join()
     assert not page.exists()
 
 

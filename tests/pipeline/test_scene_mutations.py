@@ -112,9 +112,9 @@ def fits(validator: Draft202012Validator, path: Path) -> bool:
 
 @pytest.mark.parametrize(("section", "key"), KEYS)
 def test_wrong_values(tmp_path: Path, validator: Draft202012Validator, section: str, key: str) -> None:
-    """A third of the wrong kinds, for each key another one than for the next."""
+    """A sixth of the wrong kinds, for each key another one than for the next."""
     path = tmp_path / "scene.toml"
-    for kind, value in [*WRONG.items()][KEYS.index((section, key)) % 3 :: 3]:
+    for kind, value in [*WRONG.items()][KEYS.index((section, key)) % 6 :: 6]:
         complaint = judged(path, whole_scene(section, key, value))
         assert list(tmp_path.iterdir()) == [path], kind
         if complaint:
@@ -194,8 +194,8 @@ def test_what_would_never_end(tmp_path: Path, changes: dict[str, Any], expected:
 
 def test_a_large_sweep_of_one_model_is_checked_once_a_shape(tmp_path: Path) -> None:
     sweep = {
-        "contact.interference": [1e-9 * k for k in range(100)],
-        "contact.friction": [0.01 * k for k in range(100)],
+        "contact.interference": [1e-9 * k for k in range(40)],
+        "contact.friction": [0.01 * k for k in range(40)],
     }
     assert judged(tmp_path / "scene.toml", small_scene(sweep=sweep)) == ""
 

@@ -86,8 +86,8 @@ def test_reduced_model_has_the_interfaces_with_exact_statics(sector, full, kind)
         assert np.abs(model.contact_position[rows].mean(axis=0) - view.right.position.mean(axis=0)).max() < 1e-3
 
 
-@pytest.mark.parametrize(("diameters", "stiffness"), [(3, 1e7), (12, 1e8)])
-def test_stuck_snubber_against_springs_spread_over_its_face(sector, full, diameters, stiffness):
+def test_stuck_snubber_against_springs_spread_over_its_face(sector, full):
+    diameters, stiffness = 12, 1e8
     phase = 2 * np.pi * diameters / BLADE.n_blades
     model = reduce_sector(full, sector, ReductionOptions(modes=30)).model
     share = springs(model, "snubber", stiffness)
