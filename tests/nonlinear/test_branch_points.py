@@ -58,9 +58,7 @@ def asymmetry_growth(curve, index, periods=30):
     return np.polyfit(half[:-1][small], np.log(sums[small]), 1)[0]
 
 
-@pytest.mark.parametrize(
-    ("hertz", "stable"), [(0.098, True), (0.115, False), (0.125, False), (0.137, False), (0.16, True)]
-)
+@pytest.mark.parametrize(("hertz", "stable"), [(0.098, True), (0.115, False), (0.137, False), (0.16, True)])
 def test_time_integration_leaves_the_symmetric_motion_between_branch_points(curve, hertz, stable):
     near = np.abs(curve.frequency_hz - hertz)
     index = int(np.argmin(near))

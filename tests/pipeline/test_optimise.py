@@ -80,14 +80,14 @@ def preload(folder: Path) -> dict[str, Any]:
 
 
 def test_the_optimum_is_below_all_curves_of_a_sweep(folder: Path, preload: dict[str, Any]) -> None:
-    values = np.linspace(0.6, 2.4, 10).tolist()
+    values = np.linspace(0.6, 2.4, 7).tolist()
     sweep = {"sweep": {"contact.preload": values}}
     run = run_scene(folder / "rub.toml", folder / "sweep", rom=folder / "rub.h5", until="respond", **sweep)
     heights = [curve["worst_amplitude_m"] for curve in run.summary["curves"]]
     best = preload["values"]["contact.preload"]
     assert preload["kind"] == "smooth"
     assert preload["amplitude_m"] <= min(heights) * (1.0 + 1e-6)
-    assert abs(best - values[int(np.argmin(heights))]) < 0.2
+    assert abs(best - values[int(np.argmin(heights))]) < 0.3
     assert preload["amplitude_m"] == pytest.approx(worst(folder, contact__preload=best), rel=1e-4)
     assert preload["base"]["amplitude_m"] == pytest.approx(worst(folder), rel=1e-12)
     for end in preload["within"]["contact.preload"]:
