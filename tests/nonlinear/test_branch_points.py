@@ -28,7 +28,7 @@ def curve():
     contact = ContactParameters.shared(
         2, normal_stiffness=2 * STIFFNESS, tangential_stiffness=0.0, friction=0.0, interference=-1.0
     )
-    options = SolverOptions((0.05, 0.6), harmonics=HARMONICS, detached=False)
+    options = SolverOptions((0.05, 0.6), harmonics=HARMONICS, detached=False, truncation=False, search="off")
     return forced_response(modal_model(model, damping_ratio=DAMPING), contact, Excitation(0, FORCE), options)
 
 

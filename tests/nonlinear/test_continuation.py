@@ -28,7 +28,9 @@ def stop(interference, stiffness=1.0):
 
 def gap_curve(**keys):
     modal = modal_model(oscillator(tangential=False), damping_ratio=0.02)
-    return forced_response(modal, stop(-3.0), Excitation(0, 1.0), SolverOptions((0.05, 0.4), **keys))
+    return forced_response(
+        modal, stop(-3.0), Excitation(0, 1.0), SolverOptions((0.05, 0.4), **{"search": "off"} | keys)
+    )
 
 
 def describing_function(amplitude, static):
@@ -146,7 +148,7 @@ def test_a_start_that_fails_says_so():
     modal = modal_model(two_undamped_modes(), damping_ratio=0.0)
     low, high = modal.angular_frequency / (2.0 * np.pi)
     with np.errstate(all="ignore"):
-        curve = forced_response(modal, stop(-1e6, 0.0), Excitation(0, 1.0), SolverOptions((low, high)))
+        curve = forced_response(modal, stop(-1e6, 0.0), Excitation(0, 1.0), SolverOptions((low, high), search="off"))
     assert curve.termination.kind == "start failed"
     assert curve.points == 0
     assert curve.peak is None
@@ -156,17 +158,17 @@ def test_a_start_that_fails_says_so():
 def test_the_high_end_is_the_start_where_the_low_end_fails():
     """A softening stop, range cut in its overhang: the branch from below turns back, the other covers the range."""
     modal = modal_model(oscillator(tangential=False), damping_ratio=0.02)
-    whole = forced_response(modal, stop(3.0), Excitation(0, 1.0), SolverOptions((0.05, 0.4)))
+    whole = forced_response(modal, stop(3.0), Excitation(0, 1.0), SolverOptions((0.05, 0.4), search="off"))
     assert len(whole.turning_points) == 2
     low = float(whole.frequency_hz[whole.turning_points].mean())  # three solutions
-    part = forced_response(modal, stop(3.0), Excitation(0, 1.0), SolverOptions((low, 0.4)))
+    part = forced_response(modal, stop(3.0), Excitation(0, 1.0), SolverOptions((low, 0.4), search="off"))
     assert part.termination.complete
     assert "from the high end down" in part.termination.message
     assert part.frequency_hz[0] == pytest.approx(low, rel=1e-9)
     assert part.frequency_hz[-1] == pytest.approx(0.4, rel=1e-9)
     assert np.all(np.diff(part.arc) > 0.0)
     assert part.peak.amplitude_m == pytest.approx(whole.peak.amplitude_m, rel=1e-9)
-    balance = build_harmonic_balance(modal, stop(3.0), Excitation(0, 1.0), SolverOptions((low, 0.4)))
+    balance = build_harmonic_balance(modal, stop(3.0), Excitation(0, 1.0), SolverOptions((low, 0.4), search="off"))
     for hertz, displacement in zip(part.frequency_hz, part.relative_displacement, strict=True):
         unknown = to_real(displacement).reshape(-1)
         residual = balance.evaluate(unknown, 2.0 * np.pi * hertz).residual
@@ -178,7 +180,7 @@ def test_a_resonance_narrower_than_a_step_is_not_stepped_over(interference):
     """A second mode that is hardly excited, damping ratio 1e-4, contact open or pressed all the time: linear."""
     model = replace(two_undamped_modes(), force_excitation=np.array([1.0, 2e-5]))
     modal = modal_model(model, damping_ratio=1e-4)
-    curve = forced_response(modal, stop(interference), Excitation(0, 1.0), SolverOptions((0.05, 0.6)))
+    curve = forced_response(modal, stop(interference), Excitation(0, 1.0), SolverOptions((0.05, 0.6), search="off"))
     assert curve.termination.complete
     stiffness = 1.0 if interference > 0 else 0.0
     squared = np.linalg.eigvalsh(np.diag([1.0, 9.0]) + stiffness * np.ones((2, 2)))
@@ -187,7 +189,7 @@ def test_a_resonance_narrower_than_a_step_is_not_stepped_over(interference):
 
 def test_a_curve_that_only_rises_has_no_located_peak():
     modal = modal_model(oscillator(tangential=False), damping_ratio=0.02)
-    curve = forced_response(modal, stop(-50.0), Excitation(0, 1.0), SolverOptions((0.05, 0.12)))
+    curve = forced_response(modal, stop(-50.0), Excitation(0, 1.0), SolverOptions((0.05, 0.12), search="off"))
     assert curve.termination.complete
     assert not curve.peak.located
     assert curve.peak.index == curve.points - 1
@@ -195,7 +197,7 @@ def test_a_curve_that_only_rises_has_no_located_peak():
 
 def test_peak_of_the_linear_response_is_the_closed_form():
     modal = modal_model(oscillator(tangential=False), damping_ratio=0.02)
-    curve = forced_response(modal, stop(-1e6), Excitation(0, 1.0), SolverOptions((0.05, 0.4)))
+    curve = forced_response(modal, stop(-1e6), Excitation(0, 1.0), SolverOptions((0.05, 0.4), search="off"))
     assert 2.0 * np.pi * curve.peak.frequency_hz == pytest.approx(np.sqrt(1.0 - 2.0 * 0.02**2), rel=1e-6)
     assert curve.peak.amplitude_m == pytest.approx(1.0 / (0.04 * np.sqrt(1.0 - 0.02**2)), rel=1e-12)
 
@@ -274,7 +276,7 @@ def test_what_is_not_asked_for_is_not_done():
     )
     options = SolverOptions((0.1, 0.8), detached=False, stability="folds", truncation=False)
     bare = forced_response(modal, contact, Excitation(1, 1.0), options)
-    whole = forced_response(modal, contact, Excitation(1, 1.0), SolverOptions((0.1, 0.8)))
+    whole = forced_response(modal, contact, Excitation(1, 1.0), SolverOptions((0.1, 0.8), search="off"))
     assert np.isnan(bare.truncation_error)
     assert np.isnan(bare.growth_rate).all()
     assert whole.truncation_error > 0.0
@@ -289,7 +291,7 @@ def test_a_static_force_that_moves_both_sides_alike():
     contact = ContactParameters.shared(
         2, normal_stiffness=0.0, tangential_stiffness=4.0, friction=0.5, preload=3.0, law="two_sliders"
     )
-    curve = forced_response(modal, contact, Excitation(1, 1.0), SolverOptions((0.1, 0.8)))
+    curve = forced_response(modal, contact, Excitation(1, 1.0), SolverOptions((0.1, 0.8), search="off"))
     assert curve.termination.complete
     assert np.abs(curve.relative_displacement[:, 0]).max() < 1e-12 * np.abs(curve.relative_displacement[:, 1]).max()
     assert curve.output[:, 0].real == pytest.approx(0.3, rel=1e-10)  # tip spring 1 N/m against 0.3 N

@@ -22,7 +22,9 @@ def blade_curve(interference, n_blades=12, harmonics=1, method="coupled", freque
     modal = modal_model(lumped_blade(n_blades), damping_ratio=damping_ratio)
     values = {"normal_stiffness": 6.0, "tangential_stiffness": 4.0, "friction": 0.4} | contact
     parameters = ContactParameters.shared(2, interference=interference, **values)
-    options = SolverOptions(frequency, harmonics=harmonics, method=method, detached=False, truncation=False)
+    options = SolverOptions(
+        frequency, harmonics=harmonics, method=method, detached=False, truncation=False, search="off"
+    )
     return modal, parameters, forced_response(modal, parameters, Excitation(1, 1.0), options), options
 
 

@@ -38,7 +38,12 @@ def problem(interference, friction=0.4, law="two_sliders", harmonics=1, preload=
         preload=preload,
         law=law,
     )
-    return modal, contact, Excitation(4, 1.0), SolverOptions(SPAN, harmonics=harmonics, detached=False)
+    return (
+        modal,
+        contact,
+        Excitation(4, 1.0),
+        SolverOptions(SPAN, harmonics=harmonics, detached=False, truncation=False, search="off"),
+    )
 
 
 @pytest.mark.parametrize(

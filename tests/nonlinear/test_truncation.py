@@ -91,7 +91,7 @@ def opening(engine_order, damping, stiffness, interference):
 
 
 def solve(problem, frequency, harmonics, **options):
-    chosen = SolverOptions(frequency, harmonics=harmonics, detached=False, stability="folds", **options)
+    chosen = SolverOptions(frequency, harmonics=harmonics, detached=False, stability="folds", search="off", **options)
     return forced_response(*problem, chosen)
 
 
