@@ -98,7 +98,7 @@ test-newest: out/newest/venv
 lock:
 	@$(PYTHON) -m venv out/lock && out/lock/bin/pip install --quiet --disable-pip-version-check uv
 	@out/lock/bin/uv pip compile --quiet --upgrade --all-extras --generate-hashes --no-annotate --python-version 3.11 \
-		--python-platform linux --custom-compile-command "make lock" pyproject.toml -o requirements.lock
+		--universal --custom-compile-command "make lock" pyproject.toml -o requirements.lock
 	@echo requirements.lock
 
 # A warning is an error. The pages need no network.
