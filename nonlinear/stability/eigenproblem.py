@@ -18,6 +18,7 @@ from typing import NamedTuple, Protocol, TypeVar
 import numpy as np
 
 from nonlinear.contact.fourier import ComplexArray
+from nonlinear.stability.general_eigenvalues import general_eigenvalues
 from nonlinear.stability.hessenberg_qr import qr_eigenvalues
 from nonlinear.stability.modal_condensation import Matrix
 
@@ -72,7 +73,7 @@ class Pencil(NamedTuple):
         matrix = np.linalg.solve(self.descriptor, self.matrix)
         if np.iscomplexobj(matrix):
             return qr_eigenvalues(matrix)
-        return np.asarray(np.linalg.eigvals(matrix), dtype=complex)  # in conjugate pairs
+        return general_eigenvalues(matrix)  # in conjugate pairs
 
 
 class Near(NamedTuple):

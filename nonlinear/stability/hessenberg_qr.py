@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.numba_cache import compiled, inlined, inner
+from nonlinear.stability.general_eigenvalues import general_eigenvalues
 
 Matrix = NDArray[Any]
 ROUND_OFF = float(np.finfo(float).eps)
@@ -42,7 +43,7 @@ def qr_eigenvalues(matrices: Matrix) -> ComplexArray:
     if n <= MOST_ROWS:
         _all_eigenvalues(every, values, converged)
     if not converged.all():
-        values[~converged] = np.linalg.eigvals(every[~converged])
+        values[~converged] = general_eigenvalues(every[~converged])
     return values.reshape(matrices.shape[:-1])
 
 

@@ -23,7 +23,7 @@ from typing import Any
 
 _SIGNALS = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated", signal.SIGHUP: "hung up"}
 _SAFE_PATH = "PYTHONSAFEPATH"
-PATIENCE = 2.0  # seconds until a signal that is not heeded is raised again, and as long again until the process ends
+PATIENCE = 0.8  # seconds until a signal that is not heeded is raised again, and as long again until the process ends
 _LOOK = 0.05  # seconds
 _BEFORE = 1.0  # seconds that a handler may run before the thread knows of the signal
 

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from nonlinear.stability import hessenberg_qr
+from nonlinear.stability.general_eigenvalues import general_eigenvalues
 from nonlinear.stability.hessenberg_qr import MOST_ROWS, qr_eigenvalues
 from nonlinear.stability.modal_condensation import Matrix
+from rom import one_blas_thread
 
 ROUND_OFF = 20.0 * np.finfo(float).eps  # times the number of rows and the norm
 
@@ -100,3 +102,14 @@ def test_lapack_solves_what_does_not_converge(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr(hessenberg_qr, "_all_eigenvalues", stuck)
     for matrix, found in zip(matrices, qr_eigenvalues(matrices), strict=True):
         assert_eigenvalues(matrix, found)
+
+
+@pytest.mark.parametrize("imaginary", [0.0, 1.0])
+def test_eigenvalues_of_large_matrices_are_those_of_numpy(imaginary):
+    rng = np.random.default_rng(3)
+    matrix = rng.normal(size=(2, 200, 200)) + (1j * rng.normal(size=(2, 200, 200)) if imaginary else 0.0)
+    with one_blas_thread():
+        found, expected = (np.sort_complex(each) for each in (general_eigenvalues(matrix), np.linalg.eigvals(matrix)))
+    assert np.allclose(found, expected, atol=1e-9)
+    with pytest.raises(np.linalg.LinAlgError):
+        general_eigenvalues(np.full((300, 300), np.nan))

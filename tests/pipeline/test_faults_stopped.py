@@ -106,6 +106,10 @@ def test_stopped_from_outside(copied: Path, number: signal.Signals, jobs: int, w
 
 LONG = {  # what is prepared, and what takes long
     "a long point of many steps": ("pass", "while True: sum(range(100))"),
+    "eigenvalues of a large matrix": (
+        "import numpy; from nonlinear.stability.general_eigenvalues import general_eigenvalues",
+        "general_eigenvalues(numpy.random.default_rng(0).normal(size=(6000, 6000)))",
+    ),
     "a long call in C": ("import hashlib", "hashlib.pbkdf2_hmac('sha256', b'', b'', 2**31 - 1)"),
 }
 
@@ -115,6 +119,7 @@ LONG = {  # what is prepared, and what takes long
     [
         ("a long point of many steps", signal.SIGTERM, "terminated"),
         ("a long call in C", signal.SIGHUP, "hung up"),
+        ("eigenvalues of a large matrix", signal.SIGTERM, "terminated"),
     ],
 )
 def test_a_signal_is_heeded_within_a_long_point(tmp_path: Path, work: str, number: signal.Signals, word: str) -> None:
