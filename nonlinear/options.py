@@ -1,8 +1,8 @@
-"""Options of the solver: excitation, frequency range, harmonics, tolerances."""
+"""Options of the solver: excitation, frequency range, harmonics, tolerances, and the work that may be done."""
 
 import cmath
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 Method = Literal["coupled", "static-first"]
@@ -21,6 +21,8 @@ TRUNCATION_TOLERATED = 0.05  # truncation error of a peak or of the worst motion
 NO_PEAK = "the worst motion lies at an end of the frequency range, which is no peak"
 NEARLY_LOWEST = 1.1  # factor on the lowest worst motion that bounds the values told of beside it
 MOST_UNKNOWNS = 10_000  # of a harmonic balance; its dense Jacobian then takes 0.8 GB
+# work of one curve at effort 1, in millions of operations, about as many milliseconds
+MOST_WORK: dict[str, float] = {"branch": 3e4, "stability": 4e4, "detached": 1e4}
 
 
 def least_samples(n_harmonics: int) -> int:
@@ -143,6 +145,23 @@ class Excitation:
         return tuple((harmonic.order, harmonic.factor) for harmonic in self.harmonics)
 
 
+@dataclass
+class WorkBudget:
+    """Work that a part of a solution may take: counted, not timed, so that results are the same on every machine."""
+
+    most: float = math.inf  # millions of operations
+    spent: float = field(default=0.0, init=False)
+
+    def spend(self, work: float) -> None:
+        """Count work."""
+        self.spent += work
+
+    @property
+    def is_spent(self) -> bool:
+        """Whether nothing is left."""
+        return self.spent >= self.most
+
+
 @dataclass(frozen=True)
 class SolverOptions:
     """Frequency range, harmonics, contact integration, method and tolerances of a forced response.
@@ -176,6 +195,9 @@ class SolverOptions:
     search : str
         How far the worst motion is sought by time integration of the ring. "off": not at all; otherwise at most so
         many times the cost of the curve, its branches and their stability: "quick" 0.25, "standard" 1, "thorough" 10.
+    effort : float
+        Factor on the work that each part of a curve may take: branches, their stability, detached branches, time
+        integration. What is not finished by then is named in the result.
     output : str
         Name of the output whose peaks are located.
     objective : str
@@ -191,7 +213,7 @@ class SolverOptions:
     step, max_step, min_step : float
         First, largest and smallest step: arc lengths, relative to the local vibration amplitude.
     max_points : int
-        Number of points after which a curve is given up.
+        Number of points after which a curve is given up, at effort 1.
     peak_tolerance : float
         Relative error of the frequency of a peak.
     largest_motion : float
@@ -216,6 +238,7 @@ class SolverOptions:
     truncation: bool = True
     residual_tractions: ResidualTractions = "projected"
     search: Search = "standard"
+    effort: float = 1.0
     output: str = "tip"
     objective: Objective = "displacement"
     outputs: tuple[str, ...] = ()
@@ -248,6 +271,8 @@ class SolverOptions:
             raise OptionsError(f'stability: {self.stability!r}, allowed: "ring", "wave" or "folds"')
         if self.search not in SEARCH_COST:
             raise OptionsError(f'search: "{self.search}", allowed: "off", "quick", "standard" or "thorough"')
+        if not 0.0 < self.effort < math.inf:
+            raise OptionsError(f"effort: {self.effort}, allowed: a number above 0")
         if self.method not in ("coupled", "static-first"):
             raise OptionsError(f'method: {self.method!r}, allowed: "coupled" or "static-first"')
         if self.residual_tractions not in ("projected", "bounds"):
@@ -260,6 +285,21 @@ class SolverOptions:
         """Frequency range in rad/s."""
         low, high = self.frequency_hz
         return 2.0 * math.pi * low, 2.0 * math.pi * high
+
+    def budget(self, part: str) -> WorkBudget:
+        """What a part of a curve may take.
+
+        Parameters
+        ----------
+        part : str
+            "branch", "stability" or "detached".
+        """
+        return WorkBudget(self.effort * MOST_WORK[part])
+
+    @property
+    def most_points(self) -> int:
+        """Points after which a branch is given up."""
+        return max(round(self.effort * self.max_points), 2)
 
     @property
     def measure(self) -> Measure:

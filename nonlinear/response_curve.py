@@ -102,8 +102,8 @@ class TerminationReason:
     kind : str
         "complete": the frequency range is covered, or the branch is closed. "start failed": no solution at its start.
         "step too small": no next point was found with the smallest step. "too many points": `max_points` of the
-        options was reached. "turned back": the branch left the range at the end where it began. "too large": the
-        contact nodes move further than `largest_motion` of the options.
+        options was reached, or the work of `effort` done. "turned back": the branch left the range where it began, or
+        came back to points of its own. "too large": contact nodes move further than `largest_motion` of the options.
     frequency_hz : float
         Frequency of the last point, Hz.
     message : str
@@ -454,7 +454,8 @@ class ResponseCurve:
     detached : tuple of ResponseCurve
         Isolated branches, and the far part of an incomplete curve.
     branches_left_out : int
-        Solutions found on further detached branches that were not followed, as there were too many branches.
+        Solutions found on further detached branches that were not followed, as there were too many branches; -1 where
+        the search was not finished with the work of `effort`.
     origin : str
         How a detached branch was found; empty for the main branch.
     free_nodes : int

@@ -143,7 +143,7 @@ def carry_branches(
     ]
     if not added:
         return Extension(curve, lost)
-    left_out = curve.branches_left_out + collection.left_out
+    left_out = -1 if curve.branches_left_out < 0 else curve.branches_left_out + collection.left_out
     extended = replace(curve, detached=by_height((*curve.detached, *added)), branches_left_out=left_out)
     return Extension(replace(extended, worst=find_worst_motion(problem, extended)), lost)
 

@@ -192,7 +192,8 @@ def build_continuation(
         contact,
         stability=None
         if options.stability == "folds"
-        else PointStability(contact, balances, options.stability == "ring"),
+        else PointStability(contact, balances, options.stability == "ring", options.budget("stability")),
+        budget=options.budget("branch"),
     )
     return continuation, balances, static
 
@@ -232,7 +233,8 @@ def _stages(
     others = [(branch, "") for branch in branches[1:]]
     if options.detached:
         lifting = lifting_to(options, balances, curve.harmonics)
-        search = detached_branches(continuation, lifting, branches, static, progress)
+        limited = replace(continuation, budget=options.budget("detached"))
+        search = detached_branches(limited, lifting, branches, static, progress)
         others += [(each.branch, each.origin) for each in search.branches]
         curve = replace(curve, branches_left_out=search.left_out)
     detached = [

@@ -257,6 +257,8 @@ def with_balance(continuation: Continuation, point: SolutionPoint, balance: Harm
 def lift_branch(collection: BranchCollection, lifting: Lifting, points: list[SolutionPoint], origin: str) -> None:
     """Add to a collection what the points of a branch with few harmonics lead to."""
     for point in representative_points(points, collection.continuation.options.output):
+        if collection.continuation.budget.is_spent:
+            return
         if collection.is_known(point, CLOSE):
             continue
         lifted = lifting.lift(collection.continuation, point)

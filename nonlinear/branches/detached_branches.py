@@ -7,7 +7,7 @@ leave the frequency range, and be connected with the main branch outside of it.
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -49,7 +49,8 @@ class BranchSearch(NamedTuple):
     """What a search found."""
 
     branches: list[FoundBranch]  # detached branches by falling highest amplitude
-    left_out: int  # solutions on further branches that were not followed, as there were too many branches
+    # solutions on further branches that were not followed, as there were too many branches; -1: not finished
+    left_out: int
 
 
 def detached_branches(
@@ -91,7 +92,8 @@ def detached_branches(
             full.offer(point, origin)
     for points, origin in coarser:
         lift_branch(full, lifting, points, origin)
-    return BranchSearch(sorted(full.found, key=lambda found: -found.height), full.left_out)
+    left_out = -1 if continuation.budget.is_spent else full.left_out
+    return BranchSearch(sorted(full.found, key=lambda found: -found.height), left_out)
 
 
 def few_harmonics(balances: TruncatedBalances) -> tuple[int, ...]:
@@ -137,11 +139,14 @@ def _folds(branches: Iterable[list[SolutionPoint]]) -> list[float]:
 def _starting_points(
     continuation: Continuation, main: list[SolutionPoint], folds: list[float], static: Array
 ) -> Iterator[tuple[SolutionPoint, str]]:
-    """Solutions, and how they were found."""
-    yield from _from_linear_responses(continuation)
+    """Solutions, and how they were found, as long as there is work left."""
+    every = [_from_linear_responses(continuation), solutions_over_interference(continuation, main, folds)]
     if continuation.balance.n_harmonics == FEW_HARMONICS[0]:
-        yield from _from_nonlinear_modes(continuation, static)
-    yield from solutions_over_interference(continuation, main, folds)
+        every.insert(1, _from_nonlinear_modes(continuation, static))
+    for point in chain.from_iterable(every):
+        if continuation.budget.is_spent:
+            return
+        yield point
 
 
 def _from_linear_responses(continuation: Continuation) -> Iterator[tuple[SolutionPoint, str]]:
@@ -193,7 +198,7 @@ def solutions_over_interference(
     for place in dict.fromkeys(int(np.argmin(np.abs(omega - wanted))) for wanted in (*among, *spread)):
         start = main[place]
         balance = FixedFrequencyBalance.of(homotopy, start.omega, (LOW, HIGH))
-        over = over_parameter(balance, options, STEPS)
+        over = replace(over_parameter(balance, options, STEPS), budget=continuation.budget)
         end = partial(straight_end, balance, segments)
         origin = f"the curve over the interference at {start.omega / (2.0 * np.pi):.4g} Hz"
         for direction in (1.0, -1.0):

@@ -10,7 +10,7 @@ middle; where the exponents are not alike, more points are looked at, else the e
 wave itself is unstable, exponents of other nodal diameters change no flag: there the points looked at suffice.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import groupby, pairwise
@@ -26,6 +26,7 @@ from nonlinear.response_curve import BifurcationKind
 from nonlinear.stability.floquet import NEUTRAL, grows, instability_of, with_conjugate
 from nonlinear.stability.ring_stability import PatternExponent
 
+WAVE_SHARE = 0.5  # of the work that is left, so that peaks and other nodal diameters have some too
 WAVE_STRIDE = 8  # points from one whose exponents are computed to the next
 DECAY_ERROR = 0.2  # relative error of a rate of decay, halfway between two others, that may be interpolated
 GROWTH_ERROR = 0.05  # the same of a rate of growth
@@ -52,15 +53,21 @@ def with_wave_exponents(
     """
     if recorder.stability is None:
         return points
-    result = list(points)
-    for run, linear in _unmarked_runs(recorder.stability, points):
+    result, stability, budget = list(points), recorder.stability, recorder.stability.budget
+    recorder = replace(recorder, limit=budget.spent + WAVE_SHARE * (budget.most - budget.spent))
+    for run, linear in _unmarked_runs(stability, points):
         chosen = {*run} if linear else {*run[::WAVE_STRIDE], run[-1], *beside_state_changes(points, run)}
         looked_at = sorted(chosen | (set(run) & {*exact}))
-        for index in looked_at:
+        for index in highest_first(points, looked_at):
             result[index] = recorder.with_exponents(points[index])
         for first, last in pairwise(looked_at):
             _fill_wave(recorder, result, first, last)
     return result
+
+
+def highest_first(points: list[SolutionPoint], places: Iterable[int]) -> list[int]:
+    """Places of points by their vibration: with little work left the low ones stay undecided."""
+    return sorted(places, key=lambda place: -points[place].balance.vibration(points[place].unknown))
 
 
 def runs_of_points(stability: PointStability, points: list[SolutionPoint]) -> Iterator[tuple[list[int], bool]]:
@@ -274,7 +281,7 @@ def _find(
     looked_at: list[int],
 ) -> None:
     """Find the exponents of the points looked at and of all between them."""
-    for chosen in looked_at:
+    for chosen in highest_first(points, looked_at):
         if chosen not in found:
             found[chosen] = stability.worst_pattern(points[chosen], any_growing=True)
     for first, last in pairwise(looked_at):
@@ -404,6 +411,8 @@ def locate_pattern_change(
     """
     stability = continuation.stability
     if stability is None or before.exponents is None or after.exponents is None:
+        return None
+    if before.undecided or after.undecided:
         return None
     if not (before.stable_wave and after.stable_wave) or before.stable == after.stable:
         return None

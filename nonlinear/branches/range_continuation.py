@@ -53,7 +53,7 @@ def continue_over_range(continuation: Continuation, static: Array, progress: Pro
         if branch.termination.complete:
             return [_in_rising_order(branch, _with_failures(attempt, branch, failed))]
         failed.append((attempt, branch))
-        if branch.termination.kind in ("too many points", "too large"):
+        if branch.termination.kind in ("too many points", "too large") or continuation.budget.is_spent:
             break
     attempt, longest = max(failed, key=lambda item: len(item[1].points))
     others = [item for item in failed if item[1] is not longest]
@@ -111,7 +111,8 @@ def _continue_from_end(continuation: Continuation, static: Array, upwards: bool,
             message = f"contact nodes move {motion:.3g} m apart at {where:.6g} Hz, further than the body is large "
             message += f"({options.largest_motion:.3g} m): nothing holds it there"
             return Branch(points, [], [], TerminationReason("too large", where, message))
-    return with_special_points(continuation, points, _termination(points, options, upwards, patience.is_gone))
+    given_up = patience.is_gone or continuation.budget.is_spent
+    return with_special_points(continuation, points, _termination(points, options, upwards, given_up))
 
 
 def _motion(point: SolutionPoint) -> float:
@@ -132,7 +133,11 @@ def _termination(
         side, limit, proposal = ("low", low, "lower") if upwards else ("high", high, "higher")
         message = f"the curve turned back and left the range at its {side} end, {limit:g} Hz: start {proposal}"
         return TerminationReason("turned back", last, message)
-    if len(points) >= options.max_points or given_up:
-        return TerminationReason("too many points", last, f"given up at {last:.6g} Hz after {len(points)} points")
+    if len(points) >= options.most_points or given_up:
+        message = f"given up at {last:.6g} Hz after {len(points)} points; a larger response.effort goes further"
+        return TerminationReason("too many points", last, message)
+    if any(points[-1].unknown is point.unknown for point in points[:-1]):
+        message = f"the curve comes back to {last:.6g} Hz again and again: no way on was found"
+        return TerminationReason("turned back", last, message)
     message = f"no next point found at {last:.6g} Hz with steps down to {options.min_step:g}"
     return TerminationReason("step too small", last, message)

@@ -165,7 +165,7 @@ def _exponents_crossing(
     continuation: Continuation, before: SolutionPoint, after: SolutionPoint, *, at_fold: bool
 ) -> Iterator[tuple[BifurcationKind, SolutionPoint]]:
     """What the exponents of two neighbouring points tell of; `at_fold`: the real one that passes zero is its own."""
-    if before.exponents is None or after.exponents is None:
+    if before.exponents is None or after.exponents is None or before.undecided or after.undecided:
         return
     unstable, rank = before.unstable, min(before.unstable, after.unstable)
     stays_unstable = not before.stable_wave and not after.stable_wave

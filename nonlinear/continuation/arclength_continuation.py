@@ -32,7 +32,7 @@ from nonlinear.continuation.step_control import (
     step_to_resonance,
 )
 from nonlinear.harmonic_balance.residual import HarmonicBalance
-from nonlinear.options import SolverOptions
+from nonlinear.options import SolverOptions, WorkBudget
 
 Progress = Callable[[float, int], bool | None]  # frequency in Hz, number of points; True: the branch is given up
 
@@ -52,11 +52,12 @@ class Continuation:
     stability: PointStability | None = None  # computes the Floquet exponents of each point
     # thresholds of step control and acceptance
     parameters: ContinuationParameters = field(default_factory=ContinuationParameters)
+    budget: WorkBudget = field(default_factory=WorkBudget)  # of all branches continued with it
 
     @cached_property
     def solver(self) -> PredictorCorrector:
         """Predictor and corrector."""
-        return PredictorCorrector(self.balance, self.options, self.parameters)
+        return PredictorCorrector(self.balance, self.options, self.parameters, self.budget)
 
     @cached_property
     def linear(self) -> LinearSegmentSteps | None:
@@ -84,8 +85,8 @@ class Continuation:
         """Points of the branch from `start` on, in the direction of its tangent.
 
         The branch ends where it leaves the frequency range (its last point lies on the limit), where it comes back to
-        `start` (which is then its last point too), where no next point is found, where `progress` returns True, or
-        after `max_points`.
+        one of its points (which is then its last point too; `start` of a closed one), where no next point is found,
+        where `progress` returns True, after `most_points`, or with the budget.
         """
         current = self.with_balance(start.balance)
         first = start if self.adapt is None else self.adapt(current, start)
@@ -93,11 +94,11 @@ class Continuation:
         if first is None:
             return
         state = ContinuationState(current.with_balance(first.balance), first)
-        lengths, most = (first.step, self.options.min_step), self.options.max_points - 1
-        for count, step in enumerate(follow(state, WAYS, lengths, most, partial(_arrived, first)), 1):
+        lengths, most = (first.step, self.options.min_step), self.options.most_points - 1
+        for count, step in enumerate(follow(state, WAYS, lengths, most, partial(_arrived, PointsPassed(first))), 1):
             given_up = progress is not None and progress(step.state.point.omega / (2.0 * np.pi), count)
             yield self.recorder.record(step.state.point)
-            if given_up:
+            if given_up or self.budget.is_spent:
                 return
 
     def points(self, start: SolutionPoint, most: int, *ways: Way[ContinuationState]) -> Iterator[SolutionPoint]:
@@ -106,6 +107,8 @@ class Continuation:
         lengths = start.step, self.options.min_step
         for step in follow(ContinuationState(self, start), (*ways, *WAYS), lengths, most):
             yield step.state.point
+            if self.budget.is_spent:
+                return
 
     def up_to_resonance(self, point: SolutionPoint, step: float, resonances: tuple[float, ...]) -> float:
         """The step, cut short at the next resonance."""
@@ -126,14 +129,48 @@ class ContinuationState(NamedTuple):
         return Step(reached, found.arc - self.point.arc, found.step)
 
 
+MOST_LAPS = 3  # times that a branch may come back to points but its first; the first times it may leave elsewhere
+
+
+@dataclass
+class PointsPassed:
+    """Points of a branch that it may come back to: the first, and one of ever more steps before (Brent 1980).
+
+    A branch that runs into a loop beyond its start would go round it without end.
+    """
+
+    first: SolutionPoint
+    latest: SolutionPoint = field(init=False)
+    steps: int = 0
+    laps: int = 0  # times that the branch came back to the latest
+
+    def __post_init__(self) -> None:
+        """None but the first."""
+        self.latest = self.first
+
+    def met(self, solver: PredictorCorrector, point: SolutionPoint, found: SolutionPoint) -> SolutionPoint | None:
+        """That of them at which the branch ends between two points, if any."""
+        if passes_through(solver, point, found, self.first):
+            return self.first
+        if self.latest is not self.first and passes_through(solver, point, found, self.latest):
+            self.laps += 1
+            if self.laps == MOST_LAPS:
+                return self.latest
+        self.steps += 1
+        if self.steps & (self.steps - 1) == 0:
+            self.latest = found
+        return None
+
+
 def _arrived(
-    first: SolutionPoint, before: ContinuationState, step: Step[ContinuationState]
+    passed: PointsPassed, before: ContinuationState, step: Step[ContinuationState]
 ) -> Step[ContinuationState] | None:
-    """The step, ended at the `first` point of a closed curve or at a limit, or with the harmonics that it needs."""
+    """The step, ended at a point passed before or at a limit, or with the harmonics that it needs."""
     state, point, found = step.state, before.point, step.state.point
     continuation = state.continuation
-    if passes_through(continuation.solver, point, found, first):
-        end = first.changed(arc=point.arc + distance_along_tangent(point, first))
+    met = passed.met(continuation.solver, point, found)
+    if met is not None:
+        end = met.changed(arc=point.arc + distance_along_tangent(point, met))
         return step._replace(state=state._replace(point=end), last=True)
     limit = passed_limit(found.parameter, continuation.solver.limits)
     if limit is not None:

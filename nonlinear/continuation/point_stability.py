@@ -6,7 +6,7 @@ While no contact changes its state the exponents are the poles of the ring with 
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
-from typing import TypeVar
+from typing import Literal, TypeVar
 
 import numpy as np
 
@@ -17,7 +17,8 @@ from nonlinear.continuation.response_quantities import amplitude_derivative
 from nonlinear.continuation.solution_point import LinearState, SolutionPoint
 from nonlinear.harmonic_balance.initial_solution import TruncatedBalances
 from nonlinear.harmonic_balance.residual import HarmonicBalance
-from nonlinear.stability.floquet import FloquetAnalysis
+from nonlinear.options import WorkBudget
+from nonlinear.stability.floquet import Basis, FloquetAnalysis
 from nonlinear.stability.ring_stability import (
     LinearisedContact,
     PatternExponent,
@@ -126,6 +127,13 @@ def _leading(poles: ComplexArray) -> complex:
 
 
 MOST_HARMONICS = 25  # of a perturbation
+# work of the exponents of the wave, those of all nodal diameters, and one that is followed, millions of operations,
+# as measured: in few modes for the square of the unknowns, else for each unknown up to so many
+Work = Literal["wave", "ring", "followed"]
+IN_FEW_MODES: dict[Work, float] = {"wave": 1e-4, "ring": 4e-4, "followed": 1e-4}
+IN_MANY: dict[Work, float] = {"wave": 0.5, "ring": 2.5, "followed": 0.2}
+MOST_COUNTED = 140
+UNKNOWN = complex(np.nan, 0.0)  # in place of an exponent that is not computed, as the budget is spent
 Found = TypeVar("Found")
 
 
@@ -146,6 +154,7 @@ class PointStability:
     # motion where the frequency is so low that no natural frequency lies within omega / 2 of those balanced
     balances: TruncatedBalances | None = None
     ring: bool = False  # whether nodal diameters other than that of the wave are looked at
+    budget: WorkBudget = field(default_factory=WorkBudget)  # with which points become undecided
     _analyses: dict[int, FloquetAnalysis] = field(default_factory=dict, init=False, repr=False, compare=False)
     _rings: dict[int, RingStability] = field(default_factory=dict, init=False, repr=False, compare=False)
     _segments: dict[int, LinearSegments] = field(default_factory=dict, init=False, repr=False, compare=False)
@@ -155,11 +164,14 @@ class PointStability:
     )
 
     def exponents(self, point: SolutionPoint) -> ComplexArray:
-        """Exponents (1/s) of a point that has its contact Jacobian, the least stable first."""
+        """Exponents (1/s) of a point that has its contact Jacobian, the least stable first; NaN: undecided."""
         state = self.linear_state(point)
         if state is not None:
             return self._of_linear_motion(point, state)
+        if self.budget.is_spent:
+            return np.array([UNKNOWN])
         for balance, contact in self._linearised(point):
+            self._spend("wave", balance, point.omega)
             found = self._analysis(balance).exponents(*contact)
             if found.size:
                 return found
@@ -170,8 +182,9 @@ class PointStability:
 
         None if it leads to none, or where contacts do not change their state.
         """
-        if self.linear_state(point) is not None:
+        if self.linear_state(point) is not None or self.budget.is_spent:
             return None
+        self._spend("followed", point.balance, point.omega)
         balance, contact = next(self._linearised(point))
         return self._analysis(balance).followed(*contact, start)
 
@@ -184,23 +197,28 @@ class PointStability:
         return self.ring and largest_nodal_diameter(point.balance.receptance.modal) > 0
 
     def worst_pattern(self, point: SolutionPoint, any_growing: bool = False) -> PatternExponent | None:
-        """The least stable exponent over all nodal diameters but that of the wave; None if there is none.
+        """The least stable exponent over all nodal diameters but that of the wave; None: none, NaN: undecided.
 
         `any_growing`: one that grows suffices, of whichever nodal diameter.
         """
         state = self.linear_state(point)
         if state is not None:
             return self._pattern_of_linear_motion(point, state)
-        return self._of_ring(point, lambda ring, contact: ring.leading(contact, any_growing))
+        if self.budget.is_spent:
+            return PatternExponent(UNKNOWN, 0)
+        return self._of_ring(point, "ring", lambda ring, contact: ring.leading(contact, any_growing))
 
     def follow_pattern(self, point: SolutionPoint, start: PatternExponent) -> PatternExponent | None:
         """The exponent that the one of a neighbouring point, `start`, leads to; see `RingStability.followed`."""
-        return self._of_ring(point, lambda ring, contact: ring.followed(contact, start))
+        if self.budget.is_spent:
+            return None
+        return self._of_ring(point, "followed", lambda ring, contact: ring.followed(contact, start))
 
     def _of_ring(
-        self, point: SolutionPoint, solve: Callable[[RingStability, LinearisedContact], Found | None]
+        self, point: SolutionPoint, work: Work, solve: Callable[[RingStability, LinearisedContact], Found | None]
     ) -> Found | None:
         for balance, contact in self._linearised(point):
+            self._spend(work, balance, point.omega)
             number = balance.n_harmonics
             if number not in self._rings:
                 n_blades = balance.receptance.modal.n_blades
@@ -210,6 +228,14 @@ class PointStability:
             if found is not None:
                 return found
         return None
+
+    def _spend(self, work: Work, balance: HarmonicBalance, omega: float) -> None:
+        """Count the work of exponents of a point."""
+        size = balance.size
+        if self._analysis(balance).basis(omega) is Basis.FEW_MODES:
+            self.budget.spend(IN_FEW_MODES[work] * size**2)
+        else:
+            self.budget.spend(IN_MANY[work] * min(size, MOST_COUNTED))
 
     def _of_linear_motion(self, point: SolutionPoint, state: LinearState) -> ComplexArray:
         """The exponent lambda = s - i h omega of the least damped pole s at the phases h psi."""
@@ -300,6 +326,7 @@ class PointRecorder:
 
     output: str  # name of the output whose amplitude is recorded
     stability: PointStability | None = None  # computes Floquet exponents; None: they are not asked for
+    limit: float = np.inf  # work spent, beyond which points stay undecided
 
     def record(self, point: SolutionPoint, exponents: bool = False) -> SolutionPoint:
         """The point with dA/ds and, if asked for, its exponents. Its contact Jacobian is dropped, to save memory."""
@@ -311,5 +338,7 @@ class PointRecorder:
         """A recorded point with its exponents, if they are asked for."""
         if self.stability is None or point.exponents is not None:
             return point
+        if self.stability.budget.spent > self.limit and self.stability.linear_state(point) is None:
+            return replace(point, exponents=np.array([UNKNOWN]))
         contact = point.balance.element.evaluate(point.displacement)
         return replace(point, exponents=self.stability.exponents(replace(point, contact=contact)))

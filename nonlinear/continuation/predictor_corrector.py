@@ -20,11 +20,13 @@ from nonlinear.continuation.step_control import ContinuationParameters, next_ste
 from nonlinear.harmonic_balance.initial_solution import solve_at
 from nonlinear.harmonic_balance.newton_decisions import MAX_CORRECTIONS
 from nonlinear.harmonic_balance.residual import HarmonicBalance, InterferenceChange
-from nonlinear.options import SolverOptions
+from nonlinear.options import SolverOptions, WorkBudget
 
 SMALLEST_COSINE = 0.5  # of the angle between the last two tangents
 LARGEST_EXTRAPOLATION = 3.0  # relative to the distance of the last two points
 MOST_ITERATIONS = 15  # of damped Newton steps at one parameter
+COMPILED = 3e-3  # work of an iteration of the compiled corrector for each unknown, millions of operations
+FAILED = 5  # iterations of a step that is not found, about
 
 
 def cubic_offset(previous: SolutionPoint, point: SolutionPoint, step: float, metric: Metric) -> Tangent | None:
@@ -59,6 +61,7 @@ class PredictorCorrector:
     options: SolverOptions  # tolerances, frequency range and step lengths
     # largest deviations and scales
     parameters: ContinuationParameters = field(default_factory=ContinuationParameters)
+    budget: WorkBudget = field(default_factory=WorkBudget)  # counts its iterations
 
     @property
     def limits(self) -> tuple[float, float]:
@@ -106,6 +109,7 @@ class PredictorCorrector:
     ) -> SolutionPoint | None:
         """The solution at a parameter near a guess (n,) as a point (see `point`), by damped Newton steps."""
         found = solve_at(self.balance, parameter, guess, self.options, most_iterations)
+        self.budget.spend((found.iterations + 1) * self._iteration_work)
         if not found.converged:
             return None
         return self.point(found.solution, parameter, towards, found.iterations, arc, step)
@@ -171,8 +175,11 @@ class PredictorCorrector:
     ) -> Corrected | None:
         """The solution in the plane: by the compiled corrector, if the problem is small."""
         if self._compiled is not None:
-            return self._compiled.correct(plane, offset, refactorise)
-        return correct(self.balance, self.options, plane, offset, refactorise)
+            found = self._compiled.correct(plane, offset, refactorise)
+        else:
+            found = correct(self.balance, self.options, plane, offset, refactorise)
+        self.budget.spend((FAILED if found is None else found.iterations + 1) * self._iteration_work)
+        return found
 
     def interference_rate(self, point: SolutionPoint, change: InterferenceChange) -> Tangent | None:
         """Change of a solution (x, p) in the plane normal to its tangent with another parameter, of the interference.
@@ -183,6 +190,11 @@ class PredictorCorrector:
             return None
         normal = point.metric.unit(point.tangent)
         return self._compiled.rate(NormalPlane(point.unknown, point.parameter, normal, point.metric, 0.0), change)
+
+    @cached_property
+    def _iteration_work(self) -> float:
+        compiled = self._compiled is not None
+        return COMPILED * self.balance.size if compiled else self.balance.iteration_work
 
     @cached_property
     def _compiled(self) -> CompiledCorrector | None:

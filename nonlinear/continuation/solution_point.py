@@ -75,9 +75,10 @@ class SolutionPoint:
     step: float  # arc length proposed for the next step
     dA_ds: float = float("nan")  # derivative of the amplitude of the output with respect to the arc length, m
     linear: LinearState | None = None  # state of the contacts, if the point was solved as a linear problem
-    # (k,), Floquet exponents of perturbations with the symmetry of the wave, 1/s, the least stable first
+    # (k,), Floquet exponents of perturbations with the symmetry of the wave, 1/s, the least stable first; NaN where
+    # the work was spent before
     exponents: ComplexArray | None = None
-    # the least stable exponent of the other nodal diameters; None: not known, or there are no others
+    # the least stable exponent of the other nodal diameters; None: not known, or there are no others; NaN: undecided
     pattern: PatternExponent | None = None
 
     @property
@@ -96,9 +97,18 @@ class SolutionPoint:
         return 0 if self.exponents is None else int(np.count_nonzero(grows(self.exponents, self.omega)))
 
     @property
+    def undecided(self) -> bool:
+        """Whether no perturbation is known to grow, and the work that was left did not suffice to look at all."""
+        own, other = self.exponents, self.pattern
+        missing = (own is not None and np.isnan(own[:1]).any()) or (other is not None and np.isnan(other.exponent))
+        return bool(missing) and not self.unstable and not (other is not None and other.grows(self.omega))
+
+    @property
     def worst(self) -> PatternExponent | None:
-        """The least stable known exponent over all nodal diameters; None where none is known."""
+        """The least stable known exponent over all nodal diameters; None where none is known, or it is undecided."""
         own = self.exponents
+        if self.undecided:
+            return None
         if own is None or own.size == 0:
             return self.pattern
         wave = PatternExponent(complex(own[0]), 0)
@@ -117,8 +127,8 @@ class SolutionPoint:
 
     @property
     def stable_wave(self) -> bool:
-        """Whether det dR/dx is positive and no known exponent of the wave grows."""
-        return self.jacobian_sign > 0 and self.unstable == 0
+        """Whether det dR/dx is positive and no known exponent of the wave grows; not where it is undecided."""
+        return self.jacobian_sign > 0 and self.unstable == 0 and not self.undecided
 
     @property
     def stable(self) -> bool:

@@ -24,14 +24,15 @@ from nonlinear.response_curve import Kind, Peak, ResponseCurve, TerminationReaso
 from nonlinear.response_solver import forced_response
 from nonlinear.time_integration.ring import whole_ring
 from nonlinear.worst_motion.candidates import Place, branches_of, height_said
-from nonlinear.worst_motion.ring_integration import Integrated, RingIntegration, Solution
+from nonlinear.worst_motion.ring_integration import USUAL_PERIODS, Integrated, RingIntegration, Solution
 from nonlinear.worst_motion.ring_starts import RingStarts
 from nonlinear.worst_motion.stepped_sweep import SteppedSweep
-from nonlinear.worst_motion.worst_motion import worst_of
+from nonlinear.worst_motion.worst_motion import period_cost, worst_of
 from rom import ModalModel, RingModes
 
 MOST_UNKNOWNS = 500  # of a ring that is solved as one structure: some minutes
 PERIODS = 1000  # of the time integration of a whole ring with the standard search
+MOST_PERIODS = 72_000  # of a blade, of usual cost, of a ring then
 MOST_TURNING = 100  # modes of such a ring with Coriolis forces, whose poles are one full eigenproblem
 WHOLE, ALONE = "stability of the whole ring", "stability by time integration alone"  # of a small and a large ring
 NONE = "no stability"  # where blades are joined, and of large rings with Coriolis forces
@@ -204,6 +205,8 @@ def _worst_motion(
 
     def integrate(place: Place, blade_periods: int, height_m: float) -> Integrated:
         branch, index = branches[place[0]], place[1]
+        if blade_periods < USUAL_PERIODS * n_blades:  # no smaller ring carries a perturbation
+            return Integrated(None, f"of {n_blades} blades would take too long")
         tried.append(index)
         motion, failure = integration(Solution.of(branch, index), blade_periods, height_m)
         if motion is None or not motion.stays:
@@ -214,7 +217,9 @@ def _worst_motion(
 
     reason = "switched off" if options.search == "off" else ""
     others = SteppedSweep(integration), RingStarts(integration, branches)
-    most = round(SEARCH_COST[options.search] * PERIODS * n_blades)
+    highest = 2.0 * np.pi * float(curve.frequency_hz[int(np.argmax(curve.amplitude_m))])
+    cost = period_cost(integration.ring, highest)
+    most = round(options.effort * SEARCH_COST[options.search] * min(PERIODS * n_blades, MOST_PERIODS / cost))
     found = worst_of(curve, options, None, None if reason else integrate, reason, *others, blade_periods=most)
     return found, max(seen, default=(0.0, float("nan")))[1]
 

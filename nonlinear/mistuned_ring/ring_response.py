@@ -353,7 +353,7 @@ class _Ring:
 
     def continuation(self, options: SolverOptions) -> RingContinuation:
         """The continuation of the ring, with no step across a resonance of the tuned ring."""
-        return RingContinuation(self.balance, options, self._resonances, parameters=STEPS)
+        return RingContinuation(self.balance, options, self._resonances, parameters=STEPS, budget=self.tuned.budget)
 
     @cached_property
     def _resonances(self) -> Resonances:
@@ -395,9 +395,10 @@ class _Ring:
                 low, high = options.frequency_hz
                 return points, True, f"complete: {low:g} to {high:g} Hz in {len(points)} points"
             end = f"ended at {points[-1].omega / (2.0 * np.pi):.6g} Hz" if points else "found no start"
+            end += ", given up: a larger response.effort goes further" if self.tuned.budget.is_spent else ""
             said.append(f"the curve from the {'low' if upwards else 'high'} end {end}")
             longest = points if len(points) > len(longest) else longest
-            if len(points) >= options.max_points:
+            if len(points) >= options.most_points or self.tuned.budget.is_spent:
                 break
         return longest, False, "; ".join(said)
 

@@ -15,7 +15,7 @@ import numpy as np
 from nonlinear.options import SEARCH_COST, TRUNCATION_TOLERATED, SolverOptions
 from nonlinear.problem import ProblemTuple
 from nonlinear.response_curve import ResponseCurve, WorstMotion, at_range_end
-from nonlinear.time_integration.ring import Ring
+from nonlinear.time_integration.ring import RETENTION, RetainedModes, Ring
 from nonlinear.time_integration.ring_motion import RingMotion
 from nonlinear.worst_motion.candidates import (
     CLEARLY_HIGHER,
@@ -31,6 +31,8 @@ from nonlinear.worst_motion.candidates import (
 )
 from nonlinear.worst_motion.departure_search import SAME_AMPLITUDE, Departure, DepartureSearch, Follow, Integrate
 from nonlinear.worst_motion.ring_integration import (
+    COARSE,
+    COARSE_STEPS,
     EQUAL_COST,
     FLOOR,
     USUAL_PERIODS,
@@ -44,6 +46,10 @@ from nonlinear.worst_motion.ring_starts import RingStarts
 from nonlinear.worst_motion.stepped_sweep import SteppedSweep, Sweep
 
 LEAST_BUDGET = 90_000  # of them for a curve with the standard search, 3 to 6 s: a shorter one finds too little
+MOST_BUDGET = 600_000  # the same at effort 1, however long the curve
+# steps a period times contact displacements of a blade, up to which a period costs as much as this; the power with
+# which it costs more beyond, as stiff contacts take more iterations too; the factor of the friction cone
+USUAL_PERIOD, STIFFER, CONE = 2400, 1.5, 20.0
 STABILITY = {
     "wave": "stability against perturbations with the symmetry of the wave only",
     "folds": "stability from folds only",
@@ -87,7 +93,7 @@ def _branches(curve: ResponseCurve, options: SolverOptions) -> str:
     if count:
         text = f"main branch and {count} detached branch{'es' if count > 1 else ''}"
         left_out = curve.branches_left_out
-        return f"{text} ({left_out} solutions on further branches not followed)" if left_out else text
+        return f"{text} ({left_out} solutions on further branches not followed)" if left_out > 0 else text
     return "main branch, no detached branch found" if options.detached else "main branch"
 
 
@@ -139,6 +145,7 @@ def unresolved(
     broken = sum(not branch.termination.complete for branch in curve.detached)
     if broken:
         found.append(f"{broken} detached branch{'es are' if broken > 1 else ' is'} incomplete")
+    found += _beyond_effort(branches, least)
     if left_out:
         count = len(left_out)
         parts = f"{count} unstable part{'s' if count > 1 else ''} of the branches, up to {height_said(max(left_out))}"
@@ -163,6 +170,23 @@ def unresolved(
         found.append(f"not settled within {periods} periods at {places}, up to {reached} until then")
     found += _not_followed(departures, highest)
     return "; ".join(found)
+
+
+def _beyond_effort(branches: Sequence[ResponseCurve], least_m: float) -> Iterator[str]:
+    """What the work of `SolverOptions.effort` left open of the branches."""
+    further = "a larger response.effort goes further"
+    if branches[0].branches_left_out < 0:
+        yield f"detached branches were not searched for to the end: {further}"
+    undecided = [
+        height
+        for branch in branches
+        if np.isfinite(branch.growth_rate).any() or branch.bifurcations
+        for height in branch.amplitude_m[np.isnan(branch.growth_rate) & ~branch.stable].tolist()
+        if height >= least_m
+    ]
+    if undecided:
+        count, reach = len(undecided), height_said(max(undecided))
+        yield f"stability of {count} point{'s' if count > 1 else ''}, up to {reach}, is not decided: {further}"
 
 
 def _unbounded(departures: Sequence[Departure]) -> Iterator[str]:
@@ -235,7 +259,10 @@ def find_worst_motion(
 
     reason = _why_not(options)
     others = SteppedSweep(integration), RingStarts(integration, branches)
-    worst = worst_of(curve, options, modal.n_blades, None if reason else integrate, reason, *others)
+    most = round(affordable(branches, options) / period_cost(integration.ring, _omega_at_highest(curve)))
+    worst = worst_of(
+        curve, options, modal.n_blades, None if reason else integrate, reason, *others, blade_periods=most
+    )
     if options.search == "thorough" and standard is not None and standard.amplitude_m > worst.amplitude_m:
         worst = replace(standard, searched=worst.searched, unresolved=worst.unresolved, not_counted=worst.not_counted)
     if worst.motion != "periodic" or worst.branch < 0 or options.method != "coupled":
@@ -270,6 +297,10 @@ def _decided(worst: WorstMotion, integration: RingIntegration, solution: Solutio
     )
     lower = motion.amplitude_m < worst.amplitude_m
     return replace(worst, unstable=lower, unresolved="; ".join(filter(None, (said, worst.unresolved))))
+
+
+def _omega_at_highest(curve: ResponseCurve) -> float:
+    return 2.0 * math.pi * float(curve.frequency_hz[int(np.argmax(curve.amplitude_m))])
 
 
 def _checked(worst: WorstMotion, integration: RingIntegration, solution: Solution) -> WorstMotion:
@@ -357,9 +388,21 @@ def _with_end(worst: WorstMotion, options: SolverOptions) -> WorstMotion:
 
 
 def affordable(branches: Sequence[ResponseCurve], options: SolverOptions) -> int:
-    """Periods times blades that the time integration of a curve may take; the same on every machine."""
+    """Usual periods times blades that the time integration of a curve may take; the same on every machine."""
     coefficients = sum(int((2 * branch.kept_harmonics + 1).sum()) for branch in branches)
-    return round(SEARCH_COST[options.search] * max(EQUAL_COST * coefficients, LEAST_BUDGET))
+    most = min(max(EQUAL_COST * coefficients, LEAST_BUDGET), MOST_BUDGET)
+    return round(options.effort * SEARCH_COST[options.search] * most)
+
+
+def period_cost(ring: Ring, omega: float) -> float:
+    """Cost of a period of a blade, relative to a usual one, 1 at least: steps times contact displacements."""
+    contact, nodes = ring.contact, ring.modal.n_contacts
+    try:
+        steps = RetainedModes.of(ring, omega, COARSE * RETENTION).steps(omega, COARSE_STEPS)
+    except ArithmeticError:
+        return 1.0  # nothing will be integrated
+    weight = 3 * nodes * (CONE if contact.cone.any() else 1.0)
+    return max(float(steps * weight / USUAL_PERIOD) ** STIFFER, 1.0)
 
 
 def _why_not(options: SolverOptions) -> str:

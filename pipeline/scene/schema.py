@@ -387,10 +387,9 @@ class Response(Section):
     detached: Truth = _key("whether detached branches (isolas) are looked for", "true or false", True)
     truncation: Truth = _key("whether the truncation error (neglected harmonics) is estimated", "true or false", True)
     search: Literal["off", "quick", "standard", "thorough"] = _key(
-        "how far the worst motion is sought by time integration, up to 0, 0.25, 1 or 10 times the cost of the curve",
-        "{words}",
-        "standard",
+        "how far the worst motion is sought in time: 0, 0.25, 1 or 10 times the curve's cost", "{words}", "standard"
     )
+    effort: Positive = _key("factor on the work that a curve may take before it is ended", POSITIVE, 1.0)
 
 
 class Scene(Section):
