@@ -195,6 +195,8 @@ class SolverOptions:
     search : str
         How far the worst motion is sought by time integration of the ring. "off": not at all; otherwise at most so
         many times the cost of the curve, its branches and their stability: "quick" 0.25, "standard" 1, "thorough" 10.
+    seed : int
+        Seed of the random states from which the worst motion is sought.
     effort : float
         Factor on the work that each part of a curve may take: branches, their stability, detached branches, time
         integration. What is not finished by then is named in the result.
@@ -238,6 +240,7 @@ class SolverOptions:
     truncation: bool = True
     residual_tractions: ResidualTractions = "projected"
     search: Search = "standard"
+    seed: int = 0
     effort: float = 1.0
     output: str = "tip"
     objective: Objective = "displacement"

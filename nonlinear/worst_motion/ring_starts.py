@@ -30,7 +30,6 @@ from nonlinear.worst_motion.ring_integration import (
 from nonlinear.worst_motion.solution_search import interpolated
 from rom import contact_springs
 
-SEED = 17  # of random states
 LEFT_OUT = "from {} states was left out"
 RANDOM_STATES = {"quick": 0, "standard": 8, "thorough": 24}
 # largest multiples of the highest motion known in random states, and shares of the way from the resonance without
@@ -109,7 +108,7 @@ class RingStarts:
 
     @property
     def random_starts(self) -> list[Start]:
-        """Random states, in each ring in turn; they are the same in each run."""
+        """Random states, in each ring in turn; the same in each run with a seed."""
         ring, patterns = self.integration.ring, self.patterns
         sizes = [ring.blades(pattern) for pattern in patterns]
         other = self._other_ring() if max(sizes) < FEWEST_BLADES else 0
@@ -166,7 +165,7 @@ class RingStarts:
         pattern = start.pattern if ring is self.integration.ring else 1
         integrator = integration.coarse(2.0 * np.pi * frequency_hz, pattern)
         largest = LARGEST[start.number % len(LARGEST)] * max(height_m, self._highest_solution_m)
-        rng = np.random.default_rng((SEED, start.number))
+        rng = np.random.default_rng((self.integration.options.seed, start.number))
         record = integrator.march(self._random_state(integrator, largest, rng, start.number % 2 == 0), SETTLES)
         track = [(float(record.envelope_m[-STEP_WINDOW:].max()), frequency_hz, record.final)]
         left = blade_periods - (SETTLES + FEWEST_PERIODS) * blades

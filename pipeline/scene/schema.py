@@ -389,6 +389,7 @@ class Response(Section):
     search: Literal["off", "quick", "standard", "thorough"] = _key(
         "how far the worst motion is sought in time: 0, 0.25, 1 or 10 times the curve's cost", "{words}", "standard"
     )
+    seed: Whole = _key("seed of the random states of that search", "a whole number, {bounds}", 0, ge=0, le=2**53 - 1)
     effort: Positive = _key("factor on the work that a curve may take before it is ended", POSITIVE, 1.0)
 
 

@@ -200,6 +200,7 @@ def solver_options(scene: Scene) -> SolverOptions:
         truncation=response.truncation,
         residual_tractions=response.residual_tractions,
         search=response.search,
+        seed=response.seed,
         effort=response.effort,
         outputs=tuple(output.name for output in scene.output),
     )

@@ -146,7 +146,7 @@ def test_a_localised_motion_is_found_from_another_state():
     ring, options, curve = solved(8, Excitation(4, 0.3), (0.12, 0.3), -0.8, tangential_stiffness=2.1)
     (between,) = coexistences([curve])
     assert between.start_hz > between.end_hz  # a hardening contact: the high solution falls with the frequency
-    mix = RingStarts(RingIntegration(ring, replace(options, search="standard")), [curve])
+    mix = RingStarts(RingIntegration(ring, replace(options, search="standard", seed=17)), [curve])
     frequency_hz = between.at(0.25)
     assert [sum(start.shares) for start in mix.starts] == [7, 6, 4, 4, 4, 2, 1]
     assert mix(frequency_hz, mix.starts[-1], 8 * 199, 0.0) == (None, "from mixed states was left out")

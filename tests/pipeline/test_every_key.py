@@ -68,6 +68,7 @@ MORE_OF_RING: dict[str, Any] = {
     "response.detached": True,
     "response.truncation": True,
     "response.search": "quick",
+    "response.seed": 3,
     "response.effort": 2.0,
     "output": [{"name": "other"}],
     "accuracy": "draft",
