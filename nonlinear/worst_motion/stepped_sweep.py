@@ -13,7 +13,7 @@ from nonlinear.contact.parameters import Array
 from nonlinear.time_integration.ring import RingState
 from nonlinear.time_integration.ring_motion import KEEPS, RingMotion
 from nonlinear.worst_motion.ring_branch import ring_branch
-from nonlinear.worst_motion.ring_integration import CONFIRMATION, LONGER, RingIntegration, counts
+from nonlinear.worst_motion.ring_integration import CONFIRMATION, FLOOR, LONGER, RingIntegration, counts
 
 FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 3e-3, 6e-3, 4e-4  # relative to the frequency
 LONGER_STEP = 1.4  # factor on a step after one that kept the motion
@@ -23,6 +23,7 @@ FIRST_WAY = 0.75  # share of the periods times blades for the way in which the m
 RISING = 1.5  # the same for either way as long as the motion gets higher
 KEPT = 2.0  # confirmations that periods are kept for
 LOW = 0.5  # of the highest point of a sweep, below which it ends
+SAME_TOP = 0.02  # of a branch, by which coarse steps are above it at most
 MOST_TOPS = 3  # highest points that are integrated for longer, until no other was higher
 
 
@@ -135,35 +136,56 @@ class _Walk:
     def top(self, height_m: float) -> tuple[float, RingMotion | None, float]:
         """The highest motion above a height that persists, its frequency and truncation error.
 
-        Points whose motion does not persist are lost. The branch of a periodic motion ends the search. The highest
-        points may be bursts; that of the start has been seen for long, and is tried after them.
+        A branch of a periodic motion is followed from the highest points or from the start, where the motion has been
+        seen for long. What is higher than its top may be a burst: it is confirmed in time, or lost.
         """
-        best: tuple[float, RingMotion | None, float] = math.nan, None, 0.0
-        reached = 0.0
         highest = sorted(self.points, key=lambda each: -self.points[each][0])[:MOST_TOPS]
-        for place in dict.fromkeys((*highest, self.start_hz)):
-            height, state = self.points[place]
-            if height <= max(height_m, reached):
-                break
-            motion = replace(self.start, amplitude_m=height, final=state)
+        places = [
+            place for place in dict.fromkeys((*highest, self.start_hz)) if self._height(place) > FLOOR * height_m
+        ]
+        best: tuple[float, RingMotion | None, float] = math.nan, None, 0.0
+        branches = (self._branch(place, self._motion(place)) for place in places)
+        best = next((found for found in branches if found is not None and _height_of(found) > height_m), best)
+        if best[1] is not None:
+            height_m = (1.0 + SAME_TOP) * _height_of(best)
+        for place in places:
+            if self._height(place) <= max(height_m, _height_of(best)):
+                continue
+            motion = self._motion(place)
             try:
-                branch = ring_branch(self.integration, place, motion)
-                if branch is not None:
-                    self.spent += branch.blade_periods
-                    self.points |= {at: (top, state) for at, top in branch.places.items()}
-                    return branch.top_hz, branch.top(motion), branch.truncation_error
-                found = self.integration.confirmed(2.0 * math.pi * place, motion, max(height_m, reached))
-                self.spent += round(CONFIRMATION * (found.periods - motion.periods) * found.n_blades)
-                branch = ring_branch(self.integration, place, found) if found.repeats_after > 1 else None
-                if branch is not None:
-                    self.spent += branch.blade_periods
-                    return branch.top_hz, branch.top(found), branch.truncation_error
+                found = self.integration.confirmed(2.0 * math.pi * place, motion, max(height_m, _height_of(best)))
             except ArithmeticError:
                 continue
+            self.spent += round(CONFIRMATION * (found.periods - motion.periods) * found.n_blades)
             if not counts(found):
                 self.lost.append(place)
                 continue
             self.points[place] = found.amplitude_m, found.final
-            if found.amplitude_m > reached:
-                best, reached = (place, found, 0.0), found.amplitude_m
+            branch = self._branch(place, found) if found.repeats_after > 1 else None
+            if found.amplitude_m > _height_of(best):
+                best = branch or (place, found, 0.0)
         return best
+
+    def _height(self, place: float) -> float:
+        return self.points[place][0]
+
+    def _motion(self, place: float) -> RingMotion:
+        """The motion of a point."""
+        height, state = self.points[place]
+        return replace(self.start, amplitude_m=height, final=state)
+
+    def _branch(self, place: float, motion: RingMotion) -> tuple[float, RingMotion, float] | None:
+        """The top of the branch of a periodic motion, its frequency and truncation error; None where it has none."""
+        try:
+            branch = ring_branch(self.integration, place, motion)
+        except ArithmeticError:
+            return None
+        if branch is None:
+            return None
+        self.spent += branch.blade_periods
+        self.points |= {at: (top, motion.final) for at, top in branch.places.items()}
+        return branch.top_hz, branch.top(motion), branch.truncation_error
+
+
+def _height_of(found: tuple[float, RingMotion | None, float]) -> float:
+    return 0.0 if found[1] is None else found[1].amplitude_m
