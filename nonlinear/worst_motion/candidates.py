@@ -132,6 +132,13 @@ def coexistences(branches: Sequence[ResponseCurve]) -> list[Coexistence]:
     return sorted(ranges, key=lambda each: -each.height_m)
 
 
+def high_places(branches: Sequence[ResponseCurve], least_m: float) -> Array:
+    """Frequencies of the solutions above a height, ascending, Hz; all where none is."""
+    frequency = np.concatenate([branch.frequency_hz for branch in branches])
+    high = np.concatenate([branch.amplitude_m for branch in branches]) >= least_m
+    return np.sort(frequency[high] if high.any() else frequency)
+
+
 def highest_beside(branches: Sequence[ResponseCurve], frequency_hz: float) -> Place | None:
     """The point before the highest solution at a frequency, on any branch; None where there is none."""
     found = []

@@ -1,8 +1,9 @@
 """Where time integration of a curve starts, in order of what the motions may reach, as far as its budget goes."""
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise, product
+from itertools import count, pairwise, product
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from nonlinear.worst_motion.candidates import (
     Place,
     UnstableStretch,
     coexistences,
+    high_places,
     highest_beside,
     persists,
     stable_amplitudes,
@@ -23,14 +25,16 @@ from nonlinear.worst_motion.ring_starts import RingStarts, Start
 from nonlinear.worst_motion.stepped_sweep import Sweep
 
 ONE_START = 0.3  # share of the periods times blades of a curve for one start: large rings are left out
-# shares up to which unstable solutions, random states, then mixed starts: the rest follows motions
-TO_DEPART, TO_START, TO_MIX = 0.3, 0.6, 0.75
+# shares up to which unstable solutions, mixed starts, random states, then swept ones: the rest follows motions
+TO_DEPART, TO_MIX, TO_START, TO_SWEEP = 0.4, 0.55, 0.75, 0.85
 SPARED = 0.5  # share that unstable solutions do not get where a motion persists that is as high as all of them
 MOST_FURTHER = 4  # starts after those from the highest points of the unstable stretches
 MOST_EXPLORED = 8  # the same with those that would take too long
 FASTER = 1.5  # ratio of two growths in a period from which the faster one is a start of its own
 # periods for a motion that is clearly higher than all that persist, also where none are left, and how many have them
 LEAST_SWEEP, MOST_LATE = 1500, 2
+# motions whose branch is sought by harmonic balance of several blades, and their least height, of the highest known
+MOST_BRANCHES, LEAST_BRANCH = 5, 0.4
 TOLD = 3.0  # growth (of the logarithm) of a disturbance that has to be missing where a ring stays all the same
 # shares of the way through a range with two solutions, from the end where the high one is lower, of mixed starts: the
 # first one, the next where blades have left the high solution there, and where not
@@ -104,8 +108,8 @@ class DepartureSearch:
 
     def __post_init__(self) -> None:
         """Shares of what may be integrated."""
-        self._one_start, self._to_depart, self._to_mix, self._to_start = (
-            round(share * self.blade_periods) for share in (ONE_START, TO_DEPART, TO_MIX, TO_START)
+        self._one_start, self._to_depart, self._to_mix, self._to_start, self._to_sweep = (
+            round(share * self.blade_periods) for share in (ONE_START, TO_DEPART, TO_MIX, TO_START, TO_SWEEP)
         )
         self._spent = 0
 
@@ -159,14 +163,25 @@ class DepartureSearch:
                 tried.add(number)
 
     def random(self) -> Iterator[Departure]:
+        """From random states, spread over the frequencies with high solutions, as long as there are periods left."""
+        places = high_places(self.branches, COULD_MATTER * max(self.height_m, self._highest))
+        for start, share in zip(self.mix.random_starts if self.mix else (), _spread(), strict=False):
+            at = float(places[0] + share * (places[-1] - places[0]))
+            found, _ = self._from_state(at, math.inf, start, self._to_start)
+            if found is not None and found.spent:
+                return
+            if found is not None:
+                yield found
+
+    def swept(self) -> Iterator[Departure]:
         """From random states swept upwards from the resonance without contact, as long as there are periods left."""
         mix = self.mix
         if mix is None:
             return
-        for start in mix.random_starts:
+        for start in mix.swept_starts:
             height = max(self.height_m, self._highest)
             try:
-                at, (motion, failure) = mix.swept(start, self._to_start - self._spent, height)
+                at, (motion, failure) = mix.swept(start, self._to_sweep - self._spent, height)
             except ArithmeticError:
                 continue
             place = highest_beside(self.branches, at)
@@ -217,15 +232,23 @@ class DepartureSearch:
         follow = self.follow
         if follow is None:
             return list(departures)
-        found, known, highest, late = list(departures), list[Sweep](), self.height_m, 0
+        found, known, highest, late, tried = list(departures), list[Sweep](), self.height_m, 0, 0
         order = sorted(range(len(found)), key=lambda index: (-found[index].new_height, -found[index].reached_m))
         for number in order:
             each = found[number]
             if each.motion is None or each.motion.stays or not each.reached_m:
                 continue
-            if any(_lies_on(sweep, each) for sweep in known):
+            if any(sweep.top is not None and _lies_on(sweep, each) for sweep in known):
                 found[number] = replace(each, known=True)
                 continue
+            if tried < MOST_BRANCHES and each.reached_m >= LEAST_BRANCH * highest:
+                tried, branch = tried + 1, follow(each.frequency_hz, each.motion, 0, highest)
+                if branch.top is not None:
+                    known.append(branch)
+                    self._spent += branch.blade_periods
+                    found[number] = self._at_top(each, branch)
+                    highest = max(highest, found[number].new_height)
+                    continue
             left, least = self.blade_periods - self._spent, LEAST_SWEEP * each.motion.n_blades
             if left < least and late < MOST_LATE and each.reached_m > (1.0 + CLEARLY_HIGHER) * highest:
                 left, late = least, late + 1
@@ -345,11 +368,18 @@ class DepartureSearch:
         return float(branch.growth_rate[index] / branch.frequency_hz[index])
 
 
+def _spread() -> Iterator[float]:
+    """Shares of a range that divide it ever more finely (van der Corput 1935)."""
+    for number in count(1):
+        yield sum(int(digit) / 2.0 ** (place + 1) for place, digit in enumerate(reversed(f"{number:b}")))
+
+
 def _lies_on(sweep: Sweep, departure: Departure) -> bool:
     """Whether a motion is one of a sweep."""
     at, places = departure.frequency_hz, sweep.frequency_hz
     height = float(np.interp(at, places, sweep.amplitude_m))
-    return bool(places[0] <= at <= places[-1]) and abs(departure.reached_m - height) <= SAME_SWEEP * height
+    same = SAME_AMPLITUDE if sweep.solved else SAME_SWEEP
+    return bool(places[0] <= at <= places[-1]) and abs(departure.reached_m - height) <= same * height
 
 
 def _end(motion: RingMotion) -> float:

@@ -1,8 +1,8 @@
 """States of a ring that no branch leads to: some blades on a high and others on a low solution, and random ones.
 
-A localised motion needs such a start; others persist beside all solutions. Random states begin near the resonance
-without contact, where nearly all of them end on few motions, and are swept upwards from there: contacts that open
-and close stiffen, and what is high lives on to higher frequencies.
+A localised motion needs such a start; others persist beside all solutions. Random states are spread over the
+frequencies, or begin near the resonance without contact, where nearly all of them end on few motions, and are swept
+upwards from there: contacts that open and close stiffen, and what is high lives on to higher frequencies.
 """
 
 from collections.abc import Sequence
@@ -31,9 +31,11 @@ from nonlinear.worst_motion.solution_search import interpolated
 from rom import contact_springs
 
 LEFT_OUT = "from {} states was left out"
-RANDOM_STATES = {"quick": 0, "standard": 8, "thorough": 24}
-# largest multiples of the highest motion known in random states, and shares of the way from the resonance without
-# contact to that of stuck contacts where they begin, in turn
+RANDOM_STATES = {"quick": 0, "standard": 24, "thorough": 48}
+SWEPT_STATES = {"quick": (0, 0), "standard": (2, 8), "thorough": (12, 24)}  # where small rings exist, and where not
+SEED, SIZE = 17, 1.5  # of random states: what `seed` of the options adds to; largest multiple of the highest solution
+# of those that are swept: largest multiples of the highest motion known, and shares of the way from the resonance
+# without contact to that of stuck contacts where they begin, in turn
 LARGEST, BEGINS = (3.0, 1.5, 5.0), (0.05, 0.0, 0.1, 0.025, 0.075, 0.125)
 AROUND = 0.03  # of the two resonances, that belongs to the range between them
 # periods before a sweep, of a step and of its window; step relative to the frequency
@@ -108,20 +110,27 @@ class RingStarts:
 
     @property
     def random_starts(self) -> list[Start]:
-        """Random states, in each ring in turn; the same in each run with a seed."""
-        ring, patterns = self.integration.ring, self.patterns
-        sizes = [ring.blades(pattern) for pattern in patterns]
-        other = self._other_ring() if max(sizes) < FEWEST_BLADES else 0
-        if other:
-            patterns, sizes = [self._whole_pattern], [other]
-        chosen = range(RANDOM_STATES[self.integration.options.search])
-        ring_of = [(n // 2) % len(sizes) for n in chosen]
-        return [Start(patterns[m], (1.0,) * sizes[m], n) for n, m in zip(chosen, ring_of, strict=True)]
+        """Random states, in each ring in turn; the same in each run with a seed. None where rings are too small."""
+        patterns, blades = self.patterns, self.integration.ring.blades
+        count = 0 if self._other_ring() else RANDOM_STATES[self.integration.options.search]
+        chosen = [patterns[n % len(patterns)] for n in range(count)]
+        return [Start(pattern, (1.0,) * blades(pattern), number) for number, pattern in enumerate(chosen)]
+
+    @property
+    def swept_starts(self) -> list[Start]:
+        """Random states that are swept upwards; more of them where no small ring is a part of the whole one."""
+        few, many = SWEPT_STATES[self.integration.options.search]
+        pattern, blades = self.patterns[0], self.integration.ring.blades(self.patterns[0])
+        if other := self._other_ring():
+            few, pattern, blades = many, self._whole_pattern, other
+        return [Start(pattern, (1.0,) * blades, number) for number in range(few)]
 
     def _other_ring(self) -> int:
         """Blades of a ring of up to 8 with the phase angle of the wave that is no part of the whole one; 0: none."""
         ring = self.integration.ring
         if ring.blades_apart is not None or ring.modal.waves_differ or not ring.modal.neighbours_coupled:
+            return 0
+        if max(map(ring.blades, self.patterns)) >= FEWEST_BLADES:
             return 0
         return ring.wave_blades * (MOST_BLADES // ring.wave_blades)
 
@@ -132,22 +141,25 @@ class RingStarts:
         return max(range((ring.modal.n_blades or 1) // 2 + 1), key=ring.blades)
 
     def __call__(self, frequency_hz: float, start: Start, blade_periods: int, height_m: float) -> Integrated:
-        """The motion that the ring reaches from a mixed start; none without two solutions, or with too few periods.
+        """The motion that the ring reaches; none where there are not two solutions, or too few blades times periods.
 
         Blades that fall clearly below the high solution have left it.
         """
         ring, omega = self.integration.ring, 2.0 * np.pi * frequency_hz
         periods = min(USUAL_PERIODS, blade_periods // len(start.shares))
         if periods < FEWEST_PERIODS:
-            return Integrated(None, LEFT_OUT.format(start.kind))
-        integrator = self.integration.coarse(omega, start.pattern)
-        found = [each for branch in self.branches for each in interpolated(branch, frequency_hz)]
-        if len(found) < 2:
-            return Integrated(None)
-        heights = [float(np.abs(integrator.wave_output(each)).max()) for each in found]
-        low, high = (integrator.on_wave(found[int(pick(heights))]) for pick in (np.argmin, np.argmax))
-        limits = self.integration.limits(periods, max(height_m, *heights))
-        state = low.towards(high, start.shares)
+            return Integrated(None, f"from {start.kind} states was left out")
+        limits, integrator = self.integration.limits(periods, height_m), self.integration.coarse(omega, start.pattern)
+        if start.number >= 0:
+            state = self._random_state(integrator, SIZE * self._highest_solution_m, self._rng(start))
+        else:
+            found = [each for branch in self.branches for each in interpolated(branch, frequency_hz)]
+            if len(found) < 2:
+                return Integrated(None)
+            heights = [float(np.abs(integrator.wave_output(each)).max()) for each in found]
+            low, high = (integrator.on_wave(found[int(pick(heights))]) for pick in (np.argmin, np.argmax))
+            limits = self.integration.limits(periods, max(height_m, *heights))
+            state = low.towards(high, start.shares)
         return Integrated(integrate_ring(ring, omega, state, nodal_diameter=start.pattern, limits=limits))
 
     def swept(self, start: Start, blade_periods: int, height_m: float) -> tuple[float, Integrated]:
@@ -165,7 +177,7 @@ class RingStarts:
         pattern = start.pattern if ring is self.integration.ring else 1
         integrator = integration.coarse(2.0 * np.pi * frequency_hz, pattern)
         largest = LARGEST[start.number % len(LARGEST)] * max(height_m, self._highest_solution_m)
-        rng = np.random.default_rng((self.integration.options.seed, start.number))
+        rng = self._rng(start)
         record = integrator.march(self._random_state(integrator, largest, rng, start.number % 2 == 0), SETTLES)
         track = [(float(record.envelope_m[-STEP_WINDOW:].max()), frequency_hz, record.final)]
         left = blade_periods - (SETTLES + FEWEST_PERIODS) * blades
@@ -226,8 +238,11 @@ class RingStarts:
         excitation = replace(ring.excitation, engine_order=order)
         return replace(ring, modal=replace(ring.modal.at(0), n_blades=count), excitation=excitation)
 
+    def _rng(self, start: Start) -> np.random.Generator:
+        return np.random.default_rng((SEED + self.integration.options.seed, start.number))
+
     def _random_state(
-        self, integrator: RingIntegrator, largest_m: float, rng: np.random.Generator, alone: bool
+        self, integrator: RingIntegrator, largest_m: float, rng: np.random.Generator, alone: bool = False
     ) -> RingState:
         """The highest solution of a curve with a random phase and size on each blade, `largest_m` at most."""
         branch = max(self.branches, key=lambda each: each.amplitude_m.max())

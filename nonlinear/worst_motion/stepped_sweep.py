@@ -54,9 +54,16 @@ class SteppedSweep:
     def __call__(self, frequency_hz: float, motion: RingMotion, blade_periods: int, height_m: float) -> Sweep:
         """Follow a motion both ways with at most so many blades times periods, and confirm it where it is highest.
 
+        A periodic motion of several blades is followed by harmonic balance instead: with no periods this alone.
         `height_m`: of the highest motion known, m; points below it are not confirmed.
         """
         walk = _Walk(self.integration, motion, frequency_hz)
+        solved = walk.branch(frequency_hz, motion)
+        if solved is not None or blade_periods <= 0:
+            top_hz, top, error = solved or (math.nan, None, 0.0)
+            places = sorted(walk.points)
+            heights = np.array([walk.points[place][0] for place in places])
+            return Sweep(np.array(places), heights, top_hz, top, walk.spent, solved is not None, error)
         way = 1.0 if walk.rises() else -1.0
         most = max(blade_periods - round(KEPT * CONFIRMATION * LONGER * motion.n_blades), blade_periods // 2)
         rising = round(RISING * most)
@@ -144,7 +151,7 @@ class _Walk:
             place for place in dict.fromkeys((*highest, self.start_hz)) if self._height(place) > FLOOR * height_m
         ]
         best: tuple[float, RingMotion | None, float] = math.nan, None, 0.0
-        branches = (self._branch(place, self._motion(place)) for place in places)
+        branches = (self.branch(place, self._motion(place)) for place in places)
         best = next((found for found in branches if found is not None and _height_of(found) > height_m), best)
         if best[1] is not None:
             height_m = (1.0 + SAME_TOP) * _height_of(best)
@@ -161,7 +168,7 @@ class _Walk:
                 self.lost.append(place)
                 continue
             self.points[place] = found.amplitude_m, found.final
-            branch = self._branch(place, found) if found.repeats_after > 1 else None
+            branch = self.branch(place, found) if found.repeats_after > 1 else None
             if found.amplitude_m > _height_of(best):
                 best = branch or (place, found, 0.0)
         return best
@@ -174,7 +181,7 @@ class _Walk:
         height, state = self.points[place]
         return replace(self.start, amplitude_m=height, final=state)
 
-    def _branch(self, place: float, motion: RingMotion) -> tuple[float, RingMotion, float] | None:
+    def branch(self, place: float, motion: RingMotion) -> tuple[float, RingMotion, float] | None:
         """The top of the branch of a periodic motion, its frequency and truncation error; None where it has none."""
         try:
             branch = ring_branch(self.integration, place, motion)

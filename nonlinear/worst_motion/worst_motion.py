@@ -23,7 +23,6 @@ from nonlinear.worst_motion.candidates import (
     Place,
     UnstableStretch,
     branches_of,
-    coexistences,
     height_said,
     highest_persistent,
     unstable_stretches,
@@ -349,9 +348,13 @@ def worst_of(
                 departures = [replace(each, open=True) for each in departures]
                 break
         else:
-            if departures or coexistences(branches) or options.search == "thorough":
-                departures += search.random()
+            small = mix is None or mix.random_starts  # else rings of few blades tell little
+            if not small:
+                departures += search.swept()
             departures += search.mixed()
+            if small and (departures or options.search == "thorough"):
+                departures += search.random()
+                departures += search.swept()
             departures = search.followed(departures)
         left_out, reason = matter[MOST_STRETCHES:], f"the {MOST_STRETCHES} highest were integrated"
     spoken: dict[str, Any] = {
