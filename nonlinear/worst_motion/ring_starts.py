@@ -220,12 +220,13 @@ class RingStarts:
         modal, contact = ring.modal.at(0), ring.contact
         frequency = modal.angular_frequency / (2.0 * np.pi)
         mode = min(int(np.searchsorted(frequency, low * (1.0 - AROUND))), frequency.size - 1)
-        springs = contact_springs(modal.n_contacts, contact.normal_stiffness, contact.tangential_stiffness)
+        stiffness = contact.normal_stiffness[: modal.n_contacts], contact.tangential_stiffness[: modal.n_contacts]
+        springs = contact_springs(modal.n_contacts, *stiffness)
         stuck = 0.0
         for turn in (1.0, -1.0):
             motion = modal.right if modal.left is None else modal.right - turn * modal.left
-            stiffness = np.diag(modal.angular_frequency**2) + motion.T @ (springs.reshape(-1, 1) * motion)
-            stuck = max(stuck, float(np.sqrt(np.linalg.eigvalsh(stiffness)[mode])) / (2.0 * np.pi))
+            matrix = np.diag(modal.angular_frequency**2) + motion.T @ (springs.reshape(-1, 1) * motion)
+            stuck = max(stuck, float(np.sqrt(np.linalg.eigvalsh(matrix)[mode])) / (2.0 * np.pi))
         free_hz = float(np.clip(frequency[mode] * (1.0 - AROUND), low, high))
         return free_hz, float(np.clip(stuck * (1.0 + AROUND), free_hz, high))
 
