@@ -34,7 +34,7 @@ FASTER = 1.5  # ratio of two growths in a period from which the faster one is a 
 # periods for a motion that is clearly higher than all that persist, also where none are left, and how many have them
 LEAST_SWEEP, MOST_LATE = 1500, 2
 # motions whose branch is sought by harmonic balance of several blades, and their least height, of the highest known
-MOST_BRANCHES, LEAST_BRANCH = 5, 0.4
+MOST_BRANCHES, LEAST_BRANCH = 2, 0.4
 TOLD = 3.0  # growth (of the logarithm) of a disturbance that has to be missing where a ring stays all the same
 # shares of the way through a range with two solutions, from the end where the high one is lower, of mixed starts: the
 # first one, the next where blades have left the high solution there, and where not

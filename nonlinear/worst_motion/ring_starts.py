@@ -32,7 +32,7 @@ from rom import contact_springs
 
 LEFT_OUT = "from {} states was left out"
 RANDOM_STATES = {"quick": 0, "standard": 24, "thorough": 48}
-SWEPT_STATES = {"quick": (0, 0), "standard": (2, 8), "thorough": (12, 24)}  # where small rings exist, and where not
+SWEPT_STATES = {"quick": (0, 0), "standard": (1, 8), "thorough": (12, 24)}  # where small rings exist, and where not
 SEED, SIZE = 17, 1.5  # of random states: what `seed` of the options adds to; largest multiple of the highest solution
 # of those that are swept: largest multiples of the highest motion known, and shares of the way from the resonance
 # without contact to that of stuck contacts where they begin, in turn

@@ -20,6 +20,7 @@ from nonlinear.time_integration.ring_motion import RingMotion
 from nonlinear.worst_motion.candidates import (
     CLEARLY_HIGHER,
     COULD_MATTER,
+    LONG,
     Place,
     UnstableStretch,
     branches_of,
@@ -279,7 +280,10 @@ def _decided(worst: WorstMotion, integration: RingIntegration, solution: Solutio
         return worst
     patterns = RingPatterns(ring, integration.options, solution.omega, solution.displacement)
     error = patterns.rate_error(max(solution.nodal_diameter, 0))
-    if rate + error < 0.0:
+    confirmed = (
+        math.isnan(error) and worst.truncation_error <= TRUNCATION_TOLERATED
+    )  # beside the frequency, as at a fold
+    if rate + error < 0.0 or confirmed or abs(rate) * LONG < worst.frequency_hz:
         return worst
     undecided = f"its growth rate, {rate:.2g} 1/s, has an error of {error:.2g} 1/s" if error > 0.0 else NOT_KNOWN
     try:
