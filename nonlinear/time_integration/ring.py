@@ -323,10 +323,9 @@ class RingState:
         n_blades : int
             Number of blades.
         """
-        times, rest = divmod(n_blades, self.n_blades)
-        if rest:
+        if n_blades % self.n_blades:
             raise ValueError(f"blades: {n_blades}, allowed: multiples of {self.n_blades}")
-        return RingState(*(np.concatenate([part] * times) for part in self._parts))
+        return self.over(n_blades)
 
     def over(self, n_blades: int) -> "RingState":
         """The same blades in turn on a ring of any number of them.

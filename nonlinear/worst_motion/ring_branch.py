@@ -174,13 +174,14 @@ def _in_time(
     with many harmonics.
     """
     modal, state = integration.ring.modal.at(0), motion.final
-    integrator = integration.coarse(omega, integration.pattern_of(motion))
-    harmonics = HARMONICS * periods
-    if periods > 1:
+    pattern, harmonics = integration.pattern_of(motion), HARMONICS * periods
+    if periods == 1:
+        integrator = integration.coarse(omega, pattern)
+    else:
         integrator = RingIntegrator.of(
             integration.ring,
             omega,
-            nodal_diameter=integration.pattern_of(motion),
+            nodal_diameter=pattern,
             retention=CONFIRMED * RETENTION,
             finer=SUBHARMONIC_STEPS,
         )

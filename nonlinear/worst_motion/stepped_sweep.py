@@ -143,15 +143,15 @@ class _Walk:
     def top(self, height_m: float) -> tuple[float, RingMotion | None, float]:
         """The highest motion above a height that persists, its frequency and truncation error.
 
-        A branch of a periodic motion is followed from the highest points or from the start, where the motion has been
-        seen for long. What is higher than its top may be a burst: it is confirmed in time, or lost.
+        A branch of a periodic motion is followed from the highest points; from the start it was tried before. What is
+        higher than its top may be a burst: it is confirmed in time, or lost.
         """
         highest = sorted(self.points, key=lambda each: -self.points[each][0])[:MOST_TOPS]
         places = [
             place for place in dict.fromkeys((*highest, self.start_hz)) if self._height(place) > FLOOR * height_m
         ]
         best: tuple[float, RingMotion | None, float] = math.nan, None, 0.0
-        branches = (self.branch(place, self._motion(place)) for place in places)
+        branches = (self.branch(place, self._motion(place)) for place in places if place != self.start_hz)
         best = next((found for found in branches if found is not None and _height_of(found) > height_m), best)
         if best[1] is not None:
             height_m = (1.0 + SAME_TOP) * _height_of(best)

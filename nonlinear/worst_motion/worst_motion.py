@@ -280,9 +280,8 @@ def _decided(worst: WorstMotion, integration: RingIntegration, solution: Solutio
         return worst
     patterns = RingPatterns(ring, integration.options, solution.omega, solution.displacement)
     error = patterns.rate_error(max(solution.nodal_diameter, 0))
-    confirmed = (
-        math.isnan(error) and worst.truncation_error <= TRUNCATION_TOLERATED
-    )  # beside the frequency, as at a fold
+    # more harmonics have the motion beside the frequency, as at a fold
+    confirmed = math.isnan(error) and worst.truncation_error <= TRUNCATION_TOLERATED
     if rate + error < 0.0 or confirmed or abs(rate) * LONG < worst.frequency_hz:
         return worst
     undecided = f"its growth rate, {rate:.2g} 1/s, has an error of {error:.2g} 1/s" if error > 0.0 else NOT_KNOWN

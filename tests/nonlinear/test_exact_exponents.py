@@ -194,8 +194,8 @@ def test_the_worst_motion_of_two_masses_repeats_after_two_periods():
     assert heights[0] != pytest.approx(heights[1], rel=1e-2)
 
 
-@pytest.mark.parametrize(("harmonics", "marked"), [(2, True), (3, True)])
-def test_a_height_whose_stability_the_harmonics_do_not_decide_is_marked(harmonics, marked):
+@pytest.mark.parametrize("harmonics", [2, 3])
+def test_a_height_whose_stability_the_harmonics_do_not_decide_is_marked(harmonics):
     """A ring of four that hits: few harmonics have no motion that more confirm, and the ring leaves theirs."""
     one, face = np.ones(1), np.eye(3)[:, 2:]
     model = ReducedModel(np.eye(1), np.eye(1), face, np.zeros((1, 3)), one, {"tip": one}, face, n_blades=4)
@@ -203,4 +203,4 @@ def test_a_height_whose_stability_the_harmonics_do_not_decide_is_marked(harmonic
     options = SolverOptions((0.143, 0.156), harmonics=harmonics, detached=False, truncation=False)
     curve = forced_response(modal_model(model, damping_ratio=0.01), contact, excitation, options)
     assert curve.worst.motion == "periodic"
-    assert ("and the ring leaves it" in curve.worst.unresolved) is marked
+    assert "and the ring leaves it" in curve.worst.unresolved
