@@ -111,6 +111,11 @@ class RingRecord:
     ends: Array
 
     @property
+    def vibration_m(self) -> float:
+        """Half the range of the output of a blade over all periods, the largest of all blades, m."""
+        return 0.5 * float(np.ptp(self.output_m, axis=(0, 1)).max())
+
+    @property
     def envelope_m(self) -> Array:
         """Largest abs(x) of every period and blade, (P, q), m: the largest sample, with a parabola through it.
 

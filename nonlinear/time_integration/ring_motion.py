@@ -213,6 +213,8 @@ class RingMotion:
         the excitation hardly mattered. `amplitude_m` is what it had grown to.
     height_error : float
         Relative change of `amplitude_m` by the last halving of the step; 0 where the step was not halved.
+    vibration_m : float
+        Half the range of the output of a blade in the last periods, the largest of all blades, m; NaN: not known.
 
     Examples
     --------
@@ -241,6 +243,7 @@ class RingMotion:
     persistence: int
     unbounded: bool = False
     height_error: float = 0.0
+    vibration_m: float = float("nan")
 
 
 def keeps_height_for(envelope: Array, window: int) -> int:
@@ -261,6 +264,7 @@ class _March:
         self.integrator, self.state = integrator, state
         self.envelopes: list[Array] = []
         self.ends: list[Array] = []
+        self.vibration_m = float("nan")
 
     @property
     def periods(self) -> int:
@@ -276,6 +280,7 @@ class _March:
         self.state = record.final
         self.envelopes.append(record.envelope_m)
         self.ends.append(record.ends)
+        self.vibration_m = record.vibration_m
         return record
 
     def last_ends(self, periods: int) -> Array:
@@ -370,6 +375,7 @@ def _final_window(march: _March, stays: bool, limits: RingLimits, left: int) -> 
         "periodic": repeats > 0,
         "repeats_after": repeats,
         "envelope_m": envelope,
+        "vibration_m": march.vibration_m,
         "persistence": keeps_height_for(envelope[left:], min(limits.window, march.periods - left)),
         "unbounded": not stays and march.grows_without_bound(limits.window),
     }

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import count, pairwise, product
 
 import numpy as np
@@ -360,7 +361,26 @@ class DepartureSearch:
         steady = motion.lowest_m >= (1.0 - 2.0 * self.tolerance) * motion.amplitude_m  # on its way to it
         known = bool(np.any(near)) and (motion.periodic if motion.settled else steady)
         falls = motion.amplitude_m < FLOOR * height or (_falls(motion) and _end(motion) <= height)
+        falls = falls or self._is_held(motion)
         return Departure(place, frequency_hz, motion, known, falls, failure)
+
+    def _is_held(self, motion: RingMotion) -> bool:
+        """Whether sliders that hold a deflection make the height of a motion.
+
+        It vibrates no more than a solution that persists, or less than it is deflected: residual tractions do that.
+        """
+        if self.mix is None or not self.mix.integration.ring.contact.friction.any():
+            return False
+        vibration, static = self._vibration_and_static_m
+        deflection = motion.amplitude_m - motion.vibration_m - static
+        return motion.vibration_m <= max((1.0 + CLEARLY_HIGHER) * vibration, deflection)
+
+    @cached_property
+    def _vibration_and_static_m(self) -> tuple[float, float]:
+        """Largest vibration of a solution that persists, and largest mean displacement of one, m."""
+        stable = [(each.amplitude_m[persists(each)], abs(each.static_m[persists(each)])) for each in self.branches]
+        vibration = max(float((height - mean).max(initial=0.0)) for height, mean in stable)
+        return vibration, max(float(mean.max(initial=0.0)) for _, mean in stable)
 
     def _growth(self, place: Place) -> float:
         """Logarithm of the growth of perturbations of a solution in a period."""

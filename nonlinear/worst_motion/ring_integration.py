@@ -354,7 +354,8 @@ class RingIntegration:
         )
         if integrator.n_blades > motion.n_blades:
             state = state.repeated(integrator.n_blades)
-        disturbed = integrator.disturbed(state, pattern, FOLLOWED * integrator.vibration(state))
+        share = min(motion.vibration_m / motion.amplitude_m, 1.0)  # of the displacement, without what sliders hold
+        disturbed = integrator.disturbed(state, pattern, FOLLOWED * share * integrator.vibration(state))
         record = integrator.march(disturbed, LONGER)
         calm = record.envelope_m[WINDOW:]  # without what decays at first
         before, after = np.array_split(calm, 2)
@@ -373,6 +374,7 @@ class RingIntegration:
             n_blades=integrator.n_blades,
             periods=motion.periods + LONGER,
             envelope_m=record.envelope_m,
+            vibration_m=replace(record, output_m=record.output_m[-WINDOW:]).vibration_m,
             final=record.final,
         )
 

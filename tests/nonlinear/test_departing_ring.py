@@ -28,7 +28,7 @@ from nonlinear.worst_motion.ring_integration import (
 )
 from nonlinear.worst_motion.ring_starts import RingStarts
 from nonlinear.worst_motion.stepped_sweep import SteppedSweep
-from rom import modal_model
+from rom import ReducedModel, modal_model
 
 
 def solved(n_blades, excitation, frequency_hz, interference, tangential_stiffness=2.0):
@@ -183,3 +183,19 @@ def test_a_quick_look_says_whether_the_highest_solution_is_stable(interference):
     assert quick.nodal_diameter == (curve.growth_nodal_diameter[peak.index] if quick.unstable else 0)
     assert "at the worst motion against nodal diameters 0 to 30;" in quick.searched
     assert "no time integration" in quick.searched
+
+
+def test_a_deflection_that_sliders_hold_is_no_vibration():
+    """Sliders under constant normal loads dissipate any difference of two motions: what is stuck vibrates in one way.
+
+    Random states slip and lock, and the blades then stand bent: other residual tractions, which are not searched.
+    """
+    one, face = np.ones(1), np.eye(3)[:, :1]
+    model = ReducedModel(np.eye(1), np.eye(1), face, np.zeros((1, 3)), one, {"tip": one}, face, n_blades=2)
+    values = {"normal_stiffness": 1.0, "tangential_stiffness": 20.0, "friction": 0.5}
+    contact = ContactParameters.shared(1, **values, interference=0.12)
+    options = SolverOptions(
+        (0.08, 0.35), harmonics=1, truncation=False, detached=False, search="standard", effort=0.1
+    )
+    curve = forced_response(modal_model(model, damping_ratio=0.0044), contact, Excitation(1, 0.043), options)
+    assert curve.worst.amplitude_m == curve.peak.amplitude_m == pytest.approx(5.6e-4, rel=0.05)
