@@ -7,7 +7,7 @@ it.
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol, TypeVar
+from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -287,6 +287,55 @@ class JoinedMemory:
         return result
 
 
+class _Cycle(NamedTuple):
+    """A cycle of M sliders at N instants, (M, N) each, speeds per instant."""
+
+    motion: Array
+    speed: Array
+    limit: Array  # mu N / kt; below 0: open
+    limit_speed: Array
+
+    def at(self, sample: Integers) -> "_Cycle":
+        """The same at one instant of each slider, (M,)."""
+        rows = np.arange(len(sample))
+        return _Cycle(*(part[rows, sample % part.shape[1]] for part in self))
+
+
+def _stick_ends(
+    cycle: _Cycle, sample: Integers, length: Integers, slipped: NDArray[np.bool_], at_once: NDArray[np.bool_]
+) -> tuple[Array, Array]:
+    """Where stick intervals begin and end, in instants: zeros between two of them, where these are of other signs.
+
+    A slider stops where its speed is zero, or sticks from where contact begins; it leaves stick where the limit or
+    the end of contact is reached. `sample`: the last instant before an interval of `length` instants; `at_once`: the
+    first instant of contact, which counts as slip.
+    """
+    last, first = cycle.at(sample), cycle.at(sample + 1)
+    sign = np.where(slipped, np.sign(last.speed), 0.0)
+    stops = [sign * part.speed - part.limit_speed for part in (last, first)]
+    before = sample - at_once
+    touches = [cycle.at(before + k).limit for k in (0, 1)]
+    start = np.where(slipped, sample + _zero(*stops), before + _zero(*touches))
+    at = cycle.at(before)
+    slider = np.where(
+        slipped,
+        last.motion - sign * last.limit + 0.5 * sign * (start - sample) * stops[0],
+        at.motion + (start - before) * at.speed,
+    )
+    end, after = sample + length, cycle.at(sample + length + 1)
+    turned = np.sign(after.motion - slider)
+    leaves = [turned * (part.motion - slider) - part.limit for part in (cycle.at(end), after)]
+    open_ = after.limit <= 0.0
+    way = np.where(open_, _zero(cycle.at(end).limit, after.limit), _zero(*leaves))
+    return start, np.asarray(end + way, dtype=np.float64)
+
+
+def _zero(before: Array, after: Array) -> Array:
+    """Where a straight line from one instant to the next is zero; in the middle where it is not."""
+    crosses = before * after < 0.0
+    return np.where(crosses, before / np.where(crosses, before - after, 1.0), 0.5)
+
+
 Memory = SliderMemory | ConeSliderMemory | JoinedMemory
 
 
@@ -337,9 +386,24 @@ class MemorySampler:
         # one instant of slip after re-contact is one of the sampling if the contact can stick at once
         at_once = (state[node, direction, sample - 1] == LIFT_OFF) & (np.abs(restart) <= np.abs(slipped))
         dw_dn = np.where((after == 0) | at_once, restart, slipped)
-        # a stick interval begins and ends between two instants: half a step later than the last one before
-        start, extent = (np.asarray(2.0 * np.pi / n * count, dtype=np.float64) for count in (sample + 0.5, length))
+        cycle = self._cycle(motion, speed, node, direction)
+        start, end = _stick_ends(cycle, sample, length, (after != 0) & ~at_once, at_once)
+        start, extent = (np.asarray(2.0 * np.pi / n * part, dtype=np.float64) for part in (start, end - start))
         return SliderMemory(node, direction, start, extent, dw_dn, kt, self.n_harmonics)
+
+    def _cycle(self, motion: Array, speed: Array, node: Integers, direction: Integers) -> "_Cycle":
+        """Displacements of sliders in units of the angle between two instants."""
+        p = self.parameters
+        slope = p.friction[node] * p.normal_stiffness[node] / p.tangential_stiffness[node]
+        step = 2.0 * np.pi / self.samples
+        return _Cycle(
+            motion=motion[node, direction],
+            speed=step * speed[node, direction],
+            limit=p.friction[node, None]
+            * p.unclipped_load(motion[:, 2].T).T[node]
+            / p.tangential_stiffness[node, None],
+            limit_speed=step * slope[:, None] * speed[node, 2],
+        )
 
     def _return_map(self, motion: Array) -> tuple[Integers, Integers, Integers]:
         """State, sign and number of samples of stick, see `stick_intervals`, of all sliders: (n_c, 2, samples)."""

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from exact_ring import ExactRing
 from period_map import PeriodMap
-from ring_monodromy import ImpactingRing
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
@@ -71,7 +71,7 @@ def test_exponents_of_the_whole_ring(blades):
         own = to_real(to_complex(motion).reshape(8, blades, 1, 3) / turns)
         integrator = RingIntegrator.of(ring_in_time(modal, contact, excitation, deviations), omega)
         state = integrator.on_wave(own.reshape(15, blades, 3))
-        ring = ImpactingRing(1.0 + deviations.frequency, 0.01, 0.6, 0.1, force, omega)
+        ring = ExactRing(1.0 + deviations.frequency, 0.01, 0.6, 0.1, force, omega)
         _, found = ring.periodic(np.concatenate([state.coordinates.ravel(), state.rates.ravel()]))
         assert growth == pytest.approx(found.real.max(), abs=4e-5)
         by_map = PeriodMap(integrator, state)
@@ -99,7 +99,7 @@ def test_a_localised_motion_by_harmonic_balance():
     assert heights.lowest_m < 0.1 * heights.amplitude_m
     top = 2.0 * np.pi * branch.top_hz
     state = np.concatenate([motion.final.coordinates.ravel(), motion.final.rates.ravel()])
-    exact, found = ImpactingRing(np.ones(4), 0.01, 0.4, -0.5, 0.02, top, 2).periodic(state)
+    exact, found = ExactRing(np.ones(4), 0.01, 0.4, -0.5, 0.02, top, 2).periodic(state)
     assert found.real.max() < 0.0
     again = RingState(*exact.reshape(2, 4, 1), rest.slider, rest.force)
     _, output = RingIntegrator.of(ring, top, nodal_diameter=1).history(again)
