@@ -71,7 +71,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def measure(names: Sequence[str], out: Path) -> None:
     """Run the studies with one BLAS thread, as the pipeline does, and write each."""
-    from rom import one_blas_thread
+    from rom.linear_algebra.threads import one_blas_thread
 
     out.mkdir(parents=True, exist_ok=True)
     with one_blas_thread():

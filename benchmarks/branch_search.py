@@ -102,7 +102,7 @@ def compare(case: StressCase, model: Path, limit: float) -> Comparison:
     """Solve a case with the search, and by random starts; `limit`: seconds for each curve."""
     from nonlinear import forced_response
     from nonlinear.response_solver import build_continuation
-    from rom import one_blas_thread
+    from rom.linear_algebra.threads import one_blas_thread
 
     with one_blas_thread():
         posed_problem = posed(case, model, frequency_range(case, model))

@@ -11,7 +11,9 @@ import time
 import numpy as np
 from numpy.typing import NDArray
 
-from nonlinear import ContactElement, ContactParameters, SolverOptions, contact_element
+from nonlinear import ContactParameters, SolverOptions
+from nonlinear.contact.element_choice import contact_element
+from nonlinear.contact.parameters import ContactElement
 
 NODES = 9
 SAMPLES = (64, 256, 1024)

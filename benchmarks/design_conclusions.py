@@ -76,7 +76,7 @@ BLADES = {
 
 def main(arguments: list[str] | None = None) -> int:
     """Measure, write the table; the exit status."""
-    from rom import one_blas_thread
+    from rom.linear_algebra.threads import one_blas_thread
 
     parser = options_of(__doc__, NAME)
     parser.add_argument("--blades", nargs="*", choices=tuple(BLADES), default=list(BLADES), help="which to measure")
@@ -148,8 +148,9 @@ def best_of_sweep(problem: Problem, values: Sequence[float]) -> tuple[float, flo
 
 def really(problem: Problem, value: float, title: str) -> dict[str, Any]:
     """The worst motion at a value by a response with all options, and what the ring does from there in time."""
-    from nonlinear import Ring, forced_response
+    from nonlinear import forced_response
     from nonlinear.peak_curves.parameter_family import with_parameter
+    from nonlinear.time_integration.ring import Ring
 
     modal, contact, wave, options = with_parameter(problem, "interference", value)
     curve = forced_response(modal, contact, wave, options)

@@ -23,18 +23,13 @@ HEAD = (
 def row(size: float) -> str:
     """One row of the table: processor seconds, with one BLAS thread."""
     from geometry import BladeParameters, DiskParameters, MeshParameters, ShroudParameters, build_sector
-    from rom import (
-        Material,
-        ReductionOptions,
-        assemble,
-        cyclic_faces,
-        interface_motion,
-        one_blas_thread,
-        reduce_sector,
-        wave_errors,
-    )
+    from rom import Material, ReductionOptions, assemble, reduce_sector
     from rom.cyclic_sector.condensed_sector import CondensedSector
+    from rom.cyclic_sector.cyclic_faces import cyclic_faces
     from rom.cyclic_sector.cyclic_modes import WaveProblem
+    from rom.cyclic_sector.interface_motion import interface_motion
+    from rom.cyclic_sector.wave_reference import wave_errors
+    from rom.linear_algebra.threads import one_blas_thread
 
     blade = BladeParameters(72, 0.3, 0.15, 0.036, 0.009, 0.006, 25.0, "lens")
     shroud, mesh = ShroudParameters(70.0, 0.005, 0.04, 0.012), MeshParameters(size=size)

@@ -26,20 +26,11 @@ import calculix
 from rom_reference import lowest_hz
 
 from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
-from rom import (
-    FullModel,
-    Material,
-    ReductionOptions,
-    assemble,
-    centrifugal_displacement,
-    gyroscopic_frequencies,
-    natural_frequencies,
-    reduce_sector,
-    stiffen_by_rotation,
-)
+from rom import FullModel, Material, ReductionOptions, assemble, natural_frequencies, reduce_sector
+from rom.cyclic.natural_frequencies import gyroscopic_frequencies
 from rom.finite_elements.assembly import ElasticBody, stress_at_quadrature
 from rom.finite_elements.discretisation import discretise
-from rom.finite_elements.rotation import RotatingBody
+from rom.finite_elements.rotation import RotatingBody, centrifugal_displacement, stiffen_by_rotation
 
 NAME = "frequencies_at_speed"
 SPEEDS = (3000.0, 6000.0, 9000.0)  # rev/min

@@ -93,7 +93,7 @@ def free_blade(scene_file: Path, size: float, ratio: float) -> tuple[int, float,
 
 def measure(scene_file: str, size: float, grid: Sequence[int] | None) -> list[dict[str, Any]]:
     """One row for each kind of contact dofs on a mesh of a size in mm: m/N, Hz of the first three modes."""
-    from nonlinear import punch_stiffness
+    from nonlinear.contact.parameters import punch_stiffness
     from rom import BoundaryChoice, ReductionOptions, inter_blade_phase, reduce_sector
 
     changes = {"mesh.size": 1e-3 * size} | ({"mesh.contact_grid": tuple(grid)} if grid else {})
@@ -117,7 +117,7 @@ def measure(scene_file: str, size: float, grid: Sequence[int] | None) -> list[di
 
 def _compliance(model: Any, phase: float) -> dict[str, float]:
     """Means over the contact nodes, m/N: `whole_*` of the relative flexibility, `local_*` with all others held."""
-    from rom import relative_contact_motion
+    from rom.cyclic.cyclic_symmetry import relative_contact_motion
 
     motion = relative_contact_motion(model.contact_right, model.contact_left, phase)
     flexibility = motion @ np.linalg.solve(model.stiffness, motion.conj().T)

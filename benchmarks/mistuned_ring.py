@@ -52,12 +52,14 @@ def measure(scene_file: str, model_file: str, blades: int) -> dict[str, Any]:
     """Processor seconds a point of a ring, of the ways to solve one bordered system, and memory (GB)."""
     import numpy as np
 
-    from nonlinear import Mistuning, mistuned_response
     from nonlinear.mistuned_ring.linear_contacts import strain_directions
+    from nonlinear.mistuned_ring.mistuning import Mistuning
     from nonlinear.mistuned_ring.ring_balance import RingBalance
     from nonlinear.mistuned_ring.ring_receptance import RingReceptance
+    from nonlinear.mistuned_ring.ring_response import mistuned_response
     from nonlinear.mistuned_ring.sector_ring import SectorRing
-    from rom import RelativeReceptance, one_blas_thread
+    from rom.cyclic.receptance import RelativeReceptance
+    from rom.linear_algebra.threads import one_blas_thread
 
     scene = scene_with(scene_file, {"contact.interference": INTERFERENCE})
     problem = curve_problem(model_file, scene)

@@ -71,7 +71,7 @@ class SweptValue:
 
 def main(arguments: list[str] | None = None) -> int:
     """Measure both and write the table; the exit status."""
-    from rom import one_blas_thread
+    from rom.linear_algebra.threads import one_blas_thread
 
     options = _options(arguments)
     changes: dict[str, Any] = {} if options.angle is None else {"shroud.angle": options.angle}

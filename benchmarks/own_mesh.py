@@ -77,7 +77,9 @@ def measure(what: str, scene_file: str, size: float, modes: int, file: str) -> d
 
 def _sector(file: str, scene: Any, seconds: dict[str, float]) -> SectorMesh:
     """Read the file and take it for a sector."""
-    from geometry import SectorChoice, read_mesh, sector_from_mesh
+    from geometry import read_mesh
+    from geometry.own_mesh.own_sector import sector_from_mesh
+    from geometry.own_mesh.sector_choice import SectorChoice
 
     start = time.perf_counter()
     mesh = read_mesh(file)

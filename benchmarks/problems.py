@@ -76,7 +76,8 @@ def full_model_of(scene: Scene, sector: SectorMesh) -> FullModel:
 
 def clamped_modes(full: FullModel, count: int, backend: str = "auto") -> tuple[np.ndarray, np.ndarray]:
     """Lowest modes of the blade clamped at its root: omega (m,) in rad/s, shapes (N, m); one BLAS thread."""
-    from rom import factorise, one_blas_thread
+    from rom.linear_algebra.factorisation import factorise
+    from rom.linear_algebra.threads import one_blas_thread
     from rom.reduction.fixed_interface_modes import lowest_modes
 
     moving = np.setdiff1d(np.arange(full.n_dofs), full.fixed)
@@ -98,13 +99,13 @@ class BuiltMesh:
 
     def sector(self) -> SectorMesh:
         """The mesh."""
-        from rom import load_sector
+        from rom.files.sector_file import load_sector
 
         return load_sector(self.folder / SECTOR)
 
     def full_model(self) -> FullModel:
         """The assembled matrices."""
-        from rom import load_full_model
+        from rom.files.full_model_file import load_full_model
 
         return load_full_model(self.folder / FULL_MODEL)
 

@@ -23,20 +23,16 @@ import h5py
 import numpy as np
 from tables import OUT, table_of, write_results
 
-from nonlinear import (
-    ContactParameters,
-    Excitation,
-    HarmonicBalance,
-    Ring,
-    RingLimits,
-    SolverOptions,
-    build_harmonic_balance,
-    integrate_ring,
-)
+from nonlinear import ContactParameters, Excitation, SolverOptions
 from nonlinear.contact.fourier import to_real
+from nonlinear.harmonic_balance.residual import HarmonicBalance
+from nonlinear.response_solver import build_harmonic_balance
 from nonlinear.stability.floquet import FloquetAnalysis
+from nonlinear.time_integration.ring import Ring
 from nonlinear.time_integration.ring_integrator import with_more_harmonics
-from rom import modal_model, one_blas_thread, read_reduced_model
+from nonlinear.time_integration.ring_motion import RingLimits, integrate_ring
+from rom import modal_model, read_reduced_model
+from rom.linear_algebra.threads import one_blas_thread
 
 MARGINAL = 1e-3  # rates below this times omega: the accuracy of the exponents does not tell stable from unstable
 

@@ -13,7 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometry import ELEMENT_KINDS, ElementBlock, ImportedMesh, write_mesh
+from geometry import ElementBlock, ImportedMesh
+from geometry.elements import ELEMENT_KINDS
+from geometry.mesh_files.write import write_mesh
 
 N_BLADES = 40
 WIDTH = 0.02  # m, along x

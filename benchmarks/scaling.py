@@ -62,7 +62,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 def measure(scene_file: str, grid: int, harmonics: int) -> dict[str, Any]:
     """Seconds to the reduced model, milliseconds a point, and largest memory (GB) of this process."""
-    from rom import one_blas_thread
+    from rom.linear_algebra.threads import one_blas_thread
 
     scene = scene_with(scene_file, {"contact.interference": INTERFERENCE, "mesh.contact_grid": (grid, grid)})
     with one_blas_thread():

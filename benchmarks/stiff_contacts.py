@@ -19,11 +19,14 @@ from problems import cached_model, scene_with
 from stress_solving import OutOfTimeError
 from tables import options_of, table_of, write_results
 
-from nonlinear import ContactParameters, ResponseCurve, Ring, RingLimits, forced_response, integrate_ring
+from nonlinear import ContactParameters, ResponseCurve, forced_response
 from nonlinear.contact.fourier import to_real
+from nonlinear.time_integration.ring import Ring
+from nonlinear.time_integration.ring_motion import RingLimits, integrate_ring
 from pipeline.scene.schema import Scene
 from pipeline.stages.scene_to_solver import nonlinear_problem
-from rom import ModalModel, ReducedModel, one_blas_thread, read_reduced_model
+from rom import ModalModel, ReducedModel, read_reduced_model
+from rom.linear_algebra.threads import one_blas_thread
 
 MICRO = 1e6
 TANGENTIAL = 0.75  # kt / kn

@@ -67,7 +67,7 @@ def solve_case(case: Case, model: Path | None, limit: float) -> StressResult:
 def attempt(case: Case, model: Path | None, limit: float) -> tuple[StressResult, ResponseCurve | None]:
     """As `solve_case`, with the curve, if there is one."""
     from nonlinear import forced_response
-    from rom import one_blas_thread
+    from rom.linear_algebra.threads import one_blas_thread
 
     began = time.perf_counter()
     low = high = NAN

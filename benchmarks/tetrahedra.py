@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from geometry import ELEMENT_KINDS
+from geometry.elements import ELEMENT_KINDS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

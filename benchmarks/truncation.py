@@ -126,7 +126,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 def validate(case: StressCase, model: Path, limit: float) -> Validation:
     """Solve a case, estimate its truncation error and find the truth; `limit`: seconds for each whole curve."""
-    from rom import one_blas_thread
+    from rom.linear_algebra.threads import one_blas_thread
 
     with one_blas_thread():
         try:

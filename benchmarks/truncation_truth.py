@@ -77,10 +77,10 @@ class Problem:
 
 def problem_of(case: StressCase, model: Path) -> Problem:
     """The problem of a case under 1 N, as the test matrix poses it."""
-    from nonlinear import build_harmonic_balance
     from nonlinear.continuation.arclength_continuation import Continuation
     from nonlinear.continuation.step_control import find_resonances
     from nonlinear.harmonic_balance.initial_solution import TruncatedBalances, static_displacement
+    from nonlinear.response_solver import build_harmonic_balance
 
     modal, contact, excitation, options = posed(case, model, frequency_range(case, model))
     balance = build_harmonic_balance(modal, contact, excitation, options)

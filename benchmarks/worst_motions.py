@@ -28,8 +28,10 @@ from stress_solving import OutOfTimeError, frequency_range, posed
 from tables import ROOT, machine_line, options_of, table_of, write_results
 
 if TYPE_CHECKING:
-    from nonlinear import ResponseCurve, Ring, RingMotion, SolverOptions
+    from nonlinear import ResponseCurve, SolverOptions
     from nonlinear.contact.parameters import Array
+    from nonlinear.time_integration.ring import Ring
+    from nonlinear.time_integration.ring_motion import RingMotion
 
 SCENES = tuple(ROOT / "scenes" / f"{name}.toml" for name in ("dummy", "figure5", "figure6", "figure7", "campbell"))
 PERIODS = 1500
@@ -117,8 +119,9 @@ def brute_row(case: StressCase, model: Path, search: str) -> dict[str, Any]:
     """The worst motion of a case beside the highest of brute force."""
     from dataclasses import replace
 
-    from nonlinear import Ring, forced_response
-    from rom import one_blas_thread
+    from nonlinear import forced_response
+    from nonlinear.time_integration.ring import Ring
+    from rom.linear_algebra.threads import one_blas_thread
 
     row: dict[str, Any] = {"case": case.index, "angle": f"{case.angle:g}", "EO/N": f"{case.order_ratio:.3g}"}
     row |= {"kn": f"{case.normal_stiffness:.2g}", "v0 [um]": f"{case.interference * 1e6:.3g}"}
@@ -154,7 +157,7 @@ def brute_force(ring: Ring, curve: ResponseCurve) -> tuple[float, str]:
     """The highest motion that recurs from random states, or in slow sweeps, m, and where it was seen."""
     import numpy as np
 
-    from nonlinear import RingIntegrator
+    from nonlinear.time_integration.ring_integrator import RingIntegrator
     from nonlinear.worst_motion.candidates import branches_of
     from nonlinear.worst_motion.ring_integration import Solution
     from nonlinear.worst_motion.ring_starts import random_state
@@ -203,7 +206,7 @@ def recurs(envelope: Array) -> float:
 
 def scene_curves(scenes: Sequence[Path], angle: float | None, out: Path) -> Iterator[SolvedCurve]:
     """All curves of the scenes, as `shroud run` solves them."""
-    from nonlinear import Ring
+    from nonlinear.time_integration.ring import Ring
     from pipeline.process.progress import Reporter
     from pipeline.run import solved_curves
     from pipeline.scene.labels import member_label
@@ -231,7 +234,8 @@ def hard_curves(scene: Path, count: int, seed: int, store: Path) -> Iterator[Sol
     """Curves of cases drawn from the hard corner of the test matrix."""
     from dataclasses import replace
 
-    from nonlinear import Ring, forced_response
+    from nonlinear import forced_response
+    from nonlinear.time_integration.ring import Ring
 
     cases = [replace(case, harmonics=HARMONICS) for case in draw_cases(count, seed, hard=True)]
     models = models_by_angle(scene, (case.angle for case in cases), store)
@@ -282,10 +286,10 @@ def height_at_start(curve: ResponseCurve) -> float:
 
 def in_time(solved: SolvedCurve) -> RingMotion | None:
     """The ring in time from the solution of the worst motion; None where that is on no branch or cannot be done."""
-    from nonlinear import RingLimits, integrate_ring
+    from nonlinear.time_integration.ring_motion import RingLimits, integrate_ring
     from nonlinear.worst_motion.candidates import branches_of
     from nonlinear.worst_motion.ring_integration import RingIntegration, Solution
-    from rom import one_blas_thread
+    from rom.linear_algebra.threads import one_blas_thread
 
     worst = solved.curve.worst
     if worst is None or worst.branch < 0:

@@ -22,7 +22,8 @@ from nonlinear.nonlinear_modes.mode_curve import harmonic_shares
 from nonlinear.nonlinear_modes.nonlinear_mode import ModeResonance, NonlinearMode
 from nonlinear.options import Excitation
 from nonlinear.response_curve import ResponseCurve
-from rom import RelativeReceptance, RingModes
+from rom.cyclic.receptance import RelativeReceptance
+from rom.cyclic.sector_modes import RingModes
 
 FARTHEST = 0.7  # distance |ln A_r / A_p| + 10 |ln f_r / f_p| up to which a resonance and a peak belong together
 _FREQUENCY_WEIGHT, _OTHER_KIND = 10.0, 0.1  # _OTHER_KIND: a minimum for a maximum, where force or amplitude turn

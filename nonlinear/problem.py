@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from nonlinear.contact.parameters import ContactParameters
 from nonlinear.options import Excitation, SolverOptions
-from rom import RingModes
+from rom.cyclic.sector_modes import RingModes
 
 ProblemTuple = tuple[RingModes, ContactParameters, Excitation, SolverOptions]
 

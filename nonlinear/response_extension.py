@@ -20,7 +20,7 @@ from nonlinear.problem import Problem, ProblemTuple
 from nonlinear.response_curve import ResponseCurve, by_height
 from nonlinear.response_solver import build_continuation, lifting_to
 from nonlinear.worst_motion.worst_motion import find_worst_motion
-from rom import one_blas_thread
+from rom.linear_algebra.threads import one_blas_thread
 
 SAME_AS_KNOWN = 0.01  # distance from a known branch, relative to the vibration, within which nothing is lifted
 

@@ -29,7 +29,9 @@ from nonlinear.residual_tractions.extreme_amplitude import free_tractions
 from nonlinear.residual_tractions.residual_bounds import residual_bounds
 from nonlinear.response_curve import ResponseCurve, StaticContact, TerminationReason, by_height
 from nonlinear.worst_motion.worst_motion import find_worst_motion
-from rom import RelativeReceptance, RingModes, one_blas_thread
+from rom.cyclic.receptance import RelativeReceptance
+from rom.cyclic.sector_modes import RingModes
+from rom.linear_algebra.threads import one_blas_thread
 
 LEAST_HARMONICS = 7  # that detached branches may have with harmonics "auto", where the main branch has fewer
 StageName = Literal["main branch", "truncation error", "detached branches", "worst motion"]

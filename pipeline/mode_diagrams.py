@@ -97,7 +97,7 @@ def _write(
     from pipeline.figures.campbell import campbell_figure, nodal_diameter_figure
     from pipeline.figures.flutter import flutter_figure
     from pipeline.figures.style import save, styled
-    from rom import one_blas_thread
+    from rom.linear_algebra.threads import one_blas_thread
 
     (folder / FILE).write_text(json.dumps(values, indent=1, ensure_ascii=False), encoding="utf-8")
     orders = {each.scene.excitation.engine_order for each in shown}

@@ -43,7 +43,7 @@ from pipeline.studies.study import StudyContext, StudyError
 from pipeline.studies.study_stage import studied, write_study
 
 if TYPE_CHECKING:
-    from nonlinear import ResponseCurve
+    from nonlinear.response_curve import ResponseCurve
     from pipeline.stages.curve.respond import CurveResult
 
 
@@ -198,7 +198,7 @@ def _of_command_line(error: InputError) -> InputError:
 
 def _static_ranges(context: StudyContext) -> dict[str, Range]:
     """The static ranges from curves in the store. Their interferences are far beyond the usual on purpose."""
-    from rom import read_reduced_model
+    from rom.files.reduced_model_file import read_reduced_model
 
     model = read_reduced_model(context.model.rom, with_basis=False)
     forced = replace(context.run, request=replace(context.run.request, force=True))

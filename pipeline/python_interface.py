@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pipeline.process.progress import Reporter
     from pipeline.results.results import Results
     from pipeline.stages.request import Request
-    from rom import ReducedModel
+    from rom.cyclic.reduced_model import ReducedModel
 
 KEYWORDS = (*Scene.model_fields, "sweep")
 MODEL_STAGES = ("mesh", "assemble", "reduce")

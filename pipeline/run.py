@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     from pipeline.render.render_stage import RenderingAhead
     from pipeline.results.modes import ModelModes
     from pipeline.scene.reading import Member
-    from rom import ReducedModel
+    from rom.cyclic.reduced_model import ReducedModel
 
     Drawn = Callable[[Run, Models, RunOutcome], list[Path]]
 
@@ -209,7 +209,7 @@ def _check(request: Request) -> ReducedModel | None:
     _check_until(request)
     if request.rom is None:
         return None
-    from rom import ReducedModelError
+    from rom.errors import ReducedModelError
 
     model = read_given_model(request.rom) if isinstance(request.rom, Path) else request.rom
     if model.n_contacts == 0:

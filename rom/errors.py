@@ -6,7 +6,7 @@ import math
 import numbers
 import os
 
-from geometry import ParameterError
+from geometry.errors import ParameterError
 
 
 class RomParameterError(ParameterError):

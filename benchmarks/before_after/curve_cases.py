@@ -67,7 +67,7 @@ def one_thread(function: Callable[..., dict[str, Any]]) -> Callable[..., dict[st
     """The function with one BLAS thread, and the kernels loaded by a coarse curve before."""
 
     def run(models: str, **arguments: Any) -> dict[str, Any]:
-        from rom import one_blas_thread
+        from rom.linear_algebra.threads import one_blas_thread
 
         with one_blas_thread():
             warm_up(models)
@@ -78,7 +78,8 @@ def one_thread(function: Callable[..., dict[str, Any]]) -> Callable[..., dict[st
 
 def warm_up(models: str) -> None:
     """Load or compile the kernels of curves, of their extras and of the time integration."""
-    from nonlinear import Ring, RingLimits, integrate_ring
+    from nonlinear.time_integration.ring import Ring
+    from nonlinear.time_integration.ring_motion import RingLimits, integrate_ring
 
     curve = next(posed(models, "figure5"))
     curve.solve(harmonics=1, stability="ring", truncation=True)

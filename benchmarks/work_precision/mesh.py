@@ -113,7 +113,7 @@ def _reference(scene: Scene, settings: MeshSettings, store: Path) -> tuple[dict[
 
 def _linear_values(model: ReducedModel, scene: Scene, sector: SectorMesh) -> dict[str, float]:
     """First natural frequency in the range or above it, Hz, free and stuck; highest tip receptance free, m/N."""
-    from rom import linear_responses
+    from rom.reduction.model_comparison import linear_responses
 
     responses = {
         response.condition: response for response in linear_responses(model, linear_operation(scene, sector))

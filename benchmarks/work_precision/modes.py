@@ -13,7 +13,8 @@ from pipeline.stages.scene_to_solver import linear_operation
 from work_precision.study import Measured, Study, announced, timed
 
 if TYPE_CHECKING:
-    from rom import LinearOperation, LinearResponse, ReducedModel
+    from rom import ReducedModel
+    from rom.reduction.model_comparison import LinearOperation, LinearResponse
 
 BEYOND = 20.0  # highest mode of the reference over that of the usual one
 FREE, STUCK = "natural frequencies, free", "natural frequencies, stuck"
@@ -33,7 +34,7 @@ DEFAULT = ModesSettings((2, 5, 10, 20, 30, 40, 60, 80), (1e-2, 1e-3))
 
 def modes_study(scene_file: Path, settings: ModesSettings) -> Study:
     """Errors of natural frequencies in the range and of receptances over it, for each number of modes."""
-    from rom import linear_responses
+    from rom.reduction.model_comparison import linear_responses
 
     rows = []
     with built_mesh(scene_with(scene_file, {})) as mesh:
@@ -62,7 +63,8 @@ def modes_study(scene_file: Path, settings: ModesSettings) -> Study:
 
 def _full_reference(mesh: BuiltMesh, beyond: float) -> ReducedModel:
     """A model of the full one's responses, good up to `beyond` times the frequency range."""
-    from rom import BoundaryChoice, full_reference
+    from rom import BoundaryChoice
+    from rom.reduction.reference_model import full_reference
 
     highest, excitation = beyond * mesh.scene.response.frequency[1], mesh.scene.excitation
     return full_reference(
@@ -74,7 +76,7 @@ def _full_reference(mesh: BuiltMesh, beyond: float) -> ReducedModel:
 
 
 def _errors(model: ReducedModel, operation: LinearOperation, exact: Sequence[LinearResponse]) -> dict[str, float]:
-    from rom import linear_errors, linear_responses
+    from rom.reduction.model_comparison import linear_errors, linear_responses
 
     errors = linear_errors(linear_responses(model, operation, exact), exact, operation.frequency_hz)
     by_condition = {error.condition: error for error in errors}

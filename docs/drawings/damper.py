@@ -8,15 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from docs.drawings.lines import bare, drawing_style, leader
-from geometry import (
-    BladeParameters,
-    MeshParameters,
-    PlatformParameters,
-    SectorMesh,
-    SnubberParameters,
-    build_sector,
-    rotate_about_axis,
-)
+from geometry import BladeParameters, MeshParameters, PlatformParameters, SectorMesh, SnubberParameters, build_sector
+from geometry.frames import rotate_about_axis
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

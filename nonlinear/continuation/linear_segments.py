@@ -22,7 +22,8 @@ from nonlinear.continuation.solution_point import LinearState, Metric, SolutionP
 from nonlinear.continuation.zero_bracket import closed_bracket
 from nonlinear.harmonic_balance.newton_decisions import SOFT
 from nonlinear.harmonic_balance.residual import HarmonicBalance, counted_at_contacts
-from rom import RelativeReceptance, SpringSupportedMotion, contact_springs
+from rom.cyclic.contact_springs import SpringSupportedMotion, contact_springs
+from rom.cyclic.receptance import RelativeReceptance
 
 if TYPE_CHECKING:
     from nonlinear.continuation.response_kernels import SprungHarmonic

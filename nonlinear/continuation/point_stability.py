@@ -25,7 +25,11 @@ from nonlinear.stability.ring_stability import (
     RingStability,
     largest_nodal_diameter,
 )
-from rom import ModalModel, RingModes, coupled_frequencies, relative_contact_motion, spring_stiffness
+from rom.cyclic.contact_springs import spring_stiffness
+from rom.cyclic.cyclic_symmetry import relative_contact_motion
+from rom.cyclic.modal_model import ModalModel
+from rom.cyclic.natural_frequencies import coupled_frequencies
+from rom.cyclic.sector_modes import RingModes
 
 FLOATING = 1e-11  # square of the frequency of a body that slides over the highest one: round-off
 SAMPLED = 7  # nodal diameters of a ring at which a search starts

@@ -12,7 +12,7 @@ from nonlinear.contact.fourier import ComplexArray, to_complex
 from nonlinear.contact.parameters import Array, ContactForces
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.options import Measure, OptionsError
-from rom import RelativeReceptance
+from rom.cyclic.receptance import RelativeReceptance
 
 
 def output_components(outputs: Iterable[str], name: str) -> tuple[str, ...]:

@@ -12,7 +12,8 @@ import numpy as np
 from nonlinear.contact.parameters import Array, ContactParameters
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.options import SolverOptions
-from rom import RelativeReceptance, coupled_frequencies
+from rom.cyclic.natural_frequencies import coupled_frequencies
+from rom.cyclic.receptance import RelativeReceptance
 
 State = TypeVar("State")
 

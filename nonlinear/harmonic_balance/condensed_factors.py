@@ -29,7 +29,7 @@ from scipy.linalg.lapack import dgetrf, dgetrs
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
-from rom import RelativeReceptance
+from rom.cyclic.receptance import RelativeReceptance
 
 SMALLEST_PROBLEM = 250  # unknowns, below which dense factors cost less
 NEGLECTED = 3e-2  # bound of G K in an interface mode, below which one more is enough

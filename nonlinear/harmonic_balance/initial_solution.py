@@ -16,7 +16,9 @@ from nonlinear.harmonic_balance.newton_decisions import SOFT, has_converged, sta
 from nonlinear.harmonic_balance.residual import HarmonicBalance, LinearisedResidual
 from nonlinear.options import SolverOptions
 from nonlinear.response_curve import StaticContact
-from rom import RelativeReceptance, RingModes, Support, contact_springs
+from rom.cyclic.contact_springs import contact_springs
+from rom.cyclic.receptance import RelativeReceptance, Support
+from rom.cyclic.sector_modes import RingModes
 
 MAX_ITERATIONS = 40
 SMALLEST_DAMPING = 1.0 / 256.0

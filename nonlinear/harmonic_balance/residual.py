@@ -25,7 +25,7 @@ from nonlinear.contact.fourier import ComplexArray, to_complex, to_real
 from nonlinear.contact.parameters import Array, ContactElement, ContactForces, ContactParameters
 from nonlinear.harmonic_balance.condensed_factors import SMALLEST_PROBLEM, CondensedFactors, DenseFactors
 from nonlinear.harmonic_balance.newton_decisions import SMALLEST_VIBRATION, SOFT
-from rom import RelativeReceptance
+from rom.cyclic.receptance import RelativeReceptance
 
 FACTORS_WORK = 0.01  # of an iteration for each unknown, as measured with condensed factors
 STATIC_RESOLUTION = 1e-3  # a tolerance of 1e-13 of it is the round-off of the motion of one side

@@ -18,15 +18,12 @@ from numpy.typing import NDArray
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactParameters
 from nonlinear.options import OptionsError
-from rom import (
-    ModalModel,
-    RelativeReceptance,
-    RingModes,
-    contact_springs,
-    relative_contact_motion,
-    spring_stiffness,
-    strain_rows,
-)
+from rom.cyclic.contact_springs import contact_springs, spring_stiffness
+from rom.cyclic.cyclic_symmetry import relative_contact_motion
+from rom.cyclic.modal_model import ModalModel
+from rom.cyclic.receptance import RelativeReceptance
+from rom.cyclic.sector_modes import RingModes
+from rom.cyclic_sector.part_stiffness import strain_rows
 
 HIGHEST = 3.0  # of the modes, relative to the upper end of the range
 NEGLECTED = 1e-5  # strain energy of a mode outside the directions, of its whole strain energy

@@ -28,7 +28,7 @@ from nonlinear.mistuned_ring.linear_contacts import (
 )
 from nonlinear.mistuned_ring.mistuning import Mistuning, MistuningError
 from nonlinear.options import Excitation
-from rom import ModalModel
+from rom.cyclic.modal_model import ModalModel
 
 INDEPENDENT = 1e-7  # smallest relative singular value of a vector of T
 BATCH = 64  # frequencies solved together

@@ -37,7 +37,11 @@ from nonlinear.mistuned_ring.linear_contacts import (
 from nonlinear.mistuned_ring.mistuning import Mistuning, MistuningError, check_blades
 from nonlinear.mistuned_ring.sector_ring import wave_turns
 from nonlinear.options import Excitation
-from rom import ModalModel, PoleModes, RelativeReceptance, RingModes, relative_contact_motion
+from rom.cyclic.cyclic_symmetry import relative_contact_motion
+from rom.cyclic.modal_model import ModalModel
+from rom.cyclic.pole_modes import PoleModes
+from rom.cyclic.receptance import RelativeReceptance
+from rom.cyclic.sector_modes import RingModes
 
 NEAR = 0.9  # where the other modes are taken at, relative to the upper end of the range
 INDEPENDENT = 1e-7  # smallest part of a response that the modes do not have, relative to it

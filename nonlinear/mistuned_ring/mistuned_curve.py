@@ -28,7 +28,8 @@ from nonlinear.worst_motion.ring_integration import USUAL_PERIODS, Integrated, R
 from nonlinear.worst_motion.ring_starts import RingStarts
 from nonlinear.worst_motion.stepped_sweep import SteppedSweep
 from nonlinear.worst_motion.worst_motion import period_cost, worst_of
-from rom import ModalModel, RingModes
+from rom.cyclic.modal_model import ModalModel
+from rom.cyclic.sector_modes import RingModes
 
 MOST_UNKNOWNS = 500  # of a ring that is solved as one structure: some minutes
 PERIODS = 1000  # of the time integration of a whole ring with the standard search

@@ -16,7 +16,7 @@ import numpy as np
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
 from nonlinear.harmonic_balance.residual import BorderedFactors
-from rom import RelativeReceptance
+from rom.cyclic.receptance import RelativeReceptance
 
 
 @dataclass(frozen=True)

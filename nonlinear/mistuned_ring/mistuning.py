@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nonlinear.contact.parameters import Array, ContactParameters
-from rom import RingModes
+from rom.cyclic.sector_modes import RingModes
 
 
 def whitehead_bound(n_blades: int) -> float:

@@ -29,7 +29,9 @@ from nonlinear.mistuned_ring.mistuned_structure import RingStructure, RingSystem
 from nonlinear.mistuned_ring.mistuning import Mistuning
 from nonlinear.options import Excitation
 from nonlinear.time_integration.ring import Ring
-from rom import ModalModel, PoleModes, RelativeReceptance
+from rom.cyclic.modal_model import ModalModel
+from rom.cyclic.pole_modes import PoleModes
+from rom.cyclic.receptance import RelativeReceptance
 
 
 class RingBlocks(NamedTuple):

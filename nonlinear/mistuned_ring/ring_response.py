@@ -26,7 +26,9 @@ from nonlinear.mistuned_ring.ring_receptance import RingReceptance
 from nonlinear.mistuned_ring.sector_ring import SectorRing
 from nonlinear.options import Excitation, OptionsError, SolverOptions
 from nonlinear.response_solver import build_continuation
-from rom import RingModes, coupled_frequencies, one_blas_thread
+from rom.cyclic.natural_frequencies import coupled_frequencies
+from rom.cyclic.sector_modes import RingModes
+from rom.linear_algebra.threads import one_blas_thread
 
 UNCERTAIN = 5e-3  # relative error of the height expected of a maximum between two points
 

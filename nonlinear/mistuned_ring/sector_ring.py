@@ -44,7 +44,8 @@ from nonlinear.harmonic_balance.condensed_factors import DenseFactors
 from nonlinear.harmonic_balance.residual import BorderedFactors
 from nonlinear.mistuned_ring.cyclic_blocks import CyclicBlockFactors, CyclicBlocks
 from nonlinear.mistuned_ring.mistuned_structure import RingStructure, RingSystem, by_pair, from_pairs, real_product
-from rom import RelativeReceptance, WaveModes
+from rom.cyclic.modal_model import WaveModes
+from rom.cyclic.receptance import RelativeReceptance
 
 SMALLEST_ITERATIVE = 400  # unknowns of a ring from which GMRES is faster than a dense factorisation
 NEAR = 1.2  # ratio of frequencies up to which a mode carries motion far around the ring

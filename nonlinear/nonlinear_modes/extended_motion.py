@@ -41,7 +41,9 @@ import numpy as np
 from nonlinear.contact.fourier import ComplexArray, to_complex, to_real
 from nonlinear.contact.parameters import Array, ContactElement, ContactForces, ContactParameters
 from nonlinear.harmonic_balance.residual import receptance_times_force_jacobian
-from rom import PoleModes, RelativeReceptance, contact_springs, spring_stiffness
+from rom.cyclic.contact_springs import contact_springs, spring_stiffness
+from rom.cyclic.pole_modes import PoleModes
+from rom.cyclic.receptance import RelativeReceptance
 
 EXTRA = 4  # unknowns beside the displacements: q_k, omega, zeta, ln a
 

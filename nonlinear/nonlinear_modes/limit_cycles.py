@@ -38,7 +38,8 @@ from nonlinear.nonlinear_modes.nonlinear_mode import (
 from nonlinear.options import SolverOptions
 from nonlinear.stability.floquet import FloquetAnalysis
 from nonlinear.stability.ring_stability import LinearisedContact, RingStability, largest_nodal_diameter
-from rom import RingModes, one_blas_thread
+from rom.cyclic.sector_modes import RingModes
+from rom.linear_algebra.threads import one_blas_thread
 
 ANY = 1e-9  # m, an amplitude of motions that are linear at any, or at none
 BELOW, REACH = 0.5, 3000.0  # smallest and largest amplitude over that of the first slip, lift-off or touch

@@ -30,7 +30,10 @@ from nonlinear.nonlinear_modes.extended_motion import (
 )
 from nonlinear.nonlinear_modes.mode_curve import STEPS, ModeContinuation, ModePath, MotionPoint, follow_mode
 from nonlinear.options import OptionsError, SolverOptions
-from rom import RelativeReceptance, RingModes, contact_springs, one_blas_thread
+from rom.cyclic.contact_springs import contact_springs
+from rom.cyclic.receptance import RelativeReceptance
+from rom.cyclic.sector_modes import RingModes
+from rom.linear_algebra.threads import one_blas_thread
 
 LINEAR_STEP = 0.4  # of ln a between points in the linear range
 BEFORE_LIMIT, LARGER = 1.0 - 1e-9, 1.0 + 1e-6  # factors on the end of the linear range and on the largest amplitude

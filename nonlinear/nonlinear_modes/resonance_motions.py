@@ -25,7 +25,8 @@ from nonlinear.nonlinear_modes.extended_motion import (
     linear_mode,
 )
 from nonlinear.nonlinear_modes.mode_curve import STEPS, ModeContinuation, MotionPoint
-from rom import RelativeReceptance, coupled_frequencies
+from rom.cyclic.natural_frequencies import coupled_frequencies
+from rom.cyclic.receptance import RelativeReceptance
 
 STEPS_TO_STARTS, TOLERANCE, COSINE = (
     replace(STEPS, largest=0.4),

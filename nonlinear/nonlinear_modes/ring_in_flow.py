@@ -28,7 +28,8 @@ from nonlinear.options import Excitation, SolverOptions
 from nonlinear.time_integration.ring import RetainedModes, Ring, RingState
 from nonlinear.time_integration.ring_integrator import RingIntegrator
 from nonlinear.time_integration.ring_motion import grows_without_bound
-from rom import RingModes, one_blas_thread
+from rom.cyclic.sector_modes import RingModes
+from rom.linear_algebra.threads import one_blas_thread
 
 ANY = 1e-9  # m, amplitude of a disturbance where motions of no size are linear
 LOOK = 8  # periods in which the waves are told apart

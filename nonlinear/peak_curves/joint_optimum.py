@@ -39,7 +39,7 @@ from nonlinear.peak_curves.worst_envelope import AT_END
 from nonlinear.problem import Problem, ProblemTuple
 from nonlinear.residual_tractions.extreme_amplitude import minimax
 from nonlinear.response_curve import ResponseCurve
-from rom import one_blas_thread
+from rom.linear_algebra.threads import one_blas_thread
 
 SMALLEST_SHARE = 1.0 / 64.0  # of a line, by which a peak is carried at least
 LARGEST_CHANGE = 0.3  # relative change of the amplitude in one step of that way, beyond which it may be another peak

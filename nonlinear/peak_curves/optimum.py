@@ -47,7 +47,7 @@ from nonlinear.peak_curves.worst_envelope import (
 )
 from nonlinear.problem import Problem, ProblemTuple
 from nonlinear.response_curve import ResponseCurve
-from rom import one_blas_thread
+from rom.linear_algebra.threads import one_blas_thread
 
 PLOTTED = 401  # values of the envelope, besides its nodes
 MOST_RESPONSES = 40

@@ -23,7 +23,7 @@ from nonlinear.stability.hill import HillEigenproblem, HillProblem, touching_nod
 from nonlinear.stability.modal_condensation import Matrix
 from nonlinear.stability.perturbation_pencils import ClosingMotions, PerturbationPencils, SharedMotions, series
 from nonlinear.stability.point_contact import PointContact, in_harmonics
-from rom import WaveModes
+from rom.cyclic.modal_model import WaveModes
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,7 @@ from nonlinear.stability.reduced_problem import ReducedProblems
 from nonlinear.stability.reduced_refinement import ReducedRefinement, ReducedWave
 from nonlinear.stability.ring_structure import RingStructure
 from nonlinear.stability.slider_memory import MemorySampler
-from rom import RelativeReceptance
+from rom.cyclic.receptance import RelativeReceptance
 
 # in units of omega
 IN_DOUBT = 2e-3  # decay up to which an eigenvalue of few modes is refined: three times the largest error seen

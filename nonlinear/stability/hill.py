@@ -30,7 +30,7 @@ from nonlinear.stability.eigenproblem import CONVERGED, ROUND_OFF, Near, Pencil,
 from nonlinear.stability.modal_condensation import CondensedModes, ContactFreeModel, Matrix, NodeBlocks
 from nonlinear.stability.point_contact import in_harmonics
 from nonlinear.stability.slider_memory import Memory, SliderMemory
-from rom import RingModes
+from rom.cyclic.sector_modes import RingModes
 
 RETENTION_RADIUS = 2.0
 RETENTION_HARMONIC = 5

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
-from rom import WaveModes
+from rom.cyclic.modal_model import WaveModes
 
 Matrix = NDArray[Any]  # real or complex
 

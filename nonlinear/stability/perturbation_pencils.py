@@ -27,7 +27,7 @@ from nonlinear.stability.eigenproblem import WIDTH, Pencil
 from nonlinear.stability.hessenberg_qr import qr_eigenvalues
 from nonlinear.stability.modal_condensation import CondensedModes, HarmonicBlocks, Matrix, real_form
 from nonlinear.stability.reduced_problem import ABOVE, MARGIN, NEAREST, condensed_flexibility, near_poles
-from rom import ModalModel
+from rom.cyclic.modal_model import ModalModel
 
 TERMS = 4  # of the series: 1, -s^2, -s, s^4
 NEGLIGIBLE_MEAN = 0.03  # of the mean flexibility, times the contact stiffness, where contacts are closed around it

@@ -29,7 +29,9 @@ from nonlinear.stability.modal_condensation import (
     poles_and_residues,
 )
 from nonlinear.stability.point_contact import in_harmonics
-from rom import ModalModel, WaveModes, contact_springs, relative_contact_motion
+from rom.cyclic.contact_springs import contact_springs
+from rom.cyclic.cyclic_symmetry import relative_contact_motion
+from rom.cyclic.modal_model import ModalModel, WaveModes
 
 LEAST = 4  # residual modes
 

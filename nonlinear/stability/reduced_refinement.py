@@ -30,7 +30,7 @@ from nonlinear.stability.hill import HillProblem
 from nonlinear.stability.modal_contact import ModalContact, modal_contact
 from nonlinear.stability.point_contact import PointContact
 from nonlinear.stability.reduced_problem import CondensedPoles, ReducedProblem, ReducedProblems
-from rom import ModalModel
+from rom.cyclic.modal_model import ModalModel
 
 MAX_OMITTED = 2e-3  # flexibility times contact stiffness: the error of an eigenvalue is some square of it
 LARGEST_CORRECTION = 2e-4  # of an eigenvalue; the next order is about its square over the distance to the next one

@@ -19,7 +19,7 @@ from nonlinear.stability.floquet import NEUTRAL, FloquetAnalysis
 from nonlinear.stability.perturbation_pencils import FARTHEST
 from nonlinear.stability.point_contact import PointContact
 from nonlinear.stability.ring_scan import FaceScan, PatternScan, ScannedSlices, SectorScan
-from rom import RingModes
+from rom.cyclic.sector_modes import RingModes
 
 SCAN_ERROR = 0.005  # of an eigenvalue that leads a scan, in units of omega, before it is refined
 SAME_RATE = 0.1  # relative difference of two rates that is left where it does not matter to the stability

@@ -31,7 +31,9 @@ from nonlinear.stability.perturbation_pencils import (
 )
 from nonlinear.stability.point_contact import PointContact
 from nonlinear.stability.reduced_problem import contact_weights
-from rom import ModalModel, RingModes, WaveModes, relative_contact_motion
+from rom.cyclic.cyclic_symmetry import relative_contact_motion
+from rom.cyclic.modal_model import ModalModel, WaveModes
+from rom.cyclic.sector_modes import RingModes
 
 NEGLIGIBLE_WAVE_MOTION = 0.1  # singular value of phi_m / omega_m times the square root of the contact stiffness
 NEGLIGIBLE_DEVIATION = 0.03  # of a wave's flexibility from the mean of all waves, times the contact stiffness

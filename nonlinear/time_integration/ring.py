@@ -15,7 +15,10 @@ from numpy.typing import NDArray
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactError, ContactParameters
 from nonlinear.options import Excitation
-from rom import ModalModel, RelativeReceptance, RingModes, contact_springs
+from rom.cyclic.contact_springs import contact_springs
+from rom.cyclic.modal_model import ModalModel
+from rom.cyclic.receptance import RelativeReceptance
+from rom.cyclic.sector_modes import RingModes
 
 
 class DifferentBlades(Protocol):

@@ -45,7 +45,7 @@ from nonlinear.time_integration.contact_step import (
 )
 from nonlinear.time_integration.ring import RetainedModes, residual_flexibility
 from nonlinear.time_integration.ring_period import march_sectors, march_steps
-from rom import ModalModel, WaveModes
+from rom.cyclic.modal_model import ModalModel, WaveModes
 
 
 def propagation(stiffness: NDArray[Any], damping: NDArray[Any], step: float) -> tuple[NDArray[Any], NDArray[Any]]:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
 from nonlinear.time_integration.ring import RetainedModes
-from rom import ModalModel
+from rom.cyclic.modal_model import ModalModel
 
 REAL = 1e-9  # imaginary part over the size of a pole that is none
 

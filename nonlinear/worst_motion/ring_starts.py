@@ -28,7 +28,7 @@ from nonlinear.worst_motion.ring_integration import (
     counts,
 )
 from nonlinear.worst_motion.solution_search import interpolated
-from rom import contact_springs
+from rom.cyclic.contact_springs import contact_springs
 
 LEFT_OUT = "from {} states was left out"
 RANDOM_STATES = {"quick": 0, "standard": 24, "thorough": 48}

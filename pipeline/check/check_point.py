@@ -22,18 +22,14 @@ from pipeline.stages.request import Request
 from pipeline.stages.scene_to_solver import nonlinear_problem
 
 if TYPE_CHECKING:
-    from nonlinear import (
-        ContactParameters,
-        Excitation,
-        FoundSolution,
-        ResponseCurve,
-        Ring,
-        RingMotion,
-        SolverOptions,
-        WorstMotion,
-    )
+    from nonlinear.contact.parameters import ContactParameters
+    from nonlinear.options import Excitation, SolverOptions
+    from nonlinear.response_curve import ResponseCurve, WorstMotion
+    from nonlinear.time_integration.ring import Ring
+    from nonlinear.time_integration.ring_motion import RingMotion
+    from nonlinear.worst_motion.solution_search import FoundSolution
     from pipeline.scene.schema import Scene
-    from rom import RingModes
+    from rom.cyclic.sector_modes import RingModes
 
 
 MOST_PERIODS = 3000
@@ -89,8 +85,8 @@ def refuse_curve(request: Request, curve: int) -> None:
 
 def check_point(point: CheckedPoint, curve: CurveResult, label: str) -> Check:
     """Find the solutions of a solved curve at the frequency and integrate the ring from one of them."""
-    from nonlinear import SolutionSearch
-    from rom import one_blas_thread
+    from nonlinear.worst_motion.solution_search import SolutionSearch
+    from rom.linear_algebra.threads import one_blas_thread
 
     if curve.file is None or curve.rom is None:
         raise input_error("shroud check", "--curve", str(point.curve), f"a curve that was solved ({curve.reason})")
@@ -114,7 +110,7 @@ def _integrated(
     point: CheckedPoint, label: str, found: list[FoundSolution], ring: Ring, options: SolverOptions
 ) -> Check:
     """The ring integrated in time from one of the solutions found."""
-    from nonlinear import RingIntegration, RingPatterns
+    from nonlinear.worst_motion.ring_integration import RingIntegration, RingPatterns
 
     start = found[point.solution - 1].solution
     motion = RingIntegration(ring, options).motion(start, MOST_PERIODS)
@@ -145,14 +141,14 @@ def _refuse_solution(point: CheckedPoint, found: list[FoundSolution]) -> None:
 
 def _problem(scene: Scene, rom: Path) -> tuple[RingModes, ContactParameters, Excitation, SolverOptions]:
     """What a curve was solved with."""
-    from rom import read_reduced_model
+    from rom.files.reduced_model_file import read_reduced_model
 
     return nonlinear_problem(scene, read_reduced_model(rom, with_basis=False))
 
 
 def _ring(problem: tuple[RingModes, ContactParameters, Excitation, SolverOptions]) -> tuple[Ring, SolverOptions]:
     """The ring of a curve, and its options."""
-    from nonlinear import Ring
+    from nonlinear.time_integration.ring import Ring
 
     modal, contact, excited, options = problem
     return Ring(modal, contact, excited, options.output), options
@@ -268,7 +264,7 @@ class WorstCheck:
 
 def check_worst(number: int, curve: CurveResult, label: str) -> WorstCheck:
     """Check the worst motion of a solved curve whose search left nothing open."""
-    from rom import one_blas_thread
+    from rom.linear_algebra.threads import one_blas_thread
 
     solved = None if curve.file is None else read_curve(curve.file)
     if solved is None or curve.rom is None or solved.worst is None:
@@ -290,7 +286,7 @@ def _worst_in_time(
     found: WorstCheck, branches: list[ResponseCurve], ring: Ring, options: SolverOptions
 ) -> Check | None:
     """The ring in time from a worst motion that is a solution of a branch; None where that is not found again."""
-    from nonlinear import SolutionSearch
+    from nonlinear.worst_motion.solution_search import SolutionSearch
 
     worst = found.worst
     assert worst is not None

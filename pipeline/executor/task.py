@@ -24,7 +24,7 @@ from pipeline.process.interrupts import Interrupts
 from pipeline.process.progress import seconds_since
 from pipeline.process.workers import Call, Workers, workers
 from pipeline.store.disk_errors import storage_error
-from rom import require_memory
+from rom.linear_algebra.threads import require_memory
 
 ROOM, LOADED = 300, 100  # megabytes of a curve: with the kernels and the libraries behind them, with these loaded
 Progress = Callable[[float, int], None]

@@ -15,7 +15,7 @@ from pipeline.process.progress import Reporter
 
 if TYPE_CHECKING:
     from pipeline.scene.reading import Member, SceneFile
-    from rom import ReducedModel
+    from rom.cyclic.reduced_model import ReducedModel
 
 Send = Callable[[Any], None]
 
@@ -33,9 +33,10 @@ class _Told(Reporter):
 
 def solve(send: Send, out: Path, rom: Path | ReducedModel | None, file: SceneFile, member: Member) -> None:
     """The stages of the response of a member, as pairs of a name and a curve."""
-    from nonlinear import response_stages
+    from nonlinear.response_solver import response_stages
     from pipeline.stages.scene_to_solver import nonlinear_problem
-    from rom import one_blas_thread, read_reduced_model
+    from rom.files.reduced_model_file import read_reduced_model
+    from rom.linear_algebra.threads import one_blas_thread
 
     place = stored_model(out, member.scene) if rom is None else None
     place = place or build_model(out, rom, file, member, Reporter(quiet=True)).rom

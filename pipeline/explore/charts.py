@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from bokeh.models import ColumnDataSource
     from bokeh.plotting import figure
 
-    from nonlinear import Peak, ResponseCurve
+    from nonlinear.response_curve import Peak, ResponseCurve
     from pipeline.explore.views import LiveView
 
 INK, PALE, GRID = "#1b1f24", "#57606a", "#e8ebee"

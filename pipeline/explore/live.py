@@ -30,11 +30,11 @@ from pipeline.stages.scene_to_solver import contact_on_model, nonlinear_problem,
 from pipeline.stages.warm_up import warm_up
 
 if TYPE_CHECKING:
-    from nonlinear import ResponseCurve
+    from nonlinear.response_curve import ResponseCurve
     from pipeline.explore.points import LivePoint, LiveShape
     from pipeline.process.progress import Reporter
     from pipeline.scene.schema import Scene
-    from rom import ReducedModel
+    from rom.cyclic.reduced_model import ReducedModel
 
 PLACE = "explore"  # how messages name the place of turned values
 QUICK_STEPS: dict[str, Any] = {"max_step": 0.5, "peak_tolerance": 1e-5}  # of the first look: a fifth faster
@@ -115,8 +115,8 @@ class LiveScene:
 
         One that winds, or is not found from the low end of the frequency range, is given up as far as it is solved.
         """
-        from nonlinear import response_stages
-        from rom import one_blas_thread
+        from nonlinear.response_solver import response_stages
+        from rom.linear_algebra.threads import one_blas_thread
 
         def gives_up(frequency_hz: float, points: int) -> bool:
             return points == 0 or points > MOST_POINTS  # work, not time: the same on every machine
@@ -218,7 +218,7 @@ class LiveScene:
 
     def _check_nodes(self, member: Member, given: Mapping[str, Any]) -> None:
         """Refuse lists node by node that are not as long as the face of the model, where that is in memory."""
-        from nonlinear import ContactError
+        from nonlinear.contact.parameters import ContactError
 
         if (found := self.models.in_memory(member.scene)) is None:
             return
@@ -237,7 +237,7 @@ class LiveScene:
         return derived_member(self.file, {**self.values, **few}, PLACE, self.models.rom is not None).scene
 
     def _view(self, stage: str, found: ResponseCurve, solved: Scene) -> LiveView:
-        from nonlinear import StaticContact
+        from nonlinear.response_curve import StaticContact
 
         model, displacement = self.loaded.model, found.static_displacement
         limits, contact = self.models.limits(self.scene, self.loaded), contact_on_model(solved, model)
@@ -278,7 +278,7 @@ class LiveScene:
 
     def _punch(self) -> dict[str, float]:
         """Stiffnesses of whole faces that are computed from their areas, by key."""
-        from rom import ContactNodes
+        from rom.reduction.contact_dofs import ContactNodes
 
         if not self.scene.punch_key:
             return {}

@@ -28,9 +28,9 @@ from pipeline.store.content_store import Store
 from pipeline.store.output_folder import STORE
 
 if TYPE_CHECKING:
-    from geometry import SectorMesh
+    from geometry.sector import SectorMesh
     from pipeline.figures.linear_limits import Limit
-    from rom import ReducedModel
+    from rom.cyclic.reduced_model import ReducedModel
 
 K = TypeVar("K")
 T = TypeVar("T")
@@ -90,7 +90,8 @@ class LiveModels:
     def on_mesh(self, file: SceneFile, member: Member) -> tuple[ReducedModel, SectorMesh] | None:
         """The model with its basis, and the mesh; None for a model without a mesh."""
         from pipeline.stages.model.build_mesh import SECTOR
-        from rom import load_sector, read_reduced_model
+        from rom.files.reduced_model_file import read_reduced_model
+        from rom.files.sector_file import load_sector
 
         if self.rom is not None or member.scene.model is not None:
             return None
@@ -150,7 +151,7 @@ class LiveModels:
         return None if found is None else found.times(wave.force)
 
     def _loaded(self, file: SceneFile, member: Member) -> LoadedModel:
-        from rom import read_reduced_model
+        from rom.files.reduced_model_file import read_reduced_model
 
         if self.rom is None and (found := self._damped(member.scene)) is not None:
             return found
@@ -174,7 +175,8 @@ class LiveModels:
 
     def _stored_blade(self, keys: ModelKeys) -> tuple[ReducedModel, SectorMesh] | None:
         from pipeline.stages.model.build_mesh import SECTOR
-        from rom import load_sector, read_reduced_model
+        from rom.files.reduced_model_file import read_reduced_model
+        from rom.files.sector_file import load_sector
 
         blade = next(filter(None, (self._store.find(kind, keys.blade) for kind in REDUCED)), None)
         mesh = self._store.find("mesh", keys.mesh)

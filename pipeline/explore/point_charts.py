@@ -130,7 +130,7 @@ class PointCharts(Chart):
 
 def state_names() -> dict[int, str]:
     """Names of contact states by their numbers."""
-    from nonlinear import LIFT_OFF, SLIP, STICK
+    from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK
 
     return {int(STICK): "stick", int(SLIP): "slip", int(LIFT_OFF): "open"}
 

@@ -13,11 +13,12 @@ from pipeline.report.viewer import Surface, outer_surface
 from pipeline.stages.scene_to_solver import excitation, nonlinear_problem, scene_modes
 
 if TYPE_CHECKING:
-    from geometry import SectorMesh
-    from nonlinear import ContactCycle, ResponseCurve
+    from geometry.sector import SectorMesh
+    from nonlinear.contact.element_choice import ContactCycle
+    from nonlinear.response_curve import ResponseCurve
     from pipeline.explore.models import LoadedModel
     from pipeline.scene.schema import Scene
-    from rom import ReducedModel
+    from rom.cyclic.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 SAMPLES = 360  # instants of a period
@@ -69,8 +70,9 @@ class LiveShape:
 
 def point_of(scene: Scene, loaded: LoadedModel, curve: ResponseCurve, index: int) -> LivePoint:
     """A point of a curve or of a branch beside it; `scene`: of which the curve is."""
-    from nonlinear import contact_cycle, nodal_contact
-    from rom import ContactNodes as NodesOfModel
+    from nonlinear.contact.element_choice import contact_cycle
+    from nonlinear.contact_states import nodal_contact
+    from rom.reduction.contact_dofs import ContactNodes as NodesOfModel
 
     problem = nonlinear_problem(scene, loaded.model)
     cycle = contact_cycle(curve.relative_displacement[index], problem[1], samples=SAMPLES)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from pipeline.process.progress import Reporter
     from pipeline.scene.reading import SceneFile
-    from rom import ReducedModel
+    from rom.cyclic.reduced_model import ReducedModel
 
 
 @contextmanager

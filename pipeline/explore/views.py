@@ -11,7 +11,7 @@ from pipeline.results.worst import share
 from pipeline.stages.curve.curve_summary import CurveSummary, summary_of
 
 if TYPE_CHECKING:
-    from nonlinear import ResponseCurve, StaticContact
+    from nonlinear.response_curve import ResponseCurve, StaticContact
     from pipeline.figures.linear_limits import Limit
     from pipeline.scene.schema import Scene
 

@@ -15,8 +15,8 @@ from pipeline.export.source import Kind, kind_of
 from pipeline.process.isolated_reading import read_apart, read_given_model
 
 if TYPE_CHECKING:
-    from geometry import SectorMesh
-    from rom import ReducedModel
+    from geometry.sector import SectorMesh
+    from rom.cyclic.reduced_model import ReducedModel
 
 COUNT = 10  # mode shapes
 FRAMES = 24  # instants of a period in an animation of the ring
@@ -51,8 +51,9 @@ def mesh_motion(source: Path, sector_file: Path | None, choice: MotionChoice) ->
 
 
 def _on_mesh(source: Path, sector_file: Path | None) -> tuple[ReducedModel, SectorMesh]:
-    from geometry import SectorFileError, import_sector
-    from rom import load_sector
+    from geometry.errors import SectorFileError
+    from geometry.exchange import import_sector
+    from rom.files.sector_file import load_sector
 
     if kind_of(source) is not Kind.model:
         raise input_error(source, "", "a response", "a reduced model (rom.h5)")
@@ -68,7 +69,10 @@ def _on_mesh(source: Path, sector_file: Path | None) -> tuple[ReducedModel, Sect
 
 def _modes(model: ReducedModel, sector: SectorMesh, choice: MotionChoice) -> MeshMotion:
     """The lowest mode shapes with free shrouds, which feel the wave where a disk joins the sectors."""
-    from rom import ReducedModelError, excited_nodal_diameter, inter_blade_phase, mode_shapes
+    from rom.cyclic.cyclic_symmetry import inter_blade_phase
+    from rom.cyclic.natural_frequencies import mode_shapes
+    from rom.cyclic.resonance_crossings import excited_nodal_diameter
+    from rom.errors import ReducedModelError
 
     order, points = choice.engine_order or 0, len(sector.points)
     phase = inter_blade_phase(order, model.n_blades)
@@ -123,7 +127,7 @@ def write_motion(found: MeshMotion, target: Path) -> str:
     A mode is one array, and a second one, `_imag`, where its points do not move in phase. The harmonics of a motion
     are `displacement_0_m`, `displacement_1_real_m`, `displacement_1_imag_m`, ...
     """
-    from geometry import MESHIO_CELLS, cell_library
+    from geometry.exchange import MESHIO_CELLS, cell_library
 
     data: dict[str, NDArray[np.float64]] = {}
     for name, harmonics in found.shapes.items():

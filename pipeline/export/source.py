@@ -12,7 +12,7 @@ import numpy as np
 from pipeline.errors import input_error
 from pipeline.process.isolated_reading import read_apart
 from pipeline.stages.curve.curve_file import BRANCHES
-from rom import UNREADABLE, opened, stored_array, why_unreadable
+from rom.files.hdf5 import UNREADABLE, opened, stored_array, why_unreadable
 
 if TYPE_CHECKING:
     import h5py

@@ -21,7 +21,7 @@ from pipeline.export.source import WAVES, Kind, curves, kind_of
 from pipeline.output_paths import check_output_path
 from pipeline.process.isolated_reading import read_given_model
 from pipeline.store.disk_errors import storage_error
-from rom import ReducedModel
+from rom.cyclic.reduced_model import ReducedModel
 
 FORMATS = ("matrix-market", "abaqus", "mat-7.3")  # that `--format` names; the others follow from the suffix
 BY_SUFFIX = {".mtx": "matrix-market", ".op4": "op4", ".mat": "mat"}
@@ -60,7 +60,8 @@ def matrix_format(target: Path, wanted: str | None) -> str | None:
 
 def write_matrix_files(source: Path, target: Path, file_format: str) -> tuple[str, list[Path]]:
     """Write the matrices of a reduced model; returns a summary in words and the files."""
-    from rom import MatrixFileError, write_matrices
+    from rom.errors import MatrixFileError
+    from rom.matrix_files.matrix_file import write_matrices
 
     if kind_of(source) is not Kind.model:
         raise input_error(source, "", "a response", "a reduced model (rom.h5)")

@@ -25,7 +25,10 @@ if TYPE_CHECKING:
     from matplotlib.text import Annotation
 
     from pipeline.scene.schema import Scene
-    from rom import FollowedModes, ModeFamilies, ReducedModel, ResonanceCrossing
+    from rom.cyclic.mode_families import ModeFamilies
+    from rom.cyclic.mode_following import FollowedModes
+    from rom.cyclic.reduced_model import ReducedModel
+    from rom.cyclic.resonance_crossings import ResonanceCrossing
 
 
 MODES = 4  # lowest ones that a diagram shows
@@ -95,7 +98,8 @@ def numbered_crossings(
     curve: Modelled, model: ReducedModel, families: ModeFamilies | None, orders: Collection[int]
 ) -> list[NumberedCrossing]:
     """The crossings of engine orders and their multiples in the frequency range, as in the table of the report."""
-    from rom import inter_blade_phase, resonance_crossings
+    from rom.cyclic.cyclic_symmetry import inter_blade_phase
+    from rom.cyclic.resonance_crossings import resonance_crossings
 
     springs, count = springs_by_state(contact_on_model(curve.scene, model)), min(COUNT, model.size)
     ranges = sorted({item for order in orders for item in excited_orders(curve.scene, order)})
@@ -203,7 +207,8 @@ def nodal_diameter_figure(curve: Modelled, title: str, orders: Collection[int] =
     None for a single blade against ground. The steady speed and the contact stiffness are those of `curve`; `orders`
     are the engine orders of the sweep, without any that of `curve`.
     """
-    from rom import excited_nodal_diameter, read_reduced_model
+    from rom.cyclic.resonance_crossings import excited_nodal_diameter
+    from rom.files.reduced_model_file import read_reduced_model
 
     model = read_reduced_model(curve.rom, with_basis=False)
     if model.n_blades is None:
@@ -240,7 +245,9 @@ def _draw_states(
     axes: Axes, scene: Scene, model: ReducedModel, diameters: Sequence[int], families: ModeFamilies | None
 ) -> float:
     """Lines of free, sliding and stuck shrouds with names; returns the highest frequency, Hz."""
-    from rom import inter_blade_phase, modes_over_diameters, wave_direction
+    from rom.cyclic.cyclic_symmetry import inter_blade_phase
+    from rom.cyclic.mode_following import modes_over_diameters
+    from rom.cyclic.resonance_crossings import wave_direction
 
     found = {}
     sign = -1 if wave_direction(scene.excitation.engine_order, model.n_blades) == "forward" else 1
@@ -274,7 +281,7 @@ def write_names(axes: Axes, modes: FollowedModes, end: int, top: float, color: s
 
 def _draw_shares(axes: Axes, model: ReducedModel, families: ModeFamilies, diameters: Sequence[int]) -> None:
     """Modes of free shrouds in the colour of the disk's share of their strain energy."""
-    from rom import inter_blade_phase
+    from rom.cyclic.cyclic_symmetry import inter_blade_phase
 
     modes = [
         families.modes(model, inter_blade_phase(diameter, model.n_blades), count=min(MODES, model.size))
@@ -292,7 +299,7 @@ def _draw_excited_orders(
 ) -> list[Annotation]:
     """The line f = EO n / 60 folded at half the number of blades, and the excited orders on it, whose names are
     returned."""
-    from rom import excited_nodal_diameter
+    from rom.cyclic.resonance_crossings import excited_nodal_diameter
 
     per_order = speed_rpm / 60.0
     orders = np.arange(int(1.05 * top / per_order) + 2)
@@ -346,7 +353,9 @@ def campbell_figure(curves: Sequence[Modelled], title: str) -> Figure | None:
 
 def followed_over_speeds(chosen: Mapping[float, Modelled], engine_order: int) -> dict[str, FollowedModes]:
     """The lowest modes of each state of the shrouds over the speeds (rev/min) of some models."""
-    from rom import inter_blade_phase, modes_over_speeds, read_reduced_model
+    from rom.cyclic.cyclic_symmetry import inter_blade_phase
+    from rom.cyclic.mode_following import modes_over_speeds
+    from rom.files.reduced_model_file import read_reduced_model
 
     speeds = sorted(chosen)
     models = [read_reduced_model(chosen[speed].rom, with_basis=False) for speed in speeds]
@@ -376,7 +385,7 @@ def _crossings(
     found: Mapping[str, FollowedModes], order: int
 ) -> list[tuple[int, dict[str, list[tuple[float, float]]]]]:
     """Number of each mode that the engine order meets, with speeds and frequencies of the crossings by state."""
-    from rom import speed_crossings
+    from rom.cyclic.resonance_crossings import speed_crossings
 
     crossings = []
     for mode in range(min(MODES, found["stuck"].frequency_hz.shape[1])):

@@ -17,7 +17,7 @@ from pipeline.results.worst import peak_is_unstable
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from nonlinear import Peak
+    from nonlinear.response_curve import Peak
     from pipeline.stages.curve.curve_summary import CurveSummary
 
 

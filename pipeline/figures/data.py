@@ -24,7 +24,8 @@ from pipeline.stages.engine_orders import Swept
 from pipeline.stages.scene_to_solver import InterfaceContact, contact_parameters
 
 if TYPE_CHECKING:
-    from nonlinear import ContactParameters, ResponseCurve
+    from nonlinear.contact.parameters import ContactParameters
+    from nonlinear.response_curve import ResponseCurve
     from pipeline.scene.reading import Member
     from pipeline.stages.curve.curve_summary import CurveSummary
     from pipeline.stages.curve.respond import CurveResult

@@ -195,7 +195,7 @@ def draw(
     from pipeline.figures.style import save, styled
     from pipeline.figures.sweep_map import sweep_map_figure
     from pipeline.stages.model.flutter import linear_flutter
-    from rom import one_blas_thread
+    from rom.linear_algebra.threads import one_blas_thread
 
     points = sweep_points(curves)
     if not points:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from nonlinear import ContactCycle
+    from nonlinear.contact.element_choice import ContactCycle
 
 T = TypeVar("T")
 Units = tuple[tuple[float, str], tuple[float, str]]  # factor and name, of displacement and of force
@@ -105,7 +105,7 @@ WIDEST = 3.0  # points, of the first of several loops
 
 def _cycle(curve: PlottedCurve) -> tuple[ContactCycle, Array]:
     """The contact cycle at the peak, closed, and v0 of each node, m, which v includes."""
-    from nonlinear import contact_cycle
+    from nonlinear.contact.element_choice import contact_cycle
 
     contact = curve.contact_parameters
     return contact_cycle(curve.peak_displacement, contact, samples=_SAMPLES), contact.interference

@@ -14,8 +14,10 @@ from pipeline.results.resonances import modes_about, resonances_of_problem
 from pipeline.stages.scene_to_solver import scene_modes, section_excitation
 
 if TYPE_CHECKING:
-    from nonlinear import ContactParameters, Excitation
-    from rom import ReducedModel, RingModes
+    from nonlinear.contact.parameters import ContactParameters
+    from nonlinear.options import Excitation
+    from rom.cyclic.reduced_model import ReducedModel
+    from rom.cyclic.sector_modes import RingModes
 
 FINE, COARSE = (600, 121), (160, 41)  # evenly spaced frequencies, and frequencies around each resonance
 _WIDTH = 0.04  # relative distance of the latter from it at most
@@ -49,7 +51,7 @@ class Limit:
 
 def linear_limits(curves: Sequence[PlottedCurve]) -> list[Limit]:
     """The free limit of every distinct blade and load, with a disk of every phase, and the stuck one of all."""
-    from rom import read_reduced_model
+    from rom.files.reduced_model_file import read_reduced_model
 
     models = {rom: read_reduced_model(rom, with_basis=False) for rom in {curve.rom for curve in curves}}
     limits = []
@@ -110,7 +112,7 @@ def limit_of(
 
     `counts`: numbers of frequencies, as `FINE` and `COARSE`.
     """
-    from rom import RelativeReceptance
+    from rom.cyclic.receptance import RelativeReceptance
 
     (modal, _, wave), (low, high) = problem, frequency_hz
     own = RelativeReceptance(modal, modal.phase(wave.engine_order), (1,), wave.force, wave.factors)
@@ -131,7 +133,8 @@ def linear_limit(
     counts: tuple[int, int] = FINE,
 ) -> tuple[Array, Array]:
     """Frequency, Hz, and amplitude, m, of the linear response with free or stuck contacts, (F,) each."""
-    from rom import RelativeReceptance, gyroscopic_frequencies, linear_response, natural_frequencies
+    from rom.cyclic.natural_frequencies import gyroscopic_frequencies, linear_response, natural_frequencies
+    from rom.cyclic.receptance import RelativeReceptance
 
     modal, contact, wave = problem
     stuck = kind == "stuck"
@@ -152,7 +155,7 @@ def linear_limit(
 
 def _largest(harmonics: list[NDArray[np.complex128]], order: Sequence[int]) -> Array:
     """Largest displacement over a period, (F,), of harmonics (F,) of an output."""
-    from nonlinear import largest_lengths
+    from nonlinear.contact.fourier import largest_lengths
 
     if tuple(order) == (1,):
         return np.abs(harmonics[0])

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from nonlinear import ResponseCurve
+    from nonlinear.response_curve import ResponseCurve
 
 
 WORST, MAIN, NOT_SETTLED = "worst motion", "peak of the main branch", "worst motion, not settled"

@@ -23,8 +23,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from nonlinear import ContactParameters, Excitation, PerformanceCurve, SolverOptions
-    from rom import ReducedModel, RingModes
+    from nonlinear.contact.parameters import ContactParameters
+    from nonlinear.options import Excitation, SolverOptions
+    from nonlinear.peak_curves.performance_curve import PerformanceCurve
+    from rom.cyclic.reduced_model import ReducedModel
+    from rom.cyclic.sector_modes import RingModes
 
 MULTIPLES = (0.25, 0.5, 2.0, 4.0)  # of the scene's force, shown as points
 NEAR_ZERO = 0.02  # of the largest ratio: an axis of both signs is nearly linear up to there at least

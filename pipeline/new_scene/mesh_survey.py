@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 from pipeline.stages.model.scene_materials import propose_unit
 
 if TYPE_CHECKING:
-    from geometry import ImportedMesh, InterfaceChoice, SectorRing
+    from geometry.imported_mesh import ImportedMesh
+    from geometry.own_mesh.ring import SectorRing
+    from geometry.own_mesh.sector_choice import InterfaceChoice
 
 Array = NDArray[np.float64]
 ROLES = ("root", "contact_right", "contact_left", "tip")
@@ -82,7 +84,8 @@ def guess(mesh: ImportedMesh, unit: str | None = None, axis: str | None = None, 
     told = _of_one_body(mesh, unit, axis, n_blades)
     if told.n_blades is None:
         return told
-    from geometry import SectorChoice, found_interfaces
+    from geometry.own_mesh.interfaces import found_interfaces
+    from geometry.own_mesh.sector_choice import SectorChoice
 
     roles = {role: name for role, name in told.sets.items() if not role.startswith("contact")}
     found = found_interfaces(mesh, SectorChoice(told.n_blades, "m", told.axis, told.axis_point, roles))
@@ -133,7 +136,7 @@ def _of_one_body(mesh: ImportedMesh, unit: str | None, axis: str | None, n_blade
             blades = n_blades or moved.n_blades
             return Guess(unit or found_unit, moved.axis, blades, sets, tuple(why), moved.axis_point, numbers)
     if best is None or best[2] > _ASKEW:
-        from geometry import fitting_ring
+        from geometry.own_mesh.ring import fitting_ring
 
         ring = fitting_ring(mesh, axis)
         if ring is None:
@@ -187,7 +190,7 @@ def _roles(names: list[str]) -> Iterator[tuple[str, str]]:
         ]
         if exact or found:
             yield role, exact or found[0]
-    from geometry import named_cuts
+    from geometry.own_mesh.matching_faces import named_cuts
 
     cuts = named_cuts(words)
     if len(cuts) == 1 or (cuts and "right" in words[cuts[0][0]]):
@@ -209,7 +212,8 @@ def _far_apart(mesh: ImportedMesh, right: str, angle: float, ring: SectorRing) -
 
 def _ring_elsewhere(mesh: ImportedMesh, right: str, left: str, axis: str | None) -> SectorRing | None:
     """The ring about an axis that need not pass through the origin of the file; None where there is none."""
-    from geometry import ParameterError, ring_of_faces
+    from geometry.errors import ParameterError
+    from geometry.own_mesh.ring import ring_of_faces
 
     try:
         return ring_of_faces(mesh, right, left, axis)

@@ -36,7 +36,11 @@ from pipeline.stages.model.model_files import REDUCED_MODEL
 from pipeline.stages.model.scene_materials import check_materials, materials_of_file
 
 if TYPE_CHECKING:
-    from geometry import ElementBlock, ImportedMesh, InterfaceChoice, OwnSector, SectorMesh
+    from geometry.elements import ElementBlock
+    from geometry.imported_mesh import ImportedMesh
+    from geometry.own_mesh.own_sector import OwnSector
+    from geometry.own_mesh.sector_choice import InterfaceChoice
+    from geometry.sector import SectorMesh
     from pipeline.new_scene.mesh_survey import Guess
     from pipeline.scene.schema import Scene
 
@@ -348,7 +352,7 @@ def _tried(
     folder: Path, text: Callable[[StartingValues], str], mesh: ImportedMesh, told: Guess
 ) -> tuple[OwnSector | None, str, StartingValues, list[str]]:
     """The sector that the guess makes of the mesh, what is wrong, numbers to start with, its materials in words."""
-    from geometry import ParameterError
+    from geometry.errors import ParameterError
 
     if told.n_blades is None:
         return (
@@ -392,8 +396,9 @@ def _reducible(mesh: ImportedMesh, scene_of: Callable[[StartingValues], Scene]) 
 
     ParameterError where the mesh makes no sector.
     """
-    from geometry import ParameterError, sector_from_mesh
-    from rom import BoundaryChoice, check_reducible
+    from geometry.errors import ParameterError
+    from geometry.own_mesh.own_sector import sector_from_mesh
+    from rom.reduction.boundary_dofs import BoundaryChoice, check_reducible
 
     first: OwnSector | None = None
     for contact_dofs, grid in GRIDS:
@@ -419,7 +424,7 @@ def _frequency_range(scene: Scene, own: OwnSector) -> tuple[float, float] | None
     """A range around the first mode that the engine order excites, free and stuck; None for a large mesh."""
     if len(own.sector.points) > MOST_POINTS:
         return None
-    from rom import save_sector
+    from rom.files.sector_file import save_sector
 
     rom = scene.rom.model_copy(update={"modes": MODES, "frequency_limit": None})
     scene = scene.model_copy(update={"rom": rom})

@@ -19,7 +19,7 @@ from pipeline.errors import InputError, input_error, reason_of, shown
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
 
-    from rom import ReducedModel
+    from rom.cyclic.reduced_model import ReducedModel
 
 T = TypeVar("T")
 PATIENCE = 30.0  # timeout for an empty file, s
@@ -80,7 +80,8 @@ def read_given_model(path: Path) -> ReducedModel:
 
 def read_model(path: Path) -> ReducedModel:
     """The reduced model in a file, read in this process."""
-    from rom import ReducedModelError, read_reduced_model
+    from rom.errors import ReducedModelError
+    from rom.files.reduced_model_file import read_reduced_model
 
     try:
         return read_reduced_model(path)

@@ -23,7 +23,7 @@ from typing import Any
 
 from pipeline.errors import reason_of
 from pipeline.process.interrupts import kept_from_children
-from rom import one_blas_thread_in_children
+from rom.linear_algebra.threads import one_blas_thread_in_children
 
 _REPORTED_EVERY = 1.0  # seconds between two reports of a call
 

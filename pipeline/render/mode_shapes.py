@@ -16,8 +16,8 @@ from pipeline.render.ring import ENLARGED, Window, aim, drawn_length, save_png, 
 from pipeline.stages.model.model_files import is_joined, read_families
 
 if TYPE_CHECKING:
-    from geometry import SectorMesh
-    from rom import ReducedModel
+    from geometry.sector import SectorMesh
+    from rom.cyclic.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 WINDOW = (1900, 1050)
@@ -36,7 +36,8 @@ class Mode:
 
 def draw(job: RenderJob) -> None:
     """One picture for every mode of the job, `<prefix>mode_<number>.png` in its folder."""
-    from rom import load_sector, read_reduced_model
+    from rom.files.reduced_model_file import read_reduced_model
+    from rom.files.sector_file import load_sector
 
     sector, model = load_sector(job.sector), read_reduced_model(job.rom)
     states = [_modes(job, sector, model, job.contact, job.normal, job.tangential)]
@@ -88,7 +89,8 @@ def named_shapes(
     rom: Path, model: ReducedModel, phase: float, count: int, springs: dict[str, Any]
 ) -> tuple[NDArray[np.float64], NDArray[np.complex128], list[str]]:
     """Natural frequencies, mode shapes on the mesh and names of the lowest modes of a model made here."""
-    from rom import expand_to_mesh, natural_modes
+    from rom.cyclic.natural_frequencies import natural_modes
+    from rom.cyclic.reduced_model import expand_to_mesh
 
     frequency, modes = natural_modes(model, phase, count=count, **springs)
     families = read_families(rom)

@@ -25,9 +25,10 @@ from pipeline.stages.scene_to_solver import section_excitation
 if TYPE_CHECKING:
     import h5py
 
-    from geometry import SectorMesh
-    from nonlinear import Excitation as Wave
-    from rom import ReducedModel, RingModes
+    from geometry.sector import SectorMesh
+    from nonlinear.options import Excitation as Wave
+    from rom.cyclic.reduced_model import ReducedModel
+    from rom.cyclic.sector_modes import RingModes
 
 
 Array = NDArray[np.float64]
@@ -68,7 +69,7 @@ def operating_shape(curve: Path, rom: Path, n_vertices: int) -> OperatingShape |
 
 def operating_shape_of(group: h5py.Group, rom: Path, n_vertices: int) -> OperatingShape | None:
     """The same of the group of a curve."""
-    from rom import read_reduced_model
+    from rom.files.reduced_model_file import read_reduced_model
 
     excitation, attributes = section_from_attributes(Excitation, group.attrs), dict(group.attrs)
     peak = int(group.attrs["peak_index"])
@@ -92,7 +93,8 @@ def shape_at(
 
     `wave`: damped modes and excitation. `point`: frequency, Hz, and amplitude, m. `contact_force` (H+1, n_c, 3), N.
     """
-    from rom import RelativeReceptance, expand_to_mesh
+    from rom.cyclic.receptance import RelativeReceptance
+    from rom.cyclic.reduced_model import expand_to_mesh
 
     (modal, exciting), harmonics = wave, tuple(range(len(contact_force)))
     phase = modal.phase(exciting.engine_order)
@@ -110,7 +112,7 @@ COLOURS = 256  # of the animation's palette
 
 def draw(job: OperatingJob) -> None:
     """The instant of the largest displacement as `<name>.png`, one period as `<name>.gif`."""
-    from rom import load_sector
+    from rom.files.sector_file import load_sector
 
     sector = load_sector(Path(job.sector))
     shape = operating_shape(Path(job.curve), Path(job.rom), len(sector.points))

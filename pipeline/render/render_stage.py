@@ -187,7 +187,7 @@ def _job(model: BuiltModel, scene: Scene, prefix: str) -> RenderJob:
 
 def _common(model: BuiltModel, scene: Scene, prefix: str) -> dict[str, Any]:
     """What a job says beside its folder and its springs."""
-    from rom import inter_blade_phase
+    from rom.cyclic.cyclic_symmetry import inter_blade_phase
 
     render = scene.render or Render()
     assert model.mesh is not None
@@ -228,7 +228,7 @@ def _springs(model: BuiltModel, scene: Scene, contact: str) -> dict[str, Any]:
     none = (0.0,) * int(model.facts["n_contacts"])
     if contact == "free":
         return {"normal": none, "tangential": none}
-    from rom import read_reduced_model
+    from rom.files.reduced_model_file import read_reduced_model
 
     springs = contact_on_model(scene, read_reduced_model(model.rom, with_basis=False))
     tangential = tuple(springs.tangential_stiffness.tolist())

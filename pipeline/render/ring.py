@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pipeline.stages.model.model_files import CUTS
 
 if TYPE_CHECKING:
-    from geometry import FacePair, SectorMesh
+    from geometry.sector import FacePair, SectorMesh
 
 
 Array = NDArray[np.float64]

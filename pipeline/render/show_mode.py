@@ -25,7 +25,9 @@ def mode_plotter(results: Results, number: int, contact: str, model: int) -> pyv
     """A plotter of pyvista with the mesh of a reduced model moved by one of its modes, and coloured by it."""
     import pyvista as pv
 
-    from rom import inter_blade_phase, load_sector, read_reduced_model
+    from rom.cyclic.cyclic_symmetry import inter_blade_phase
+    from rom.files.reduced_model_file import read_reduced_model
+    from rom.files.sector_file import load_sector
 
     entries = results.summary.get("models", ())
     if contact not in STATES:

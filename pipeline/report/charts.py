@@ -40,9 +40,9 @@ from pipeline.stages.model.model_chain import BuiltModel
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from geometry import SectorMesh
-    from nonlinear import ResponseCurve
-    from rom import ReducedModel
+    from geometry.sector import SectorMesh
+    from nonlinear.response_curve import ResponseCurve
+    from rom.cyclic.reduced_model import ReducedModel
 
 
 LARGEST_VECTOR = 450_000  # bytes; a larger figure is included as PNG
@@ -147,7 +147,8 @@ def ring_drawing(model: BuiltModel, blades: int) -> bytes:
     """The undeformed blade between its neighbours with its contact nodes, PNG; needs no GL library."""
     from matplotlib.collections import PolyCollection
 
-    from rom import load_sector, read_reduced_model
+    from rom.files.reduced_model_file import read_reduced_model
+    from rom.files.sector_file import load_sector
 
     assert model.mesh is not None
     sector = load_sector(model.mesh.parent / SECTOR)
@@ -200,7 +201,7 @@ def _faces(model: ReducedModel, pitch: float, screen: Array) -> list[Face]:
     The normal points out of a right face and into a left one, but out of the flank of the next blade that a damper
     touches. The left faces are those of the next blade turned back.
     """
-    from rom import interfaces_of
+    from rom.cyclic.reduced_model import interfaces_of
 
     *_, flank = INTERFACES[DAMPER]
     alone, found = len(model.interfaces) == 1, []

@@ -199,7 +199,8 @@ def face_cycles(curve: PlottedCurve, grid: tuple[int, int] | None) -> list[FaceC
 
     Without a grid, or with another number of nodes, they stand in one row.
     """
-    from nonlinear import LIFT_OFF, SLIP, STICK, contact_cycle
+    from nonlinear.contact.element_choice import contact_cycle
+    from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK
 
     names = {STICK: "stick", SLIP: "slip", LIFT_OFF: "open"}
     contact = curve.contact_parameters

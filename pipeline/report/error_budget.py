@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from nonlinear import TRUNCATION_TOLERATED as TOLERATED
+from nonlinear.options import TRUNCATION_TOLERATED as TOLERATED
 from pipeline.figures.data import PlottedCurve, SweepKey, SweepPoint, sweep_keys
 from pipeline.report.report_source import ReportSource
 from pipeline.results.best_design import (

@@ -293,7 +293,8 @@ def _facts(source: ReportSource, model: BuiltModel | None) -> list[tuple[str, li
     """Tables of a name and a value, with their headings."""
     if model is None:
         return []
-    from rom import load_sector, read_reduced_model
+    from rom.files.reduced_model_file import read_reduced_model
+    from rom.files.sector_file import load_sector
 
     recorded = output_rows(source.curves)
     outputs = [("Largest values of the outputs", recorded)] if recorded else []
@@ -337,7 +338,7 @@ def _viewer(source: ReportSource, shown: Sequence[PlottedCurve]) -> ViewerData |
 
 
 def _springs(model: BuiltModel, scene: Scene) -> dict[str, dict[str, Any]]:
-    from rom import read_reduced_model
+    from rom.files.reduced_model_file import read_reduced_model
 
     contact = contact_on_model(scene, read_reduced_model(model.rom, with_basis=False))
     states = springs_by_state(contact)

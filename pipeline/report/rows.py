@@ -42,10 +42,10 @@ from pipeline.stages.stage import Stage
 from pipeline.store.output_folder import relative_path
 
 if TYPE_CHECKING:
-    from geometry import ContactFace, SectorMesh
+    from geometry.sector import ContactFace, SectorMesh
     from pipeline.scene.schema import Scene
     from pipeline.stages.curve.respond import CurveResult
-    from rom import ReducedModel
+    from rom.cyclic.reduced_model import ReducedModel
 
 
 Rows = list[tuple[str, str]]
@@ -351,7 +351,7 @@ def blade_rows(scene: Scene) -> list[tuple[str, str]]:
 
 def _contact_part_rows(scene: Scene) -> Iterator[tuple[str, str]]:
     """Shroud, snubber and platform, those that there are."""
-    from geometry import side_edge_angle
+    from geometry.blade.fitting import side_edge_angle
 
     blade, shroud, _ = geometry_parameters(scene)
     if shroud is not None:
@@ -384,8 +384,8 @@ def _disk_rows(scene: Scene) -> list[tuple[str, str]]:
 
 def mesh_rows(model: BuiltModel, scene: Scene) -> list[tuple[str, str]]:
     """Size and quality of the mesh, and the size of the reduced model."""
-    from geometry import scaled_jacobian
-    from rom import load_sector
+    from geometry.quality import scaled_jacobian
+    from rom.files.sector_file import load_sector
 
     assert model.mesh is not None
     folder = model.mesh.parent

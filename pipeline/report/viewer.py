@@ -18,7 +18,8 @@ from pipeline.scene.labels import prefixed
 from pipeline.stages.model.build_mesh import SECTOR
 
 if TYPE_CHECKING:
-    from geometry import ElementBlock, FacePair, SectorMesh
+    from geometry.elements import ElementBlock
+    from geometry.sector import FacePair, SectorMesh
     from pipeline.scene.schema import Scene
     from pipeline.stages.curve.respond import CurveResult
     from pipeline.stages.model.model_chain import BuiltModel
@@ -194,7 +195,8 @@ class ViewerData:
         """Mode shapes of a model; `springs`: for each contact condition the springs of the nodes, N/m."""
         from pipeline.render.mode_shapes import WITHOUT_CORIOLIS, at_largest, named_shapes
         from pipeline.stages.scene_to_solver import coriolis_acts
-        from rom import inter_blade_phase, read_reduced_model
+        from rom.cyclic.cyclic_symmetry import inter_blade_phase
+        from rom.files.reduced_model_file import read_reduced_model
 
         wanted = (1, 2, 3) if scene.render is None else scene.render.modes
         at, sector, surface = self._surface(model)
@@ -230,7 +232,7 @@ class ViewerData:
     def _surface(self, model: BuiltModel) -> tuple[int, SectorMesh, Surface]:
         assert model.mesh is not None
         if model.key not in self._known:
-            from rom import load_sector
+            from rom.files.sector_file import load_sector
 
             sector = load_sector(model.mesh.parent / SECTOR)
             surface = outer_surface(sector)

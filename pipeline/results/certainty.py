@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from nonlinear import TRUNCATION_TOLERATED
+from nonlinear.options import TRUNCATION_TOLERATED
 from pipeline.results.tables import TOLERATED_SAMPLING, bounds_text, branch_remarks, has_bounds, listed
 from pipeline.results.worst import (
     SEARCHED,

@@ -17,9 +17,9 @@ from pipeline.scene.sweep import as_in_scene
 from pipeline.stages.scene_to_solver import contact_on_model, nonlinear_problem
 
 if TYPE_CHECKING:
-    from nonlinear import ResponseCurve
+    from nonlinear.response_curve import ResponseCurve
     from pipeline.scene.schema import Scene
-    from rom import ReducedModel
+    from rom.cyclic.reduced_model import ReducedModel
 
 Range = tuple[float, float]
 APART = -100.0  # interference of contacts that never touch, m
@@ -115,7 +115,7 @@ def ranges_of_closure(
 
     `derived`: the scene with other values of some keys.
     """
-    from nonlinear import response_stages
+    from nonlinear.response_solver import response_stages
 
     solved: list[ResponseCurve] = []
 

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from nonlinear import TRUNCATION_TOLERATED
+from nonlinear.options import TRUNCATION_TOLERATED
 from pipeline.results.best_design import (
     BestDesign,
     DesignPoint,
@@ -58,7 +58,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-    from nonlinear import StaticContact
+    from nonlinear.response_curve import StaticContact
     from pipeline.stages.curve.respond import CurveResult
     from pipeline.stages.model.sweep_models import Models
     from pipeline.stages.request import Run, RunOutcome
@@ -137,7 +137,7 @@ def known_of(run: Run, models: Models, outcome: RunOutcome) -> dict[str, Any]:
 
 def _subject(file: SceneFile, n_blades: int | None, loads: bool) -> dict[str, Any]:
     """What all curves have in common; null: swept, or not known."""
-    from rom import excited_nodal_diameter
+    from rom.cyclic.resonance_crossings import excited_nodal_diameter
 
     scene, swept = file.first, set(file.swept)
     found = fixed_values(scene, swept)

@@ -23,7 +23,8 @@ from pipeline.store.fingerprints import fingerprint
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from nonlinear import ContactParameters, StaticContact
+    from nonlinear.contact.parameters import ContactParameters
+    from nonlinear.response_curve import StaticContact
     from pipeline.scene.schema import Scene
     from pipeline.stages.model.model_chain import BuiltModel
     from pipeline.store.content_store import Store
@@ -111,7 +112,8 @@ def advice_key(reduced_model: str, scene: Scene) -> str:
 
 def _write(path: Path, rom: Path, scene: Scene, derived: Any, held: float | None) -> None:
     from pipeline.stages.scene_to_solver import contact_on_model, scene_modes, solver_options
-    from rom import one_blas_thread, read_reduced_model
+    from rom.files.reduced_model_file import read_reduced_model
+    from rom.linear_algebra.threads import one_blas_thread
 
     model = read_reduced_model(rom, with_basis=False)
     closing, first = [], 0
@@ -119,7 +121,7 @@ def _write(path: Path, rom: Path, scene: Scene, derived: Any, held: float | None
         modal, contact, options = scene_modes(scene, model), contact_on_model(scene, model), solver_options(scene)
 
         def at(shift: float, nodes: NDArray[Any]) -> StaticContact:
-            from nonlinear import static_contact
+            from nonlinear.harmonic_balance.initial_solution import static_contact
 
             changed = contact.interference.copy()
             changed[nodes] += shift

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     import h5py
     from matplotlib.axes import Axes
 
-    from nonlinear import Bifurcation, Peak, StaticContact, WorstMotion
+    from nonlinear.response_curve import Bifurcation, Peak, StaticContact, WorstMotion
 
 Array = NDArray[Any]
 _NAN = float("nan")
@@ -270,7 +270,7 @@ class Curves(Sequence[Curve]):
 
     def _curve(self, number: int) -> Curve:
         """One curve; without points where there is no result."""
-        from nonlinear import Bifurcation
+        from nonlinear.response_curve import Bifurcation
 
         facts, columns = self._table.row(number), self._table.columns
         source = _Source(self._reader, number, "")

@@ -41,7 +41,7 @@ from pipeline.stages.curve.curve_table import TABLE, CurveTable, read_table
 if TYPE_CHECKING:
     import h5py
 
-    from rom import ContactInterface, ReducedModel
+    from rom.cyclic.reduced_model import ContactInterface, ReducedModel
 
 WAVES = "nodal_diameter"  # group of a reduced model with a superelement for each nodal diameter
 _ALLOWED = "an HDF5 file with a response (response.h5) or a reduced model (rom.h5)"
@@ -59,7 +59,7 @@ def contents(path: Path) -> dict[str, Any]:
 
 def _read(path: Path) -> dict[str, Any] | ReducedModel:
     """The contents of a response, or the reduced model."""
-    from rom import UNREADABLE, opened, why_unreadable
+    from rom.files.hdf5 import UNREADABLE, opened, why_unreadable
 
     if not path.is_file():
         raise input_error(path, "", "no such file")
@@ -269,7 +269,9 @@ def _value(attribute: Any) -> Any:
 
 
 def _reduced_model(path: Path, model: ReducedModel) -> dict[str, Any]:
-    from rom import ReducedModelError, interfaces_of, natural_frequencies
+    from rom.cyclic.natural_frequencies import natural_frequencies
+    from rom.cyclic.reduced_model import interfaces_of
+    from rom.errors import ReducedModelError
 
     try:
         free = natural_frequencies(model, 0.0, count=min(10, model.size))

@@ -165,7 +165,7 @@ def _write(path: Path, rom: Path, scene: Scene) -> None:
 def resonances_of(rom: Path, scene: Scene) -> list[Resonance]:
     """First resonances of a reduced model with free and with stuck contacts, for every excited harmonic."""
     from pipeline.stages.scene_to_solver import contact_on_model, excitation, scene_modes
-    from rom import read_reduced_model
+    from rom.files.reduced_model_file import read_reduced_model
 
     model = read_reduced_model(rom, with_basis=False)
     problem = scene_modes(scene, model), contact_on_model(scene, model), excitation(scene)

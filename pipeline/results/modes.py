@@ -166,7 +166,7 @@ def advice_of(run: Run, model: BuiltModel, member: Member) -> ContactAdvice:
 
 
 def _wave(order: int, limits: tuple[float, float], found: dict[str, Any], speed_rpm: float) -> WaveModes:
-    from rom import excited_nodal_diameter, signed_distance, wave_direction
+    from rom.cyclic.resonance_crossings import excited_nodal_diameter, signed_distance, wave_direction
 
     excitation = order * speed_rpm / 60.0 if order and speed_rpm else None
     modes = []
@@ -198,9 +198,10 @@ def _static_cases(store: Store, model: BuiltModel, member: Member) -> list[Stati
 def _write_static(path: Path, rom: Path, scene: Scene) -> None:
     import numpy as np
 
-    from nonlinear import static_contact
+    from nonlinear.harmonic_balance.initial_solution import static_contact
     from pipeline.stages.scene_to_solver import contact_on_model, scene_modes, size_of_body, solver_options
-    from rom import one_blas_thread, read_reduced_model
+    from rom.files.reduced_model_file import read_reduced_model
+    from rom.linear_algebra.threads import one_blas_thread
 
     model, found, first = read_reduced_model(rom, with_basis=False), [], 0
     with one_blas_thread():

@@ -89,7 +89,7 @@ def _write_binary(
     """response.h5: the table of curves, and a group for every curve with a result."""
     import h5py
 
-    from rom import new_hdf5
+    from rom.files.hdf5 import new_hdf5
 
     with new_hdf5(path) as target:
         target.attrs["format"] = "1"

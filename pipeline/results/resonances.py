@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from nonlinear import ContactParameters, Excitation
-    from rom import ReducedModel, RingModes
+    from nonlinear.contact.parameters import ContactParameters
+    from nonlinear.options import Excitation
+    from rom.cyclic.reduced_model import ReducedModel
+    from rom.cyclic.sector_modes import RingModes
 
 FREE, STUCK = "free", "stuck"
 COUNT = 10  # natural frequencies of each state that are looked at
@@ -58,7 +60,8 @@ def resonances_of_problem(
     model: ReducedModel, problem: tuple[RingModes, ContactParameters, Excitation], engine_order: int
 ) -> list[Resonance]:
     """First resonances with free and with stuck contacts, for every excited harmonic."""
-    from rom import RelativeReceptance, gyroscopic_frequencies, linear_response, natural_frequencies
+    from rom.cyclic.natural_frequencies import gyroscopic_frequencies, linear_response, natural_frequencies
+    from rom.cyclic.receptance import RelativeReceptance
 
     modal, contact, wave = problem
     phase = modal.phase(wave.engine_order)

@@ -12,7 +12,7 @@ from pipeline.stages.curve.curve_summary import CurveSummary
 from pipeline.stages.curve.respond import CurveResult
 
 if TYPE_CHECKING:
-    from nonlinear import StaticContact
+    from nonlinear.response_curve import StaticContact
 
 
 def branch_remarks(branch: Mapping[str, Any]) -> str:

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from nonlinear import TRUNCATION_TOLERATED
+from nonlinear.options import TRUNCATION_TOLERATED
 from pipeline.scene.labels import prefixed
 
 if TYPE_CHECKING:

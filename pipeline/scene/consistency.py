@@ -11,7 +11,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from nonlinear import least_samples
+from nonlinear.options import least_samples
 from pipeline.errors import InputError, input_error, shown, shown_key
 from pipeline.scene.aero_section import unfit_aero
 from pipeline.scene.contact_section import PER_NODE, FaceField, Interface
@@ -411,7 +411,8 @@ def _unfit_response(path: Path, member: Member) -> Unfit:
 
 
 def _check_geometry(path: Path, member: Member) -> None:
-    from geometry import GeometryError, check_parameters
+    from geometry.blade.checks import check_parameters
+    from geometry.errors import GeometryError
 
     try:
         scene = member.scene

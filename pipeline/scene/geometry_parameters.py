@@ -6,13 +6,14 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from geometry import BladeParameters, DiskParameters, MeshParameters, SectorMesh, ShroudParameters
+    from geometry.blade.parameters import BladeParameters, DiskParameters, MeshParameters, ShroudParameters
+    from geometry.sector import SectorMesh
     from pipeline.scene.schema import Scene
 
 
 def geometry_parameters(scene: Scene) -> tuple[BladeParameters, ShroudParameters | None, MeshParameters]:
     """Parameters of the blade, of its shroud where it has one, and of the mesh, metres and degrees."""
-    from geometry import BladeParameters, MeshParameters, ShroudParameters
+    from geometry.blade.parameters import BladeParameters, MeshParameters, ShroudParameters
 
     assert scene.blade is not None  # a scene that describes a blade has all of these
     assert scene.mesh is not None
@@ -26,7 +27,7 @@ def geometry_parameters(scene: Scene) -> tuple[BladeParameters, ShroudParameters
 
 def wing_parameters(scene: Scene) -> dict[str, Any]:
     """Parameters of snubber and platform, by argument of `geometry.build_sector`; without those a scene lacks."""
-    from geometry import PlatformParameters, SnubberParameters
+    from geometry.blade.parameters import PlatformParameters, SnubberParameters
 
     found: dict[str, Any] = {}
     if scene.snubber is not None:
@@ -41,7 +42,7 @@ def sector_of(scene: Scene, **changes: Any) -> SectorMesh:
 
     The flanks of its platform are contact faces where a damper lies on them: platforms do not touch each other.
     """
-    from geometry import build_sector
+    from geometry.blade.build import build_sector
 
     blade, shroud, mesh = geometry_parameters(scene)
     sector = build_sector(blade, shroud, replace(mesh, **changes), disk_parameters(scene), **wing_parameters(scene))
@@ -54,6 +55,6 @@ def disk_parameters(scene: Scene) -> DiskParameters | None:
     """Parameters of the disk, metres; None where the blades are clamped at their roots."""
     if scene.disk is None:
         return None
-    from geometry import DiskParameters
+    from geometry.blade.parameters import DiskParameters
 
     return DiskParameters(**scene.disk.model_dump())

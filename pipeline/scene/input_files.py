@@ -241,7 +241,8 @@ def _included(path: Path, suffix: str, *state: int) -> tuple[str, ...]:
         text = b"".join(_pieces(opened)).lower()
     if b"inc" not in text and b"inp" not in text:  # statements of Abaqus may be abbreviated
         return ()
-    from geometry import MeshFileError, included_names
+    from geometry.errors import MeshFileError
+    from geometry.mesh_files.read import included_names
 
     try:
         return included_names(path, suffix)

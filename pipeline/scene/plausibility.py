@@ -121,7 +121,7 @@ def _cure(rom: Rom, mesh: Mesh, sides: tuple[float, float], ratio: float, punch:
 
 def _punch(material: Material, sides: tuple[float, float]) -> tuple[float, float]:
     """Stiffness kn, kt of a punch of the size of the face, N/m."""
-    from nonlinear import punch_stiffness
+    from nonlinear.contact.parameters import punch_stiffness
 
     return punch_stiffness(material.young_modulus, material.poisson_ratio, sides[0] * sides[1])
 

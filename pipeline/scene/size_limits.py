@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from nonlinear import MOST_UNKNOWNS
+from nonlinear.options import MOST_UNKNOWNS
 from pipeline.errors import input_error, shown
 from pipeline.scene.geometry_parameters import geometry_parameters
 from pipeline.scene.input_files import file_size
@@ -65,7 +65,7 @@ def tip_speed(scene: Scene) -> float:
 
 
 def _omega(scene: Scene) -> float:
-    from rom import angular_speed
+    from rom.units import angular_speed
 
     return float(angular_speed(scene.load.speed_rpm))
 
@@ -191,7 +191,7 @@ def _pitch(scene: Scene) -> float:
 
 def _half_extents(scene: Scene) -> tuple[float, float]:
     """Half extents of the blade along the axis and around it, m, with room for twist and the Z of the shroud."""
-    from geometry import side_edge_angle
+    from geometry.blade.fitting import side_edge_angle
 
     assert scene.blade is not None
     blade, shroud, _ = geometry_parameters(scene)

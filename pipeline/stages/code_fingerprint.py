@@ -39,7 +39,7 @@ _SETTINGS = re.compile(
 @cache
 def machine() -> str:
     """Python, the C library with its functions, the processor as libraries see it, and their settings, as text."""
-    from rom import processor
+    from rom.linear_algebra.blas_kernels import processor
 
     described = processor()
     flags = (described.get("flags") or described.get("Features") or "").split()

@@ -15,7 +15,7 @@ from pipeline.store.content_store import Store
 
 if TYPE_CHECKING:
     from pipeline.stages.curve.curve_table import CurveTable
-    from rom import ReducedModel
+    from rom.cyclic.reduced_model import ReducedModel
 
 
 @dataclass(frozen=True)

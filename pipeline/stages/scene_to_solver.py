@@ -18,12 +18,17 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from geometry import SectorMesh
-    from nonlinear import ContactParameters, Excitation, SolverOptions
+    from geometry.sector import SectorMesh
+    from nonlinear.contact.parameters import ContactParameters
+    from nonlinear.options import Excitation, SolverOptions
     from pipeline.scene.aero_section import AeroFamily
     from pipeline.scene.schema import Contact, Load, Response, Scene
     from pipeline.scene.schema import Excitation as ExcitationSection
-    from rom import ContactNodes, InfluenceCoefficients, LinearOperation, ReducedModel, RingModes
+    from rom.cyclic.influence_coefficients import InfluenceCoefficients
+    from rom.cyclic.reduced_model import ReducedModel
+    from rom.cyclic.sector_modes import RingModes
+    from rom.reduction.contact_dofs import ContactNodes
+    from rom.reduction.model_comparison import LinearOperation
 
 
 PLATFORM = "platform"  # pair of faces under which a damper lies
@@ -74,8 +79,8 @@ def _on_nodes(fields: Mapping[str, FaceField], nodes: ContactNodes) -> dict[str,
     """Values of fields over the face, node by node: of stiffnesses and preloads the shares of the nodes."""
     import numpy as np
 
-    from nonlinear import ContactParameters
-    from rom import ReducedModelError
+    from nonlinear.contact.parameters import ContactParameters
+    from rom.errors import ReducedModelError
 
     if nodes.frame is None:
         raise ReducedModelError(f"contact/frame: missing, allowed with {min(fields)} as {AS_FIELD}: a model with it")
@@ -95,7 +100,7 @@ def _resolved(scene: Scene, contact: Contact, face_area: float | None) -> Contac
     """A section [contact] with "punch" replaced by numbers."""
     if not contact.uses_punch:
         return contact
-    from nonlinear import punch_stiffness
+    from nonlinear.contact.parameters import punch_stiffness
 
     assert scene.material is not None  # the checks see to both
     assert face_area is not None
@@ -113,7 +118,7 @@ def contact_parameters(
 
     `area` (n_c,) of the nodes, m^2, by which numbers for a whole face are shared; None: evenly.
     """
-    from nonlinear import ContactParameters
+    from nonlinear.contact.parameters import ContactParameters
 
     parts, first = [], 0
     for each in contacts:
@@ -126,14 +131,15 @@ def contact_parameters(
 
 def contact_on_model(scene: Scene, model: ReducedModel) -> ContactParameters:
     """Parameters of each contact node of a reduced model."""
-    from rom import ContactNodes
+    from rom.reduction.contact_dofs import ContactNodes
 
     return contact_parameters(resolved_contacts(scene, ContactNodes.of(model)), model.contact_area)
 
 
 def touching(scene: Scene, model: ReducedModel) -> ReducedModel:
     """A reduced model without the rows of contact interfaces that the scene leaves out."""
-    from rom import ReducedModelError, interfaces_of, with_interfaces
+    from rom.cyclic.reduced_model import interfaces_of, with_interfaces
+    from rom.errors import ReducedModelError
 
     chosen = scene.contact.interfaces
     if chosen is None or set(chosen) == set(model.interfaces):
@@ -177,7 +183,7 @@ def excitation(scene: Scene) -> Excitation:
 
 def section_excitation(section: ExcitationSection) -> Excitation:
     """The travelling-wave excitation of a section [excitation]."""
-    from nonlinear import Excitation, ExcitationHarmonic
+    from nonlinear.options import Excitation, ExcitationHarmonic
 
     harmonics = tuple(ExcitationHarmonic(item.order, item.amplitude, item.phase) for item in section.harmonic)
     return Excitation(section.engine_order, section.force, harmonics)
@@ -185,7 +191,7 @@ def section_excitation(section: ExcitationSection) -> Excitation:
 
 def solver_options(scene: Scene) -> SolverOptions:
     """Frequency range, harmonics, integration and method of the forced response."""
-    from nonlinear import SolverOptions
+    from nonlinear.options import SolverOptions
 
     response, contact = scene.response, scene.contact
     return SolverOptions(
@@ -233,7 +239,7 @@ def scene_modes(scene: Scene, model: ReducedModel) -> RingModes:
 
 def frequencies_of(scene: Scene, model: ReducedModel) -> Callable[..., NDArray[np.float64]]:
     """`natural_frequencies`, with the Coriolis forces where they act in the response: one number everywhere."""
-    from rom import gyroscopic_frequencies, natural_frequencies
+    from rom.cyclic.natural_frequencies import gyroscopic_frequencies, natural_frequencies
 
     return gyroscopic_frequencies if coriolis_acts(scene, model) else natural_frequencies
 
@@ -250,7 +256,7 @@ def damped_modes(
 
     Coriolis forces act where the loads ask for them, at a speed other than 0, and the model has their matrix.
     """
-    from rom import modal_model
+    from rom.cyclic.sector_modes import modal_model
 
     return modal_model(
         model,
@@ -266,7 +272,7 @@ def influence_of(family: AeroFamily, n_blades: int, speed_rpm: float) -> Influen
     """The coefficients of a mode family on a ring at a speed, linear between those of its table."""
     import numpy as np
 
-    from rom import InfluenceCoefficients
+    from rom.cyclic.influence_coefficients import InfluenceCoefficients
 
     (speeds, frequencies), rows = family.axes(), family.rows()
     places = sorted({n % n_blades for n in family.places}) if family.offset is None else sorted(set(family.places))
@@ -290,7 +296,8 @@ def influence_of(family: AeroFamily, n_blades: int, speed_rpm: float) -> Influen
 
 def linear_operation(scene: Scene, sector: SectorMesh) -> LinearOperation:
     """Frequency range, travelling wave, damping and contact springs of a scene on the mesh of its blade."""
-    from rom import contact_nodes, inter_blade_phase
+    from rom.cyclic.cyclic_symmetry import inter_blade_phase
+    from rom.reduction.contact_dofs import contact_nodes
 
     phase = inter_blade_phase(scene.excitation.engine_order, sector.n_blades)
     nodes = contact_nodes(sector, scene.rom.contact_dofs)
@@ -299,7 +306,7 @@ def linear_operation(scene: Scene, sector: SectorMesh) -> LinearOperation:
 
 def linear_operation_on_model(scene: Scene, model: ReducedModel) -> LinearOperation:
     """The same on a reduced model of the blade."""
-    from rom import inter_blade_phase
+    from rom.cyclic.cyclic_symmetry import inter_blade_phase
 
     phase = inter_blade_phase(scene.excitation.engine_order, model.n_blades)
     return _linear_operation(scene, contact_on_model(scene, model), phase)
@@ -310,7 +317,8 @@ def linear_operation_on_face(scene: Scene, face: ReducedModel) -> LinearOperatio
 
     None where the scene gives a stiffness node by node: what it is between the nodes is not known.
     """
-    from rom import ContactNodes, inter_blade_phase
+    from rom.cyclic.cyclic_symmetry import inter_blade_phase
+    from rom.reduction.contact_dofs import ContactNodes
 
     given = [scene.contact_of(name) for name in face.interfaces]
     if any(isinstance(getattr(each, name), tuple) for each in given for name in PER_NODE[:2]):
@@ -323,7 +331,7 @@ def linear_operation_on_face(scene: Scene, face: ReducedModel) -> LinearOperatio
 
 
 def _linear_operation(scene: Scene, contact: ContactParameters, phase: float) -> LinearOperation:
-    from rom import LinearOperation
+    from rom.reduction.model_comparison import LinearOperation
 
     return LinearOperation(
         frequency_hz=scene.response.frequency,

@@ -12,9 +12,10 @@ from pipeline.process.workers import Call, WorkerDied, workers
 from pipeline.scene.contact_section import Law
 
 if TYPE_CHECKING:
-    from nonlinear import ContactParameters
+    from nonlinear.contact.parameters import ContactParameters
     from pipeline.process.progress import Reporter
-    from rom import ReducedModel, RingModes
+    from rom.cyclic.reduced_model import ReducedModel
+    from rom.cyclic.sector_modes import RingModes
 
 
 LAWS: tuple[str, ...] = get_args(Law)
@@ -58,8 +59,12 @@ def _call(law: str, integration: str) -> str:
 
 def warm_up(law: str, integration: str) -> None:
     """Call every kernel that curves with this friction law and integration run: it is compiled, or loaded."""
-    from nonlinear import Excitation, SolverOptions, branch_starts, carry_branches, forced_response
-    from rom import modal_model, one_blas_thread
+    from nonlinear.branches.branch_collection import branch_starts
+    from nonlinear.options import Excitation, SolverOptions
+    from nonlinear.response_extension import carry_branches
+    from nonlinear.response_solver import forced_response
+    from rom.cyclic.sector_modes import modal_model
+    from rom.linear_algebra.threads import one_blas_thread
 
     modal, contact, excitation = modal_model(small_model(), damping_ratio=0.05), _contact(law), Excitation(1, 0.6)
     with one_blas_thread():
@@ -83,7 +88,10 @@ def warm_up(law: str, integration: str) -> None:
 
 def _warm_up_time(modal: RingModes, contact: ContactParameters, displacement: np.ndarray) -> None:
     """The same for the motion of a ring in time and for the contact loops of the figures."""
-    from nonlinear import Excitation, Ring, RingLimits, contact_cycle, integrate_ring
+    from nonlinear.contact.element_choice import contact_cycle
+    from nonlinear.options import Excitation
+    from nonlinear.time_integration.ring import Ring
+    from nonlinear.time_integration.ring_motion import RingLimits, integrate_ring
 
     contact_cycle(displacement, contact, samples=_SAMPLES)
     limits = RingLimits(most_periods=2, window=1, settling=1)
@@ -92,7 +100,7 @@ def _warm_up_time(modal: RingModes, contact: ContactParameters, displacement: np
 
 def small_model() -> ReducedModel:
     """A ring of four blades, each three masses of three directions on a line of springs; two nodes touch."""
-    from rom import ReducedModel
+    from rom.cyclic.reduced_model import ReducedModel
 
     line = 2.0 * np.eye(3) - np.eye(3, k=1) - np.eye(3, k=-1)
     stiffness = np.kron(line, np.array([[1.0, 0.0, 0.2], [0.0, 1.5, 0.0], [0.2, 0.0, 2.0]])) * 4.0
@@ -133,7 +141,7 @@ def small_disk() -> ReducedModel:
 
 def _contact(law: str) -> ContactParameters:
     """Contacts that stick, slip and open within a period."""
-    from nonlinear import ContactParameters
+    from nonlinear.contact.parameters import ContactParameters
 
     return ContactParameters.shared(
         2,

@@ -18,7 +18,7 @@ from pipeline.stages.code_fingerprint import code_versions
 from pipeline.stages.curve.respond import KIND, worker_count
 from pipeline.stages.stage import Stage
 from pipeline.stages.warm_up import warm_up
-from rom import require_memory
+from rom.linear_algebra.threads import require_memory
 
 if TYPE_CHECKING:
     from pipeline.process.progress import Reporter

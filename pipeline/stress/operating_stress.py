@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from pipeline.scene.schema import Scene
-    from rom import OperatingStress
+    from rom.stress.operating_stress import OperatingStress
 
 
 _TYPES = {"f8": "Float64", "i8": "Int64", "u1": "UInt8", "f4": "Float32"}
@@ -149,14 +149,12 @@ def make_operating_stress(
     """Write `<name>.vtu`, the fields on the mesh, and `stress.json`, their largest values and hot spots."""
     import h5py
 
-    from rom import (
-        SolvedPoint,
-        cyclic_faces,
-        load_full_model,
-        load_sector,
-        operating_stress,
-        read_reduced_model,
-    )
+    from rom.cyclic_sector.cyclic_faces import cyclic_faces
+    from rom.files.full_model_file import load_full_model
+    from rom.files.reduced_model_file import read_reduced_model
+    from rom.files.sector_file import load_sector
+    from rom.stress.mesh_motion import SolvedPoint
+    from rom.stress.operating_stress import operating_stress
 
     with h5py.File(curve, "r") as file:
         response = section_from_attributes(Response, file.attrs)
@@ -198,7 +196,7 @@ def _margins(stress: OperatingStress, fatigue: Fatigue | None) -> dict[str, NDAr
     """Margins at the places by name; empty without limits, nan where a material has none."""
     import numpy as np
 
-    from rom import FatigueLimits
+    from rom.stress.fatigue import FatigueLimits
 
     if fatigue is None:
         return {}
@@ -219,7 +217,7 @@ def _write_fields(path: Path, stress: OperatingStress, margins: dict[str, NDArra
     """The fields as VTU; places that no element of the file uses are left out."""
     import numpy as np
 
-    from rom import von_mises
+    from rom.stress.stress_recovery import von_mises
 
     used = np.unique(np.concatenate([nodes.ravel() for _, nodes in stress.cells]))
     cells = [(kind, np.searchsorted(used, nodes)) for kind, nodes in stress.cells]
@@ -253,7 +251,7 @@ def _facts(
     """The numbers of the summary."""
     import numpy as np
 
-    from rom import hot_spots
+    from rom.stress.hot_spots import hot_spots
 
     cycle, regular = stress.cycle, stress.surroundings.regular
     ranking = 1.0 / margins["margin"] if margins else cycle.amplitude

@@ -18,7 +18,7 @@ from pipeline.scene.schema import Rom, Scene
 from pipeline.verify.model_errors import ORDER, ModelErrors
 
 if TYPE_CHECKING:
-    from geometry import SectorMesh
+    from geometry.sector import SectorMesh
 
 
 MOST_DOFS = 500_000  # a minute and 5 GB to reduce

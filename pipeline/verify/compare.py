@@ -34,8 +34,11 @@ from pipeline.stages.scene_to_solver import (
 from pipeline.verify.model_errors import JointErrors, ModelErrors, OtherMesh, fitted_order
 
 if TYPE_CHECKING:
-    from geometry import SectorMesh
-    from rom import FullModel, FullReference, LinearError, LinearOperation, LinearResponse, ReducedModel
+    from geometry.sector import SectorMesh
+    from rom.cyclic.reduced_model import ReducedModel
+    from rom.finite_elements.full_model import FullModel
+    from rom.reduction.model_comparison import LinearError, LinearOperation, LinearResponse
+    from rom.reduction.reference_model import FullReference
 
 
 _STEP = 0.7  # from one element size to the next
@@ -71,7 +74,7 @@ def other_sector(scene: Scene, elements: int) -> tuple[float, str, SectorMesh]:
 
 def finer_sector(own: SectorMesh, parts: int = 2) -> tuple[float, str, SectorMesh]:
     """Mean edge [m], kinds of elements and mesh with 8 or 27 elements in place of each of a mesh from a file."""
-    from geometry import subdivided
+    from geometry.subdivision import subdivided
 
     growth, most = parts**3 * len(own.points), _MOST_POINTS if parts == 2 else _MOST_OF_THIRD
     if is_joined(own):
@@ -145,7 +148,8 @@ def blade_reference(scene: Scene, files: BladeFiles) -> BladeReference:
 
 def model_errors(scene: Scene, blade: BladeReference, rom: Path, modes: int) -> ModelErrors:
     """Errors of a reduced model in the operation of a scene."""
-    from rom import linear_errors, linear_responses, read_reduced_model
+    from rom.files.reduced_model_file import read_reduced_model
+    from rom.reduction.model_comparison import linear_errors, linear_responses
 
     assert scene.mesh is not None
     size, element = mesh_of(scene, blade.sector)
@@ -182,7 +186,8 @@ def with_orders(scene: Scene, files: BladeFiles, errors: ModelErrors) -> ModelEr
     size, half and a third of it. Unchanged where there is no such mesh, and for meshes that are made here: they
     change in steps, and frequencies on three of them show no clean rate.
     """
-    from rom import assemble, held_frequencies
+    from rom.finite_elements.full_model import assemble
+    from rom.reduction.reference_model import held_frequencies
 
     free = errors.joints[0]
     if scene.mesh_file is None or errors.other is None or free.other_hz is None:
@@ -206,7 +211,7 @@ def with_orders(scene: Scene, files: BladeFiles, errors: ModelErrors) -> ModelEr
 
 def _static_error(model: ReducedModel, reference: FullReference, phase: float) -> float:
     """Relative error of the contact flexibility; NaN where nothing holds the disk."""
-    from rom import static_error
+    from rom.reduction.reference_model import static_error
 
     if reference.flexibility is None:
         return math.nan
@@ -217,7 +222,7 @@ def _equilibrium_error(
     blade: BladeReference, operation: LinearOperation, found: Sequence[LinearResponse]
 ) -> float | None:
     """Largest relative error of a natural frequency by the linear equilibrium at speed, None without it."""
-    from rom import linear_errors, linear_responses
+    from rom.reduction.model_comparison import linear_errors, linear_responses
 
     if blade.nonlinear is None:
         return None
@@ -257,7 +262,8 @@ def needed_grid(
 
 def needed_modes(scenes: Sequence[Scene], files: BladeFiles, tolerance: float) -> int | None:
     """Fixed-interface modes that a tolerance needs in the operations of scenes with one blade; None: over 1000."""
-    from rom import RomParameterError, reduce_to_tolerance
+    from rom.errors import RomParameterError
+    from rom.reduction.mode_selection import reduce_to_tolerance
 
     first = scenes[0]
     sector, full = _loaded(first, files)
@@ -280,7 +286,8 @@ def needed_modes(scenes: Sequence[Scene], files: BladeFiles, tolerance: float) -
 
 def _loaded(scene: Scene, files: BladeFiles) -> tuple[SectorMesh, FullModel]:
     """Mesh and full model at the scene's speed."""
-    from rom import load_full_model, load_sector
+    from rom.files.full_model_file import load_full_model
+    from rom.files.sector_file import load_sector
 
     sector = touching_sector(scene, load_sector(files.sector))
     return sector, at_speed(load_full_model(files.full), sector, scene, scene_materials(scene, files.sector))
@@ -295,7 +302,9 @@ def _nonlinear_reference(scene: Scene, files: BladeFiles) -> FullReference | Non
 
 
 def _reference(scene: Scene, files: BladeFiles, sector: SectorMesh, full: FullModel) -> FullReference:
-    from rom import excited_nodal_diameter, full_reference, wave_reference
+    from rom.cyclic.resonance_crossings import excited_nodal_diameter
+    from rom.cyclic_sector.wave_reference import wave_reference
+    from rom.reduction.reference_model import full_reference
 
     choice = boundary_choice(scene, sector, scene_materials(scene, files.sector))
     highest, with_face = scene.response.frequency[1], not node_by_node(scene)
@@ -333,7 +342,7 @@ def _frequencies(
     model: ReducedModel, phase: float, springs: tuple[Any, Any], first_mode: int, count: int
 ) -> Frequencies:
     """`count` natural frequencies, Hz, from the mode number `first_mode` on; infinite where the model has none."""
-    from rom import natural_frequencies
+    from rom.cyclic.natural_frequencies import natural_frequencies
 
     last = first_mode - 1 + count
     found = natural_frequencies(model, phase, normal=springs[0], tangential=springs[1], count=last)
@@ -341,7 +350,7 @@ def _frequencies(
 
 
 def _other_reference(scene: Scene, own: SectorMesh, files: BladeFiles) -> OtherReference:
-    from rom import assemble
+    from rom.finite_elements.full_model import assemble
 
     materials = scene_materials(scene, files.sector)
     if scene.mesh_file is None:

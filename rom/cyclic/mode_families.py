@@ -18,7 +18,7 @@ from rom.cyclic.natural_frequencies import natural_modes
 from rom.cyclic.reduced_model import ReducedModel
 
 if TYPE_CHECKING:
-    from geometry import SectorMesh
+    from geometry.sector import SectorMesh
 
 FAMILIES = "FETR"
 _LEAST_AIRFOIL = 0.1  # of the height of a body that a shroud leaves to the airfoil; else all of it is

@@ -13,7 +13,7 @@ from rom.finite_elements.discretisation import discretise
 from rom.finite_elements.full_model import FullModel
 
 if TYPE_CHECKING:
-    from geometry import SectorMesh
+    from geometry.sector import SectorMesh
 
 MATCH = 1e-5  # of the size of a face: largest distance of two nodes that are one
 ON_AXIS = 1e-7  # of the largest radius

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry import SectorMesh
+from geometry.sector import SectorMesh
 from rom.cyclic_sector.condensed_sector import CondensedForces, CondensedSector
 from rom.cyclic_sector.cyclic_faces import CyclicFaces
 from rom.cyclic_sector.cyclic_modes import CyclicModes, WaveProblem

@@ -16,7 +16,7 @@ from rom.finite_elements.material import Materials
 from rom.linear_algebra.threads import one_blas_thread
 
 if TYPE_CHECKING:
-    from geometry import SectorMesh
+    from geometry.sector import SectorMesh
 
 
 _NONE = 1e-14  # of the largest eigenvalue of a stiffness: no strain

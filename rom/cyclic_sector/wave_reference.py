@@ -46,7 +46,7 @@ from rom.reduction.substructure import boundary_selection
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
-    from geometry import SectorMesh
+    from geometry.sector import SectorMesh
 
 
 RIGID = 1e-4  # of the highest frequency: below, a motion is rigid and has no relative error

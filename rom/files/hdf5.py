@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geometry import check_dataset, check_links
+from geometry.hdf5_content import check_dataset, check_links
 
 if TYPE_CHECKING:
     import h5py

@@ -5,7 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from geometry import ContactFace, ElementBlock, ElementSides, FacePair, SectorFileError, SectorMesh, check_sector
+from geometry.elements import ElementBlock, ElementSides
+from geometry.errors import SectorFileError
+from geometry.sector import ContactFace, FacePair, SectorMesh, check_sector
 from rom.files.hdf5 import UNREADABLE, new_hdf5, opened, stored_array, why_unreadable
 
 FORMAT = "2"

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry import ElementBlock, ElementSides
+from geometry.elements import ElementBlock, ElementSides
 from rom.errors import RomParameterError
 from rom.finite_elements.reference_element import ReferenceElement, ReferenceSide, ShapeTable, reference_sides
 

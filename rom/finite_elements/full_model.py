@@ -18,7 +18,7 @@ from rom.units import angular_speed
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
-    from geometry import SectorMesh
+    from geometry.sector import SectorMesh
 
 SHIFT = 1e-9  # of the largest ratio of stiffness to mass: makes the stiffness of a body that nothing holds definite
 ABOVE_SOFTENING = 2.0  # of the speed squared, by which spin softening lowers the stiffness of a disk moved aside

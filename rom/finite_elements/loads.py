@@ -21,7 +21,8 @@ from rom.finite_elements.full_model import FullModel, node_dofs
 from rom.finite_elements.material import Materials, material_of
 
 if TYPE_CHECKING:
-    from geometry import ElementSides, SectorMesh
+    from geometry.elements import ElementSides
+    from geometry.sector import SectorMesh
     from rom.finite_elements.full_model import FullModel
 
 Array = NDArray[np.float64]

@@ -31,7 +31,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry import ELEMENT_KINDS
+from geometry.elements import ELEMENT_KINDS
 
 Array = NDArray[np.float64]
 # Corners of the reference cells in VTK's order, by number of corners.

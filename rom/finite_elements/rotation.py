@@ -36,7 +36,7 @@ from rom.units import angular_speed
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
-    from geometry import SectorMesh
+    from geometry.sector import SectorMesh
     from rom.finite_elements.full_model import FullModel
 
 Array = NDArray[np.float64]

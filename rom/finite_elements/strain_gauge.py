@@ -12,7 +12,7 @@ from rom.finite_elements.discretisation import DiscreteBlock, discretise
 from rom.finite_elements.full_model import FullModel, node_dofs
 
 if TYPE_CHECKING:
-    from geometry import SectorMesh
+    from geometry.sector import SectorMesh
 
 Array = NDArray[np.float64]
 _CANDIDATES = 32  # elements with the nearest centres

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry import UNIT_SYSTEMS, SectorMesh
+from geometry.sector import SectorMesh
+from geometry.units import UNIT_SYSTEMS
 from rom.errors import MatrixFileError, RomParameterError
 from rom.finite_elements.full_model import FullModel, node_dofs
 from rom.matrix_files.calculix import SUFFIXES

@@ -11,15 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from geometry import (
-    NAMED_AXES,
-    UNIT_SYSTEMS,
-    ContactFace,
-    SectorMesh,
-    axes_through,
-    contact_frames,
-    rotate_about_axis,
-)
+from geometry.frames import NAMED_AXES, axes_through, contact_frames, rotate_about_axis
+from geometry.sector import ContactFace, SectorMesh
+from geometry.units import UNIT_SYSTEMS
 from rom.errors import MatrixFileError, RomParameterError
 from rom.matrix_files.matrix_choice import SETS, MatrixChoice
 from rom.matrix_files.node_table import NodeTable, read_nodes

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry import UNIT_SYSTEMS
+from geometry.units import UNIT_SYSTEMS
 from rom.cyclic.reduced_model import ReducedModel
 from rom.errors import MatrixFileError, RomParameterError
 from rom.matrix_files.labelled_matrix import FORCE, TRANSFORMATION, DofLabels

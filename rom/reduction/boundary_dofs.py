@@ -41,7 +41,7 @@ from rom.reduction.fixed_interface_modes import ModalBasis
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
-    from geometry import SectorMesh
+    from geometry.sector import SectorMesh
 
 _DEPENDENT = 1e-6
 Vector = NDArray[Any]  # real or complex

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry import interface_of
+from geometry.sector import interface_of
 from rom.errors import RomParameterError
 from rom.finite_elements.discretisation import Discretisation, discretise
 from rom.reduction.face_integrals import FacePoints, Rule, face_points, opposite_points, sides_of, with_points_at
@@ -29,7 +29,7 @@ from rom.reduction.mortar_dofs import Grid, contact_grid, face_coordinates, mort
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
-    from geometry import SectorMesh
+    from geometry.sector import SectorMesh
     from rom.cyclic.reduced_model import ReducedModel
 
 # Between two grid nodes the mesh has equal steps, so a patch ends on an edge or on the middle line of an element:

@@ -41,7 +41,7 @@ from rom.reduction.fixed_interface_modes import ModalBasis, lowest_modes, modes_
 from rom.reduction.substructure import HeldSector, Substructure, hold_at_boundary, load_selection, symmetric
 
 if TYPE_CHECKING:
-    from geometry import SectorMesh
+    from geometry.sector import SectorMesh
 
 MOST_AUGMENTED = 300  # boundary dofs, 48 contact nodes a face
 

@@ -20,14 +20,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry import rotate_about_axis, sides_on
+from geometry.elements import sides_on
+from geometry.frames import rotate_about_axis
 from rom.errors import RomParameterError
 from rom.finite_elements.discretisation import Discretisation, Rule, SidePoints, points_on_sides
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
-    from geometry import ContactFace, SectorMesh
+    from geometry.sector import ContactFace, SectorMesh
 
 _NORMALISED = 1e-12
 Array = NDArray[np.float64]

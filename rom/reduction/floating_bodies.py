@@ -26,7 +26,7 @@ from rom.reduction.contact_dofs import averaged_dofs, nodal_dofs
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
-    from geometry import SectorMesh
+    from geometry.sector import SectorMesh
 
 Array = NDArray[np.float64]
 _HELD = 1e-9  # of the largest relative displacement in a rigid motion: a smaller one does not hold it

@@ -29,7 +29,7 @@ from rom.reduction.model_comparison import (
 from rom.reduction.substructure import Substructure, partition_at_boundary
 
 if TYPE_CHECKING:
-    from geometry import SectorMesh
+    from geometry.sector import SectorMesh
 
 _FIRST_GUESS = 30
 _MOST_MODES = 1000

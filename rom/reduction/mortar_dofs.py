@@ -41,7 +41,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry import ElementBlock, ElementSides, sides_on
+from geometry.elements import ElementBlock, ElementSides, sides_on
 from rom.errors import RomParameterError
 from rom.finite_elements.discretisation import Discretisation
 from rom.reduction.face_integrals import FacePoints, Rule, face_points, opposite_points, sides_of, with_points_at
@@ -49,7 +49,8 @@ from rom.reduction.face_integrals import FacePoints, Rule, face_points, opposite
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
-    from geometry import ContactFace, ElementSides, SectorMesh
+    from geometry.elements import ElementSides
+    from geometry.sector import ContactFace, SectorMesh
 
 Array = NDArray[np.float64]
 _SAME = 1e-7  # corners of the outline nearer than this, over the height of the face, are at one radius

@@ -36,7 +36,7 @@ from rom.reduction.substructure import boundary_selection, symmetric
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
-    from geometry import SectorMesh
+    from geometry.sector import SectorMesh
 
 FIRST_GUESS = 24
 MOST_MODES = 384

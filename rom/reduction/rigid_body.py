@@ -19,7 +19,7 @@ from rom.errors import ReducedModelError
 from rom.reduction.mortar_dofs import contact_grid
 
 if TYPE_CHECKING:
-    from geometry import SectorMesh
+    from geometry.sector import SectorMesh
 
 Array = NDArray[np.float64]
 COORDINATES = 6

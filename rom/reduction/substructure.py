@@ -36,7 +36,7 @@ from rom.reduction.floating_bodies import Motions, floating_motions, without_rig
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
-    from geometry import SectorMesh
+    from geometry.sector import SectorMesh
     from rom.reduction.boundary_dofs import BoundaryDofs
 
 

@@ -23,7 +23,8 @@ from numpy.typing import NDArray
 from rom.stress.stress_recovery import StressRecovery
 
 if TYPE_CHECKING:
-    from geometry import ElementBlock, SectorMesh
+    from geometry.elements import ElementBlock
+    from geometry.sector import SectorMesh
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -46,7 +46,7 @@ from rom.reduction.floating_bodies import stuck_springs
 from rom.units import angular_speed
 
 if TYPE_CHECKING:
-    from geometry import SectorMesh
+    from geometry.sector import SectorMesh
 
 Complex = NDArray[np.complex128]
 RESIDUAL = 1e-10  # of the full model's solution, relative to the force

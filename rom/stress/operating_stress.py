@@ -22,7 +22,7 @@ from rom.stress.mesh_motion import MeshMotion, SolvedPoint
 from rom.stress.stress_recovery import NodalStress, StressRecovery, von_mises
 
 if TYPE_CHECKING:
-    from geometry import SectorMesh
+    from geometry.sector import SectorMesh
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -30,7 +30,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry import ELEMENT_KINDS
+from geometry.elements import ELEMENT_KINDS
 from rom.finite_elements.discretisation import Batch, DiscreteBlock, Discretisation
 from rom.finite_elements.loads import thermal_stress
 from rom.finite_elements.material import Material, Materials, material_of

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from geometry import ELEMENT_KINDS, ElementBlock, ImportedMesh, sides_on
+from geometry import ElementBlock, ImportedMesh
+from geometry.elements import ELEMENT_KINDS, sides_on
 
 CORNERS = {
     "tet": [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)],

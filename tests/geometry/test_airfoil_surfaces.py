@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from geometry import ELEMENT_KINDS, BladeParameters, MeshParameters, ShroudParameters, build_sector
+from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
+from geometry.elements import ELEMENT_KINDS
 
 ANGLES = (60.0, 135.0)  # the second one is meshed as a mirror image
 

@@ -7,7 +7,7 @@ import pytest
 from geometry_support import SLENDER, jacobians, mid_radius, next_blade, polar, sector, slender_shroud, volume
 from test_symmetry import element_sets
 
-from geometry import hexahedron_scaled_jacobian
+from geometry.quality import hexahedron_scaled_jacobian
 
 CHORD, THICKNESS = 0.030, 0.004
 # a large hub, so that a section lies in a plane

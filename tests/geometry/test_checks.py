@@ -12,15 +12,9 @@ from geometry_support import FIGURE, SLENDER, figure_shroud, jacobians, mid_radi
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from geometry import (
-    BladeParameters,
-    GeometryError,
-    MeshParameters,
-    ShroudParameters,
-    build_sector,
-    check_parameters,
-    hexahedron_scaled_jacobian,
-)
+from geometry import BladeParameters, GeometryError, MeshParameters, ShroudParameters, build_sector
+from geometry.blade.checks import check_parameters
+from geometry.quality import hexahedron_scaled_jacobian
 
 GOOD = {"blade": SLENDER, "shroud": slender_shroud(70.0), "mesh": MeshParameters(0.004)}
 NAN, INF = float("nan"), float("inf")

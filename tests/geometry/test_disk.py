@@ -5,15 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from geometry import (
-    BladeParameters,
-    DiskParameters,
-    GeometryError,
-    MeshParameters,
-    ShroudParameters,
-    build_sector,
-    hexahedron_scaled_jacobian,
-)
+from geometry import BladeParameters, DiskParameters, GeometryError, MeshParameters, ShroudParameters, build_sector
+from geometry.quality import hexahedron_scaled_jacobian
 
 BLADE = BladeParameters(72, 0.3, 0.15, 0.036, 0.009, 0.006, 25.0, "lens")
 SHROUD = ShroudParameters(70.0, 0.005, 0.04, 0.012)

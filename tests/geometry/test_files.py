@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 from geometry_support import FIGURE, SLENDER, figure_shroud, sector, slender_shroud, volume
 
-from geometry import SectorFileError, export_sector, import_sector
-from rom import load_sector, new_hdf5, save_sector
+from geometry.errors import SectorFileError
+from geometry.exchange import export_sector, import_sector
+from rom.files.hdf5 import new_hdf5
+from rom.files.sector_file import load_sector, save_sector
 
 WRITE_READ = {
     ".h5": (save_sector, load_sector),

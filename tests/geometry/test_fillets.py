@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 from geometry_support import SLENDER, jacobians, polar, sector, slender_shroud, volume
 
-from geometry import GeometryError, MeshParameters, check_parameters, hexahedron_scaled_jacobian
+from geometry import GeometryError, MeshParameters
+from geometry.blade.checks import check_parameters
+from geometry.quality import hexahedron_scaled_jacobian
 
 RADIUS = 0.002
 PLAIN = replace(SLENDER, twist=0.0, chord=0.030, thickness=0.006)

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from geometry_support import SLENDER, polar, sector, slender_shroud, volume
 
-from geometry import MeshParameters, build_sector, hexahedron_scaled_jacobian
+from geometry import MeshParameters, build_sector
+from geometry.quality import hexahedron_scaled_jacobian
 
 SHROUD = slender_shroud(70.0)
 INNER = SLENDER.hub_radius + SLENDER.length - SHROUD.thickness

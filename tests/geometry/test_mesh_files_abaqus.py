@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from mesh_file_support import area, volumes
 
-from geometry import MeshFileError, included_names, read_mesh
+from geometry import MeshFileError, read_mesh
+from geometry.mesh_files.read import included_names
 
 CUBE = """\
 ** two cubes on top of each other

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from mesh_file_support import area, element_points, straight_middles, volumes
 
-from geometry import ELEMENT_KINDS, MeshFileError, read_mesh
+from geometry import MeshFileError, read_mesh
+from geometry.elements import ELEMENT_KINDS
 
 TYPES = {"hex8": "C3D8", "hex20": "C3D20", "wedge6": "C3D6", "wedge15": "C3D15"}
 # corners that fall together with others -> what is left; all pairs of opposite edges of a side, and tetrahedra

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 from mesh_file_support import VOLUMES, element_points, shape_of, straight_middles, volumes
 
-from geometry import ELEMENT_KINDS, MeshFileError, included_names, read_mesh
+from geometry import MeshFileError, read_mesh
+from geometry.elements import ELEMENT_KINDS
+from geometry.mesh_files.read import included_names
 
 TET = "CTETRA  1       1       1       2       3       4\n"
 

@@ -9,17 +9,13 @@ from own_mesh_support import N_BLADES as OF_DUMMY
 from own_mesh_support import NAMES, dummy, imported
 
 from benchmarks.root_mesh import N_BLADES, root_mesh
-from geometry import (
-    InterfaceChoice,
-    OwnMeshError,
-    SectorChoice,
-    export_sector,
-    import_sector,
-    read_mesh,
-    sector_from_mesh,
-    subdivided,
-)
-from rom import load_sector, save_sector
+from geometry import read_mesh
+from geometry.errors import OwnMeshError
+from geometry.exchange import export_sector, import_sector
+from geometry.own_mesh.own_sector import sector_from_mesh
+from geometry.own_mesh.sector_choice import InterfaceChoice, SectorChoice
+from geometry.subdivision import subdivided
+from rom.files.sector_file import load_sector, save_sector
 
 SETS = {"root": "BORE", "cyclic_right": "CYCLIC_HIGH", "cyclic_left": "CYCLIC_LOW"}
 ROOT = InterfaceChoice("BLADE_FLANKS", "DISK_FLANKS", "inside", (3, 2))

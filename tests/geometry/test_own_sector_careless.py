@@ -7,7 +7,10 @@ import numpy as np
 import pytest
 from own_mesh_support import N_BLADES, NAMES, dummy, imported, wedge, with_sets
 
-from geometry import ElementBlock, ElementSides, ImportedMesh, OwnMeshError, SectorChoice, sector_from_mesh
+from geometry import ElementBlock, ElementSides, ImportedMesh
+from geometry.errors import OwnMeshError
+from geometry.own_mesh.own_sector import sector_from_mesh
+from geometry.own_mesh.sector_choice import SectorChoice
 
 TURN = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])  # our x is y of the file
 

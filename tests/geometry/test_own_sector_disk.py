@@ -12,14 +12,14 @@ from geometry import (
     DiskParameters,
     ElementBlock,
     MeshParameters,
-    OwnMeshError,
-    SectorChoice,
     ShroudParameters,
     build_sector,
     read_mesh,
-    sector_from_mesh,
-    write_mesh,
 )
+from geometry.errors import OwnMeshError
+from geometry.mesh_files.write import write_mesh
+from geometry.own_mesh.own_sector import sector_from_mesh
+from geometry.own_mesh.sector_choice import SectorChoice
 from pipeline.new_scene.mesh_survey import guess
 
 CUTS = ("cyclic_right", "cyclic_left")

@@ -4,9 +4,13 @@ import numpy as np
 import pytest
 from own_mesh_support import N_BLADES, NAMES, Form, dummy, five_tets, imported, tet_wedge, wedge
 
-from geometry import OwnMeshError, SectorChoice, check_sector, fitting_ring, sector_from_mesh
+from geometry.errors import OwnMeshError
 from geometry.frames import rotate_about_axis
+from geometry.own_mesh.own_sector import sector_from_mesh
+from geometry.own_mesh.ring import fitting_ring
+from geometry.own_mesh.sector_choice import SectorChoice
 from geometry.own_mesh.side_quadrature import quadrature, side_shapes
+from geometry.sector import check_sector
 
 ANGLES = np.radians([33.0, -71.0, 118.0])
 

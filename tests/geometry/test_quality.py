@@ -14,7 +14,7 @@ from geometry_support import (
     slender_shroud,
 )
 
-from geometry import hexahedron_scaled_jacobian
+from geometry.quality import hexahedron_scaled_jacobian
 
 ANGLES = (30.0, 45.0, 60.0, 70.0, 90.0, 110.0, 120.0, 150.0, 180.0)
 

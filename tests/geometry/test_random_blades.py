@@ -7,15 +7,9 @@ import numpy as np
 import pytest
 from random_blades import random_blade
 
-from geometry import (
-    BladeParameters,
-    GeometryError,
-    MeshParameters,
-    ShroudParameters,
-    build_sector,
-    check_parameters,
-    hexahedron_scaled_jacobian,
-)
+from geometry import BladeParameters, GeometryError, MeshParameters, ShroudParameters, build_sector
+from geometry.blade.checks import check_parameters
+from geometry.quality import hexahedron_scaled_jacobian
 
 LEAST_QUALITY = 0.1
 NAMED = re.compile(r"(blade|shroud)\.(\w+) (?:at most |at least )?(-?[\d.]+(?:e[+-]?\d+)?) fits")

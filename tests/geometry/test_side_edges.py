@@ -7,13 +7,10 @@ import pytest
 from geometry_support import SLENDER, boundary_quads, mid_radius, next_blade, polar, sector, slender_shroud, volume
 from test_symmetry import element_sets
 
-from geometry import (
-    GeometryError,
-    MeshParameters,
-    check_parameters,
-    hexahedron_scaled_jacobian,
-    side_edge_angle,
-)
+from geometry import GeometryError, MeshParameters
+from geometry.blade.checks import check_parameters
+from geometry.blade.fitting import side_edge_angle
+from geometry.quality import hexahedron_scaled_jacobian
 
 # chord sin(50 degrees) = 51 mm, pitch 39 mm: no room between axial edges
 SOLID = replace(SLENDER, chord=0.066, root_stagger=30.0, twist=20.0)

@@ -15,13 +15,12 @@ from geometry import (
     ShroudParameters,
     SnubberParameters,
     build_sector,
-    export_sector,
-    hexahedron_scaled_jacobian,
-    import_sector,
-    rotate_about_axis,
-    sides_on,
 )
-from rom import load_sector, save_sector
+from geometry.elements import sides_on
+from geometry.exchange import export_sector, import_sector
+from geometry.frames import rotate_about_axis
+from geometry.quality import hexahedron_scaled_jacobian
+from rom.files.sector_file import load_sector, save_sector
 
 BLADE = BladeParameters(24, 0.2, 0.08, 0.024, 0.006, 0.004, 15.0, "lens")
 SHROUD = ShroudParameters(angle=150.0, thickness=0.005, axial_width=0.03, contact_length=0.008)

@@ -3,8 +3,9 @@
 import numpy as np
 from period_map import PeriodMap
 
-from nonlinear import Excitation, Ring, RingIntegrator
-from nonlinear.time_integration.ring import RetainedModes
+from nonlinear import Excitation
+from nonlinear.time_integration.ring import RetainedModes, Ring
+from nonlinear.time_integration.ring_integrator import RingIntegrator
 
 
 def ring_map(balance, contact, omega, n_blades, unknown, steps=1000):

@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 from lumped import lumped_blade
 
-from nonlinear import SLIP, ContactParameters, Excitation, SolverOptions, StaticContact, build_harmonic_balance
+from nonlinear import ContactParameters, Excitation, SolverOptions, StaticContact
 from nonlinear.branches.range_continuation import continue_over_range
+from nonlinear.contact.parameters import SLIP
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.corrector import BorderedSystem
 from nonlinear.continuation.response_quantities import amplitude_derivative, largest_amplitude, output_amplitude
 from nonlinear.harmonic_balance.initial_solution import periodic_start, static_displacement
-from nonlinear.response_solver import build_continuation
+from nonlinear.response_solver import build_continuation, build_harmonic_balance
 from rom import modal_model
 
 

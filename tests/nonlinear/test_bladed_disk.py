@@ -6,16 +6,10 @@ from functools import cache
 import numpy as np
 import pytest
 
-from nonlinear import (
-    ContactParameters,
-    Excitation,
-    SolverOptions,
-    build_harmonic_balance,
-    forced_response,
-    nonlinear_mode,
-    peak_sensitivity,
-)
+from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response, nonlinear_mode
 from nonlinear.contact.fourier import to_real
+from nonlinear.peak_curves.peak_sensitivity import peak_sensitivity
+from nonlinear.response_solver import build_harmonic_balance
 from nonlinear.stability.floquet import FloquetAnalysis
 from rom import (
     ReducedModel,

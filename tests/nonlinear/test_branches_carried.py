@@ -7,7 +7,8 @@ import pytest
 from lumped import lumped_blade
 from test_branch_search import known, problem
 
-from nonlinear import BranchStart, branch_starts, carry_branches, extend_response, forced_response
+from nonlinear import forced_response
+from nonlinear.branches.branch_collection import BranchStart, branch_starts
 from nonlinear.branches.parameter_continuation import (
     FixedFrequencyBalance,
     Homotopy,
@@ -17,6 +18,7 @@ from nonlinear.branches.parameter_continuation import (
 )
 from nonlinear.contact.fourier import to_real
 from nonlinear.harmonic_balance.initial_solution import solve_at
+from nonlinear.response_extension import carry_branches, extend_response
 from nonlinear.response_solver import build_continuation
 from rom import modal_model
 

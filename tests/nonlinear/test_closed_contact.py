@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from lumped import lumped_blade
 
-from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance
+from nonlinear import ContactParameters, Excitation, SolverOptions
+from nonlinear.response_solver import build_harmonic_balance
 from nonlinear.stability import perturbation_pencils
 from nonlinear.stability.closed_refinement import ClosedContact
 from nonlinear.stability.eigenproblem import Pencil, converged
@@ -17,7 +18,8 @@ from nonlinear.stability.ring_scan import FaceScan
 from nonlinear.stability.ring_stability import LinearisedContact, RingStability
 from nonlinear.stability.ring_structure import NEGLIGIBLE_ACROSS, FaceFlexibility, RingStructure
 from nonlinear.stability.slider_memory import MemorySampler
-from rom import modal_model, relative_contact_motion
+from rom import modal_model
+from rom.cyclic.cyclic_symmetry import relative_contact_motion
 
 N_BLADES, HARMONICS, OMEGA = 12, 2, 1.3
 LAWS = ["two_sliders", "cone"]

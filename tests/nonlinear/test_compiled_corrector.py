@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from lumped import lumped_blade
 
-from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance
+from nonlinear import ContactParameters, Excitation, SolverOptions
 from nonlinear.branches.parameter_continuation import FixedFrequencyBalance, Homotopy, rate_of_change
 from nonlinear.branches.range_continuation import continue_over_range
 from nonlinear.contact.element_choice import contact_element
@@ -14,6 +14,7 @@ from nonlinear.continuation import condensation, corrector
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.corrector import NormalPlane, compiled_corrector, correct
 from nonlinear.harmonic_balance.initial_solution import static_displacement
+from nonlinear.response_solver import build_harmonic_balance
 from rom import modal_model
 
 # Slip, lift-off and a node that stays open; no friction; a constant normal load, which is odd.

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from lumped import lumped_blade
 
-from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance
+from nonlinear import ContactParameters, Excitation, SolverOptions
 from nonlinear.harmonic_balance.condensed_factors import ContactStiffness
+from nonlinear.response_solver import build_harmonic_balance
 from rom import modal_model
 
 

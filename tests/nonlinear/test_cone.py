@@ -6,8 +6,10 @@ from cone_reference import PlaneSlider
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from nonlinear import LIFT_OFF, SLIP, STICK, ContactParameters, SolverOptions, contact_element
+from nonlinear import ContactParameters, SolverOptions
 from nonlinear.contact.cone_event_driven import FORCE_ERROR, EventDrivenCoulombCone
+from nonlinear.contact.element_choice import contact_element
+from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK
 
 NORMAL, TANGENTIAL, FRICTION = 1.0, 3.0, 0.5
 

@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from nonlinear import LIFT_OFF, SLIP, STICK, ContactParameters, SolverOptions, contact_cycle, contact_element
+from nonlinear import ContactParameters, SolverOptions, contact_cycle
+from nonlinear.contact.element_choice import contact_element
+from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK
 
 
 def single(kn=0.0, kt=1.0, mu=0.5, v0=0.0, preload=1.0, law="two_sliders"):

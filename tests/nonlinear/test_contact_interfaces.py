@@ -7,30 +7,25 @@ import pytest
 from lumped import lumped_blade
 from scipy.linalg import block_diag
 
-from nonlinear import (
-    ContactError,
-    ContactParameters,
-    Excitation,
-    Ring,
-    RingIntegrator,
-    SolverOptions,
-    build_harmonic_balance,
-)
+from nonlinear import ContactError, ContactParameters, Excitation, SolverOptions
 from nonlinear.continuation.linear_segments import LinearSegments
 from nonlinear.continuation.solution_point import LinearState
 from nonlinear.harmonic_balance.initial_solution import periodic_start
+from nonlinear.response_solver import build_harmonic_balance
 from nonlinear.stability.eigenproblem import converged
 from nonlinear.stability.floquet import FloquetAnalysis
 from nonlinear.stability.ring_stability import LinearisedContact, RingStability
+from nonlinear.time_integration.ring import Ring
+from nonlinear.time_integration.ring_integrator import RingIntegrator
 from rom import (
     ContactInterface,
     ReducedModelError,
-    interfaces_of,
     modal_model,
     read_reduced_model,
     with_interfaces,
     write_reduced_model,
 )
+from rom.cyclic.reduced_model import interfaces_of
 
 N, HARMONICS, OMEGA = 4, 2, 1.6  # the 512 instants at which events of sliders are sampled are those of all 4 blades
 BLADE = lumped_blade(N)

@@ -5,7 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nonlinear import LIFT_OFF, SLIP, STICK, ContactParameters, SolverOptions, contact_element
+from nonlinear import ContactParameters, SolverOptions
+from nonlinear.contact.element_choice import contact_element
+from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK
 
 
 def build(contact, integration, harmonics, samples=257):

@@ -7,16 +7,9 @@ import pytest
 from lumped import lumped_blade, oscillator
 from scipy.optimize import brentq
 
-from nonlinear import (
-    ContactError,
-    ContactParameters,
-    Excitation,
-    OptionsError,
-    SolverOptions,
-    build_harmonic_balance,
-    forced_response,
-)
+from nonlinear import ContactError, ContactParameters, Excitation, OptionsError, SolverOptions, forced_response
 from nonlinear.contact.fourier import to_real
+from nonlinear.response_solver import build_harmonic_balance
 from rom import ReducedModel, linear_response, modal_model
 
 

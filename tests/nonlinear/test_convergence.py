@@ -6,10 +6,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from lumped import oscillator
 
-from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance, contact_element
+from nonlinear import ContactParameters, Excitation, SolverOptions
+from nonlinear.contact.element_choice import contact_element
 from nonlinear.contact.fourier import basis_at, to_complex
 from nonlinear.contact.trigonometric_roots import cell_table, cosine_sine, find_roots
 from nonlinear.harmonic_balance.initial_solution import periodic_start, solve_at
+from nonlinear.response_solver import build_harmonic_balance
 from rom import modal_model
 
 

@@ -8,7 +8,10 @@ import pytest
 from turning import SPEED, circling, turning
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response
-from rom import InfluenceCoefficients, PoleModes, RelativeReceptance, gyroscopic_frequencies, modal_model
+from rom import InfluenceCoefficients, modal_model
+from rom.cyclic.natural_frequencies import gyroscopic_frequencies
+from rom.cyclic.pole_modes import PoleModes
+from rom.cyclic.receptance import RelativeReceptance
 
 N, EO = 12, 2
 FLOW = InfluenceCoefficients(2, np.array([-1, 0, 1]), np.array([0.02 - 0.01j, -0.01 - 0.02j, -0.03 + 0.02j]))

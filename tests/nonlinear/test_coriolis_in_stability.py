@@ -8,12 +8,16 @@ import pytest
 from test_coriolis_in_response import CONTACT, EO, OPTIONS, N, in_wave
 from turning import SPEED, turning
 
-from nonlinear import ContactParameters, Excitation, Ring, RingPatterns, build_harmonic_balance, forced_response
+from nonlinear import ContactParameters, Excitation, forced_response
 from nonlinear.contact.fourier import to_real
+from nonlinear.response_solver import build_harmonic_balance
 from nonlinear.stability.eigenproblem import all_refined, converged, eigenvalues_by_slices
 from nonlinear.stability.floquet import FloquetAnalysis
 from nonlinear.stability.ring_stability import LinearisedContact, RingStability
-from rom import aeroelastic_modes, modal_model
+from nonlinear.time_integration.ring import Ring
+from nonlinear.worst_motion.ring_integration import RingPatterns
+from rom import modal_model
+from rom.cyclic.aeroelastic_modes import aeroelastic_modes
 
 
 @lru_cache

@@ -10,24 +10,17 @@ from scipy.linalg import expm
 from test_floating_bodies import OMEGA, sector
 from turning import circling, turning
 
-from nonlinear import (
-    ContactParameters,
-    Excitation,
-    Mistuning,
-    Ring,
-    RingIntegrator,
-    RingLimits,
-    RingState,
-    SolverOptions,
-    build_harmonic_balance,
-    forced_response,
-    integrate_ring,
-    ring_in_flow,
-)
+from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response
 from nonlinear.harmonic_balance.initial_solution import periodic_start
+from nonlinear.mistuned_ring.mistuning import Mistuning
 from nonlinear.mistuned_ring.ring_receptance import ring_in_time
-from nonlinear.time_integration.ring import RetainedModes
-from rom import InfluenceCoefficients, aeroelastic_modes, modal_model
+from nonlinear.nonlinear_modes.ring_in_flow import ring_in_flow
+from nonlinear.response_solver import build_harmonic_balance
+from nonlinear.time_integration.ring import RetainedModes, Ring, RingState
+from nonlinear.time_integration.ring_integrator import RingIntegrator
+from nonlinear.time_integration.ring_motion import RingLimits, integrate_ring
+from rom import InfluenceCoefficients, modal_model
+from rom.cyclic.aeroelastic_modes import aeroelastic_modes
 
 N = 6
 RAYLEIGH = (0.02, 0.02)

@@ -7,20 +7,13 @@ import numpy as np
 import pytest
 from lumped import lumped_blade
 
-from nonlinear import (
-    ContactParameters,
-    Excitation,
-    Ring,
-    RingIntegration,
-    RingLimits,
-    SolverOptions,
-    find_worst_motion,
-    forced_response,
-    integrate_ring,
-)
+from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response
+from nonlinear.time_integration.ring import Ring
+from nonlinear.time_integration.ring_motion import RingLimits, integrate_ring
 from nonlinear.worst_motion.candidates import coexistences
 from nonlinear.worst_motion.ring_integration import (
     USUAL_PERIODS,
+    RingIntegration,
     Solution,
     _persists,
     counts,
@@ -28,6 +21,7 @@ from nonlinear.worst_motion.ring_integration import (
 )
 from nonlinear.worst_motion.ring_starts import RingStarts
 from nonlinear.worst_motion.stepped_sweep import SteppedSweep
+from nonlinear.worst_motion.worst_motion import find_worst_motion
 from rom import ReducedModel, modal_model
 
 

@@ -4,16 +4,11 @@ import numpy as np
 import pytest
 from lumped import lumped_blade
 
-from nonlinear import (
-    ContactParameters,
-    Excitation,
-    Ring,
-    RingIntegrator,
-    SolverOptions,
-    build_harmonic_balance,
-    forced_response,
-)
+from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response
 from nonlinear.contact.fourier import to_real
+from nonlinear.response_solver import build_harmonic_balance
+from nonlinear.time_integration.ring import Ring
+from nonlinear.time_integration.ring_integrator import RingIntegrator
 from rom import modal_model
 
 LOW, HIGH = 0.08, 1.0

@@ -9,25 +9,17 @@ from period_map import PeriodMap
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
-from nonlinear import (
-    BifurcationKind,
-    ContactParameters,
-    Excitation,
-    Mistuning,
-    Ring,
-    RingIntegrator,
-    RingPatterns,
-    SolverOptions,
-    build_harmonic_balance,
-    forced_response,
-)
+from nonlinear import BifurcationKind, ContactParameters, Excitation, SolverOptions, forced_response
 from nonlinear.contact.fourier import to_complex, to_real
 from nonlinear.harmonic_balance.initial_solution import solve_at
+from nonlinear.mistuned_ring.mistuning import Mistuning
 from nonlinear.mistuned_ring.ring_receptance import ring_in_time
-from nonlinear.time_integration.ring import RingState, whole_ring
+from nonlinear.response_solver import build_harmonic_balance
+from nonlinear.time_integration.ring import Ring, RingState, whole_ring
+from nonlinear.time_integration.ring_integrator import RingIntegrator
 from nonlinear.time_integration.ring_motion import integrate_ring
 from nonlinear.worst_motion.ring_branch import ring_branch
-from nonlinear.worst_motion.ring_integration import RingIntegration
+from nonlinear.worst_motion.ring_integration import RingIntegration, RingPatterns
 from rom import ReducedModel, modal_model
 
 # blades, force, omega, amplitude of harmonic 1, exponents in the strip: c 0.01, kn 0.6, v0 0.1, engine order 1

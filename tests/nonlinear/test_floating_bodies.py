@@ -11,37 +11,24 @@ from lumped_disk import sector_with_disk
 from lumped_disk import whole_ring as ring_with_disk
 from period_map import PeriodMap
 
-from nonlinear import (
-    ContactParameters,
-    Excitation,
-    Mistuning,
-    Ring,
-    RingIntegrator,
-    SolverOptions,
-    build_harmonic_balance,
-    forced_response,
-    mistuned_response,
-)
+from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response
 from nonlinear.contact.fourier import to_real
 from nonlinear.harmonic_balance.initial_solution import periodic_start, static_displacement
+from nonlinear.mistuned_ring.mistuning import Mistuning
 from nonlinear.mistuned_ring.ring_receptance import ring_in_time
+from nonlinear.mistuned_ring.ring_response import mistuned_response
 from nonlinear.nonlinear_modes.extended_motion import linear_mode
 from nonlinear.nonlinear_modes.resonance_motions import resonance_motions
+from nonlinear.response_solver import build_harmonic_balance
 from nonlinear.stability.floquet import FloquetAnalysis
 from nonlinear.stability.ring_stability import LinearisedContact, RingStability
+from nonlinear.time_integration.ring import Ring
 from nonlinear.time_integration.ring import whole_ring as ring_of_blades
-from rom import (
-    ContactInterface,
-    ReducedModel,
-    ReducedModelError,
-    RelativeReceptance,
-    RigidBody,
-    coupled_frequencies,
-    modal_model,
-    natural_frequencies,
-    with_interfaces,
-    with_rigid_body,
-)
+from nonlinear.time_integration.ring_integrator import RingIntegrator
+from rom import ContactInterface, ReducedModel, ReducedModelError, modal_model, natural_frequencies, with_interfaces
+from rom.cyclic.natural_frequencies import coupled_frequencies
+from rom.cyclic.receptance import RelativeReceptance
+from rom.reduction.rigid_body import RigidBody, with_rigid_body
 
 NOWHERE = np.zeros((1, 3))
 

@@ -8,19 +8,15 @@ import pytest
 from lumped import lumped_blade
 from lumped_disk import sector_with_disk
 
-from nonlinear import (
-    ContactParameters,
-    Excitation,
-    Mistuning,
-    SolverOptions,
-    build_harmonic_balance,
-    forced_response,
-    mistuned_response,
-)
+from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response
 from nonlinear.contact.fourier import to_real
+from nonlinear.mistuned_ring.mistuning import Mistuning
+from nonlinear.mistuned_ring.ring_response import mistuned_response
+from nonlinear.response_solver import build_harmonic_balance
 from nonlinear.stability.floquet import FloquetAnalysis
 from nonlinear.stability.ring_stability import LinearisedContact, RingStability
-from rom import InfluenceCoefficients, aeroelastic_modes, modal_model
+from rom import InfluenceCoefficients, modal_model
+from rom.cyclic.aeroelastic_modes import aeroelastic_modes
 
 N, EO = 12, 2
 FLOW = InfluenceCoefficients(2, np.array([-1, 0, 1]), np.array([0.02 - 0.01j, -0.01 - 0.02j, -0.03 + 0.02j]))

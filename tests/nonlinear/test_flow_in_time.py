@@ -9,28 +9,21 @@ from lumped_disk import sector_with_disk
 from period_map import PeriodMap
 from scipy.linalg import expm
 
-from nonlinear import (
-    ContactParameters,
-    Excitation,
-    Mistuning,
-    Ring,
-    RingIntegrator,
-    RingLimits,
-    RingPatterns,
-    RingRecord,
-    RingState,
-    SolverOptions,
-    build_harmonic_balance,
-    forced_response,
-    integrate_ring,
-    mistuned_curve,
-    mistuned_response,
-    self_excitation,
-)
+from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response
 from nonlinear.contact.fourier import to_real
 from nonlinear.harmonic_balance.initial_solution import periodic_start
-from nonlinear.time_integration.ring_integrator import with_more_harmonics
-from rom import InfluenceCoefficients, ReducedModel, aeroelastic_modes, contact_springs, modal_model
+from nonlinear.mistuned_ring.mistuned_curve import mistuned_curve
+from nonlinear.mistuned_ring.mistuning import Mistuning
+from nonlinear.mistuned_ring.ring_response import mistuned_response
+from nonlinear.nonlinear_modes.limit_cycles import self_excitation
+from nonlinear.response_solver import build_harmonic_balance
+from nonlinear.time_integration.ring import Ring, RingState
+from nonlinear.time_integration.ring_integrator import RingIntegrator, RingRecord, with_more_harmonics
+from nonlinear.time_integration.ring_motion import RingLimits, integrate_ring
+from nonlinear.worst_motion.ring_integration import RingPatterns
+from rom import InfluenceCoefficients, ReducedModel, modal_model
+from rom.cyclic.aeroelastic_modes import aeroelastic_modes
+from rom.cyclic.contact_springs import contact_springs
 
 N = 6
 FLOW = (

@@ -7,7 +7,7 @@ from nonlinear.stability import hessenberg_qr
 from nonlinear.stability.general_eigenvalues import general_eigenvalues
 from nonlinear.stability.hessenberg_qr import MOST_ROWS, qr_eigenvalues
 from nonlinear.stability.modal_condensation import Matrix
-from rom import one_blas_thread
+from rom.linear_algebra.threads import one_blas_thread
 
 ROUND_OFF = 20.0 * np.finfo(float).eps  # times the number of rows and the norm
 

@@ -8,9 +8,12 @@ from lumped import lumped_blade, oscillator
 from scipy.optimize import brentq
 from turning import turning
 
-from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance, self_excitation
+from nonlinear import ContactParameters, Excitation, SolverOptions
 from nonlinear.contact.fourier import to_complex, to_real
-from rom import InfluenceCoefficients, aeroelastic_modes, modal_model
+from nonlinear.nonlinear_modes.limit_cycles import self_excitation
+from nonlinear.response_solver import build_harmonic_balance
+from rom import InfluenceCoefficients, modal_model
+from rom.cyclic.aeroelastic_modes import aeroelastic_modes
 
 N = 12
 QUIET = SolverOptions((0.05, 0.5), harmonics=1, stability="folds")

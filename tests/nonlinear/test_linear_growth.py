@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from lumped import lumped_blade, oscillator
 
-from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance, forced_response
+from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response
 from nonlinear.contact.fourier import to_real
+from nonlinear.response_solver import build_harmonic_balance
 from nonlinear.stability.hill import HillProblem
 from rom import modal_model
 

@@ -6,22 +6,16 @@ import numpy as np
 import pytest
 from lumped import lumped_blade
 
-from nonlinear import (
-    ContactParameters,
-    Excitation,
-    SolverOptions,
-    build_harmonic_balance,
-    contact_cycle,
-    contact_element,
-    forced_response,
-)
+from nonlinear import ContactParameters, Excitation, SolverOptions, contact_cycle, forced_response
 from nonlinear.branches.range_continuation import continue_over_range
+from nonlinear.contact.element_choice import contact_element
 from nonlinear.contact.fourier import to_complex
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.linear_segments import LinearSegments
 from nonlinear.continuation.response_kernels import SprungHarmonic, moving_forces, sprung_motion
 from nonlinear.continuation.response_quantities import output_amplitude
 from nonlinear.harmonic_balance.initial_solution import static_displacement
+from nonlinear.response_solver import build_harmonic_balance
 from rom import linear_response, modal_model
 
 SPAN = (0.1, 0.8)

@@ -7,24 +7,19 @@ import pytest
 from lumped import lumped_blade
 from lumped_disk import sector_places, sector_with_disk, whole_ring
 
-from nonlinear import (
-    ContactParameters,
-    Excitation,
-    LinearSectors,
-    Mistuning,
-    MistuningError,
-    SolverOptions,
-    build_harmonic_balance,
-    forced_response,
-    mistuned_response,
-)
+from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response
 from nonlinear.contact.fourier import to_complex, to_real
 from nonlinear.harmonic_balance.initial_solution import solve_at
 from nonlinear.mistuned_ring import sector_ring as ring_of_sectors
 from nonlinear.mistuned_ring.linear_contacts import blade_strain, strain_directions
+from nonlinear.mistuned_ring.linear_sectors import LinearSectors
+from nonlinear.mistuned_ring.mistuning import Mistuning, MistuningError
 from nonlinear.mistuned_ring.ring_balance import RingBalance
+from nonlinear.mistuned_ring.ring_response import mistuned_response
 from nonlinear.mistuned_ring.sector_ring import SectorRing
-from rom import RelativeReceptance, SectorModes, modal_model, read_reduced_model, write_reduced_model
+from nonlinear.response_solver import build_harmonic_balance
+from rom import SectorModes, modal_model, read_reduced_model, write_reduced_model
+from rom.cyclic.receptance import RelativeReceptance
 
 RAYLEIGH = (0.02, 0.0)  # C = a M: the same matrix whatever the stiffness
 VALUES = {"normal_stiffness": 6.0, "tangential_stiffness": 4.0, "friction": 0.4, "interference": [0.6, 0.05]}

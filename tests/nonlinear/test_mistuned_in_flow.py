@@ -8,27 +8,23 @@ import pytest
 from lumped_disk import sector_places
 from turning import SPEED, turning
 
-from nonlinear import (
-    ContactParameters,
-    Excitation,
-    LinearRing,
-    LinearSectors,
-    Mistuning,
-    MistuningError,
-    SolverOptions,
-    forced_response,
-    mistuned_curve,
-    mistuned_response,
-)
+from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response
 from nonlinear.contact.element_choice import contact_element
 from nonlinear.contact.fourier import to_complex, to_real
 from nonlinear.harmonic_balance.initial_solution import solve_at
 from nonlinear.mistuned_ring import sector_ring as ring_of_sectors
 from nonlinear.mistuned_ring.linear_contacts import blade_strain, strain_directions
+from nonlinear.mistuned_ring.linear_ring import LinearRing
+from nonlinear.mistuned_ring.linear_sectors import LinearSectors
+from nonlinear.mistuned_ring.mistuned_curve import mistuned_curve
+from nonlinear.mistuned_ring.mistuning import Mistuning, MistuningError
 from nonlinear.mistuned_ring.ring_balance import RingBalance
 from nonlinear.mistuned_ring.ring_receptance import RingReceptance
+from nonlinear.mistuned_ring.ring_response import mistuned_response
 from nonlinear.mistuned_ring.sector_ring import SectorRing
-from rom import InfluenceCoefficients, RelativeReceptance, aeroelastic_modes, modal_model
+from rom import InfluenceCoefficients, modal_model
+from rom.cyclic.aeroelastic_modes import aeroelastic_modes
+from rom.cyclic.receptance import RelativeReceptance
 
 N, EO = 5, 2
 FLOW = InfluenceCoefficients(2, np.array([-1, 0, 2]), np.array([0.02 - 0.01j, -0.01 - 0.02j, -0.03 + 0.02j]))

@@ -7,19 +7,14 @@ import pytest
 from lumped import lumped_blade
 from test_mistuned_ring import chain_blade, chain_contact, stepped_amplitudes
 
-from nonlinear import (
-    ContactParameters,
-    Excitation,
-    Mistuning,
-    Ring,
-    RingIntegrator,
-    SolverOptions,
-    forced_response,
-    mistuned_curve,
-    mistuned_response,
-)
+from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response
 from nonlinear.mistuned_ring import mistuned_curve as module
+from nonlinear.mistuned_ring.mistuned_curve import mistuned_curve
+from nonlinear.mistuned_ring.mistuning import Mistuning
 from nonlinear.mistuned_ring.ring_receptance import ring_in_time
+from nonlinear.mistuned_ring.ring_response import mistuned_response
+from nonlinear.time_integration.ring import Ring
+from nonlinear.time_integration.ring_integrator import RingIntegrator
 from rom import modal_model
 
 CONTACT = ContactParameters.shared(

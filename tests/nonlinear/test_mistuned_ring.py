@@ -5,22 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from nonlinear import (
-    ContactParameters,
-    Excitation,
-    LinearRing,
-    Mistuning,
-    MistuningError,
-    OptionsError,
-    SolverOptions,
-    forced_response,
-    mistuned_response,
-    whitehead_bound,
-)
+from nonlinear import ContactParameters, Excitation, OptionsError, SolverOptions, forced_response
 from nonlinear.harmonic_balance.initial_solution import solve_at
+from nonlinear.mistuned_ring.linear_ring import LinearRing
+from nonlinear.mistuned_ring.mistuning import Mistuning, MistuningError, whitehead_bound
 from nonlinear.mistuned_ring.ring_balance import RingBalance
 from nonlinear.mistuned_ring.ring_receptance import RingReceptance
-from rom import ModalModel, ReducedModel, RelativeReceptance, modal_model
+from nonlinear.mistuned_ring.ring_response import mistuned_response
+from rom import ModalModel, ReducedModel, modal_model
+from rom.cyclic.receptance import RelativeReceptance
 
 Array = np.ndarray
 ANCHOR = np.array([0.0091, -0.0003, 0.0060, -0.0072, -0.0016, 0.0083])  # stiffness 1 + d

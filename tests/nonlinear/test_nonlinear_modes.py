@@ -8,23 +8,16 @@ import pytest
 from lumped import lumped_blade, oscillator
 from turning import circling, turning
 
-from nonlinear import (
-    ContactParameters,
-    Excitation,
-    HarmonicBalance,
-    OptionsError,
-    Ring,
-    RingIntegrator,
-    SolverOptions,
-    compare_with_peaks,
-    contact_element,
-    forced_response,
-    harmonic_shares,
-    nonlinear_mode,
-)
+from nonlinear import ContactParameters, Excitation, OptionsError, SolverOptions, forced_response, nonlinear_mode
+from nonlinear.contact.element_choice import contact_element
+from nonlinear.harmonic_balance.residual import HarmonicBalance
+from nonlinear.mode_agreement import compare_with_peaks
 from nonlinear.nonlinear_modes.extended_motion import ExtendedMotion, MotionState
-from nonlinear.nonlinear_modes.mode_curve import ModeContinuation
-from rom import RelativeReceptance, modal_model, natural_frequencies
+from nonlinear.nonlinear_modes.mode_curve import ModeContinuation, harmonic_shares
+from nonlinear.time_integration.ring import Ring
+from nonlinear.time_integration.ring_integrator import RingIntegrator
+from rom import modal_model, natural_frequencies
+from rom.cyclic.receptance import RelativeReceptance
 
 SLIDER = {"normal_stiffness": 0.0, "tangential_stiffness": 1.0, "friction": 1.0, "preload": 1.0}
 QUICK = {"detached": False, "stability": "folds", "truncation": False, "search": "off"}

@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
-from nonlinear import LIFT_OFF, ContactParameters, SolverOptions, contact_cycle, contact_element
+from nonlinear import ContactParameters, SolverOptions, contact_cycle
+from nonlinear.contact.element_choice import contact_element
 from nonlinear.contact.fourier import basis_table, to_complex
+from nonlinear.contact.parameters import LIFT_OFF
 
 KN, KT, MU = 2.0, 3.0, 0.4
 SAMPLES = 4096
@@ -96,8 +98,9 @@ def test_linear_segments():
     """The linear states of the contact: force and distance from the next change of state."""
     from lumped import oscillator
 
-    from nonlinear import Excitation, build_harmonic_balance
+    from nonlinear import Excitation
     from nonlinear.continuation.linear_segments import LinearSegments
+    from nonlinear.response_solver import build_harmonic_balance
     from rom import modal_model
 
     one = np.ones(1)

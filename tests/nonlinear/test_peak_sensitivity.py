@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from lumped import oscillator
 
-from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response, peak_sensitivity
+from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response
+from nonlinear.peak_curves.peak_sensitivity import peak_sensitivity
 from rom import modal_model
 
 

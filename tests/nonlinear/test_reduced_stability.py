@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from lumped import lumped_blade
 
-from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance
+from nonlinear import ContactParameters, Excitation, SolverOptions
+from nonlinear.response_solver import build_harmonic_balance
 from nonlinear.stability import reduced_refinement
 from nonlinear.stability.contact_feedback import ContactFeedback
 from nonlinear.stability.eigenproblem import SLICE_WIDTH, WIDTH, eigenvalues_by_slices

@@ -9,30 +9,23 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from nonlinear import (
-    ContactElement,
-    ContactForces,
-    ContactParameters,
-    Excitation,
-    HarmonicBalance,
-    OptionsError,
-    ResponseCurve,
-    SolverOptions,
-    build_harmonic_balance,
-    contact_element,
-    forced_response,
-)
+from nonlinear import ContactParameters, Excitation, OptionsError, ResponseCurve, SolverOptions, forced_response
 from nonlinear.branches.range_continuation import continue_over_range
+from nonlinear.contact.element_choice import contact_element
+from nonlinear.contact.parameters import ContactElement, ContactForces
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.response_quantities import output_amplitude
 from nonlinear.harmonic_balance.initial_solution import solve_at
+from nonlinear.harmonic_balance.residual import HarmonicBalance
 from nonlinear.residual_tractions.extreme_amplitude import (
     TractionLevels,
     TractionOrigins,
     TractionSearch,
     nearest_peak,
 )
-from rom import ModalModel, ReducedModel, RelativeReceptance, modal_model
+from nonlinear.response_solver import build_harmonic_balance
+from rom import ModalModel, ReducedModel, modal_model
+from rom.cyclic.receptance import RelativeReceptance
 
 HARMONICS = 5
 STUCK_HZ = (15.87579, 31.83099, 49.42141, 74.07305, 390.82342, 811.64284)

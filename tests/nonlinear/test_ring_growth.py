@@ -7,10 +7,11 @@ import pytest
 from lumped import lumped_blade, oscillator
 from ring_map import ring_map
 
-from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance, forced_response
+from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response
 from nonlinear.branches import growth_along_branch
 from nonlinear.contact.fourier import to_real
 from nonlinear.continuation.point_stability import PointStability, least_damped_of_ring, least_damped_pole
+from nonlinear.response_solver import build_harmonic_balance
 from nonlinear.stability.floquet import FloquetAnalysis
 from nonlinear.stability.ring_stability import SCAN_ERROR, LinearisedContact, RingStability
 from rom import modal_model

@@ -7,19 +7,14 @@ import pytest
 from lumped import lumped_blade, oscillator
 from turning import turning
 
-from nonlinear import (
-    ContactParameters,
-    Excitation,
-    Ring,
-    RingIntegrator,
-    SolverOptions,
-    ring_in_flow,
-    self_excitation,
-)
+from nonlinear import ContactParameters, Excitation, SolverOptions
 from nonlinear.contact.fourier import to_real
-from nonlinear.nonlinear_modes.ring_in_flow import waves_of
-from nonlinear.time_integration.ring import RetainedModes
-from rom import InfluenceCoefficients, aeroelastic_modes, modal_model
+from nonlinear.nonlinear_modes.limit_cycles import self_excitation
+from nonlinear.nonlinear_modes.ring_in_flow import ring_in_flow, waves_of
+from nonlinear.time_integration.ring import RetainedModes, Ring
+from nonlinear.time_integration.ring_integrator import RingIntegrator
+from rom import InfluenceCoefficients, modal_model
+from rom.cyclic.aeroelastic_modes import aeroelastic_modes
 
 N = 6
 OPTIONS = SolverOptions((0.05, 0.5), harmonics=7, stability="ring")

@@ -8,16 +8,9 @@ from lumped import lumped_blade, oscillator
 from ring_energy import energy_balance
 from scipy.linalg import expm
 
-from nonlinear import (
-    ContactError,
-    ContactIterationError,
-    ContactParameters,
-    Excitation,
-    Ring,
-    RingIntegrator,
-    RingState,
-    StepError,
-)
+from nonlinear import ContactError, ContactParameters, Excitation
+from nonlinear.time_integration.ring import Ring, RingState, StepError
+from nonlinear.time_integration.ring_integrator import ContactIterationError, RingIntegrator
 from nonlinear.time_integration.ring_motion import growth_rate, repeats_after, same_mean, same_statistics
 from rom import modal_model
 

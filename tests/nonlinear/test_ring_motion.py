@@ -6,19 +6,13 @@ import numpy as np
 import pytest
 from lumped import lumped_blade
 
-from nonlinear import (
-    ContactParameters,
-    Excitation,
-    Ring,
-    RingIntegrator,
-    RingLimits,
-    SolverOptions,
-    build_harmonic_balance,
-    integrate_ring,
-)
+from nonlinear import ContactParameters, Excitation, SolverOptions
 from nonlinear.harmonic_balance.initial_solution import periodic_start
+from nonlinear.response_solver import build_harmonic_balance
 from nonlinear.stability.floquet import FloquetAnalysis
-from nonlinear.time_integration.ring_motion import _grows_no_more, keeps_height_for
+from nonlinear.time_integration.ring import Ring
+from nonlinear.time_integration.ring_integrator import RingIntegrator
+from nonlinear.time_integration.ring_motion import RingLimits, _grows_no_more, integrate_ring, keeps_height_for
 from rom import modal_model
 
 LIMITS = RingLimits(most_periods=500, window=40, settling=60)

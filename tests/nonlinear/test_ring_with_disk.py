@@ -8,24 +8,17 @@ from lumped_disk import sector_places, sector_with_disk, whole_ring
 from ring_energy import energy_balance
 from scipy.linalg import expm
 
-from nonlinear import (
-    ContactParameters,
-    Excitation,
-    Ring,
-    RingIntegrator,
-    RingLimits,
-    RingPatterns,
-    RingState,
-    SolverOptions,
-    build_harmonic_balance,
-    forced_response,
-    integrate_ring,
-)
+from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response
 from nonlinear.contact.fourier import to_complex, to_real
 from nonlinear.harmonic_balance.initial_solution import periodic_start
+from nonlinear.response_solver import build_harmonic_balance
 from nonlinear.stability.floquet import FloquetAnalysis, floquet_exponents
-from nonlinear.time_integration.ring import RetainedModes
-from rom import contact_springs, modal_model
+from nonlinear.time_integration.ring import RetainedModes, Ring, RingState
+from nonlinear.time_integration.ring_integrator import RingIntegrator
+from nonlinear.time_integration.ring_motion import RingLimits, integrate_ring
+from nonlinear.worst_motion.ring_integration import RingPatterns
+from rom import modal_model
+from rom.cyclic.contact_springs import contact_springs
 
 RAYLEIGH = (0.02, 0.02)
 OPEN = ContactParameters.shared(2, normal_stiffness=0.0, tangential_stiffness=0.0, friction=0.0)

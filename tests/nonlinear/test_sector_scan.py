@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from lumped_disk import sector_with_disk
 
-from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance, forced_response
+from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response
 from nonlinear.contact.fourier import to_real
+from nonlinear.response_solver import build_harmonic_balance
 from nonlinear.stability import ring_scan
 from nonlinear.stability.eigenproblem import Refined, converged
 from nonlinear.stability.floquet import NEUTRAL, FloquetAnalysis
@@ -13,7 +14,8 @@ from nonlinear.stability.perturbation_pencils import series
 from nonlinear.stability.ring_scan import AxisInterpolation, SectorScan
 from nonlinear.stability.ring_stability import MAX_REFINED, SAME_RATE, LinearisedContact, RingStability
 from nonlinear.stability.ring_structure import NEGLIGIBLE_DEVIATION, RingStructure, WaveFlexibility
-from rom import modal_model, relative_contact_motion
+from rom import modal_model
+from rom.cyclic.cyclic_symmetry import relative_contact_motion
 
 
 def problem(n_blades, harmonics, interference, law="two_sliders"):

@@ -7,19 +7,12 @@ import pytest
 from lumped import lumped_blade, oscillator
 from ring_energy import energy_balance
 
-from nonlinear import (
-    ContactParameters,
-    Excitation,
-    ExcitationHarmonic,
-    OptionsError,
-    Ring,
-    RingIntegrator,
-    SolverOptions,
-    build_harmonic_balance,
-    forced_response,
-)
+from nonlinear import ContactParameters, Excitation, ExcitationHarmonic, OptionsError, SolverOptions, forced_response
 from nonlinear.contact.fourier import smallest_values
 from nonlinear.harmonic_balance.initial_solution import periodic_start
+from nonlinear.response_solver import build_harmonic_balance
+from nonlinear.time_integration.ring import Ring
+from nonlinear.time_integration.ring_integrator import RingIntegrator
 from rom import linear_response, modal_model
 
 SECOND, THIRD = ExcitationHarmonic(2, 0.6, 40.0), ExcitationHarmonic(3, 0.3, -70.0)

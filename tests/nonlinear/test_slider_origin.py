@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 from lumped import lumped_blade
 
-from nonlinear import ContactError, ContactParameters, Excitation, SolverOptions, contact_cycle, contact_element
+from nonlinear import ContactError, ContactParameters, Excitation, SolverOptions, contact_cycle
+from nonlinear.contact.element_choice import contact_element
 from nonlinear.contact.fourier import basis_table, to_complex
 from nonlinear.harmonic_balance.initial_solution import solve_at, static_displacement
 from nonlinear.response_solver import build_harmonic_balance, forced_response
-from rom import RelativeReceptance, modal_model
+from rom import modal_model
+from rom.cyclic.receptance import RelativeReceptance
 
 LAWS = ("two_sliders", "cone")
 SAMPLES = 2048

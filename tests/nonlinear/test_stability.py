@@ -9,10 +9,11 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, minimize_scalar
 from scipy.special import mathieu_a, mathieu_b
 
-from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance, forced_response
+from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response
 from nonlinear.contact.cone_event_driven import EventDrivenCoulombCone
 from nonlinear.contact.event_driven import EventDrivenJenkins
 from nonlinear.contact.fourier import basis_table, to_real
+from nonlinear.response_solver import build_harmonic_balance
 from nonlinear.stability.floquet import (
     FloquetAnalysis,
     Instability,

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from lumped import lumped_blade
 
-from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance
+from nonlinear import ContactParameters, Excitation, SolverOptions
+from nonlinear.response_solver import build_harmonic_balance
 from nonlinear.stability.contact_feedback import _memory_forces
 from nonlinear.stability.floquet import FloquetAnalysis
 from rom import modal_model

@@ -8,8 +8,9 @@ import pytest
 from lumped import lumped_blade
 from ring_map import ring_map
 
-from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance, forced_response
+from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response
 from nonlinear.contact.fourier import to_real
+from nonlinear.response_solver import build_harmonic_balance
 from nonlinear.stability.floquet import FloquetAnalysis, Instability, floquet_exponents, instability_of
 from nonlinear.stability.hill import RETENTION_HARMONIC
 from rom import modal_model

@@ -9,15 +9,8 @@ from lumped import oscillator
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
-from nonlinear import (
-    ContactParameters,
-    Excitation,
-    ResponseCurve,
-    SolverOptions,
-    contact_element,
-    forced_response,
-    nonlinear_mode,
-)
+from nonlinear import ContactParameters, Excitation, ResponseCurve, SolverOptions, forced_response, nonlinear_mode
+from nonlinear.contact.element_choice import contact_element
 from rom import ReducedModel, modal_model
 
 QUICK = {"detached": False, "stability": "folds", "truncation": False, "search": "off"}

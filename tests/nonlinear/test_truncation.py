@@ -7,7 +7,7 @@ import pytest
 from lumped import lumped_blade, oscillator
 from scipy.optimize import minimize_scalar, root
 
-from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance, forced_response
+from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response
 from nonlinear.branches.range_continuation import continue_over_range
 from nonlinear.continuation.acceptance import distance, distance_along_tangent
 from nonlinear.continuation.arclength_continuation import Continuation
@@ -16,6 +16,7 @@ from nonlinear.continuation.step_control import find_resonances
 from nonlinear.harmonic_balance.initial_solution import TruncatedBalances, static_displacement
 from nonlinear.harmonic_selection.peak_following import reference_harmonics
 from nonlinear.harmonic_selection.truncation_error import TruncationErrorEstimator, WaySampling, way_to_peak
+from nonlinear.response_solver import build_harmonic_balance
 from rom import ReducedModel, modal_model
 
 DAMPING = 0.02

@@ -14,9 +14,9 @@ from nonlinear import (
     OptionsError,
     SolverOptions,
     forced_response,
-    nodal_contact,
     wear_history,
 )
+from nonlinear.contact_states import nodal_contact
 from rom import modal_model
 
 QUICK = {"detached": False, "stability": "folds", "truncation": False, "search": "off"}

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from lumped import lumped_blade
 
-from nonlinear import ContactParameters, Excitation, OptionsError, Ring, SolverOptions, forced_response
+from nonlinear import ContactParameters, Excitation, OptionsError, SolverOptions, forced_response
 from nonlinear import options as solver_options
 from nonlinear.continuation.arclength_continuation import PointsPassed
 from nonlinear.response_solver import build_continuation
+from nonlinear.time_integration.ring import Ring
 from nonlinear.worst_motion.worst_motion import affordable, period_cost
 from rom import modal_model
 

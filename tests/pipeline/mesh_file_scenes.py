@@ -8,16 +8,8 @@ from typing import Any
 import numpy as np
 from pipeline_support import small_scene
 
-from geometry import (
-    ELEMENT_KINDS,
-    BladeParameters,
-    ElementBlock,
-    MeshParameters,
-    SectorMesh,
-    ShroudParameters,
-    build_sector,
-    sides_on,
-)
+from geometry import BladeParameters, ElementBlock, MeshParameters, SectorMesh, ShroudParameters, build_sector
+from geometry.elements import ELEMENT_KINDS, sides_on
 
 SURFACES = ("root", "face_right", "face_left", "tip_surface")
 

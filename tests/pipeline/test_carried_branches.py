@@ -16,9 +16,10 @@ from pipeline_support import write_scene
 
 import nonlinear.response_solver
 import pipeline.stages.curve.carry_branches
-from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance
+from nonlinear import ContactParameters, Excitation, SolverOptions
 from nonlinear.branches.detached_branches import BranchSearch, detached_branches
 from nonlinear.contact.fourier import to_real
+from nonlinear.response_solver import build_harmonic_balance
 from pipeline import Results, read_results, read_scene, run_scene
 from pipeline.results.tables import branch_remarks
 from pipeline.scene.schema import Scene

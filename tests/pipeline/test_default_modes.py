@@ -11,7 +11,8 @@ from pipeline.scene.reading import read_scene
 from pipeline.scene.schema import DEFAULT_MODES
 from pipeline.stages.model.build_reduced_model import boundary_choice
 from pipeline.stages.scene_to_solver import linear_operation
-from rom import Material, ReductionOptions, assemble, reduce_sector, reduction_errors
+from rom import Material, ReductionOptions, assemble, reduce_sector
+from rom.reduction.mode_selection import reduction_errors
 
 SCENES = Path(__file__).parents[2] / "scenes"
 COARSE = 0.008  # m: the modes left out hardly depend on the mesh

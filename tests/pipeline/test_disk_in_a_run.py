@@ -14,7 +14,8 @@ from pipeline_support import overlapping_texts, shroud, small_scene, summary_of,
 
 import pipeline.verify.advice
 import pipeline.verify.compare
-from geometry import build_sector, write_mesh
+from geometry import build_sector
+from geometry.mesh_files.write import write_mesh
 from pipeline.figures.campbell import nodal_diameter_figure
 from pipeline.scene.geometry_parameters import disk_parameters, geometry_parameters
 from pipeline.scene.reading import read_scene
@@ -25,14 +26,13 @@ from rom import (
     ReducedModel,
     WaveSuperelement,
     assemble,
-    cyclic_faces,
-    cyclic_modes,
-    load_sector,
     model_of_waves,
-    modes_by_nodal_diameter,
     read_reduced_model,
     write_reduced_model,
 )
+from rom.cyclic_sector.cyclic_faces import cyclic_faces
+from rom.cyclic_sector.cyclic_modes import cyclic_modes, modes_by_nodal_diameter
+from rom.files.sector_file import load_sector
 
 pytestmark = pytest.mark.xdist_group("disk")  # one worker: what the module makes is made once
 

@@ -4,7 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from geometry import BladeParameters, MeshParameters, OwnSector, SectorFindings, ShroudParameters, build_sector
+from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
+from geometry.own_mesh.own_sector import OwnSector, SectorFindings
 from pipeline.stages.model.build_mesh import write_findings
 from pipeline.stages.model.scene_materials import own_findings
 

@@ -15,7 +15,8 @@ import pytest
 from pipeline_support import WHOLE, ground_model, ground_scene, small_scene
 from test_damper_in_a_scene import damped
 
-from nonlinear import LIFT_OFF, STICK, ResponseCurve
+from nonlinear import ResponseCurve
+from nonlinear.contact.parameters import LIFT_OFF, STICK
 from pipeline import InputError, run_scene
 from pipeline.explore.computation import ComputationDied
 from pipeline.explore.live import LiveScene

@@ -16,7 +16,7 @@ from pipeline_support import ground_scene, shroud, small_scene, statuses, summar
 
 import pipeline.stages.curve.sweep_curves
 from pipeline.store.disk_errors import storage_error
-from rom import new_hdf5
+from rom.files.hdf5 import new_hdf5
 
 SWEEP = {"contact.interference": [1e-5, 1e-3]}  # of the finished run
 
@@ -125,7 +125,7 @@ def test_a_folder_that_may_only_be_read(small_disk: Path, tmp_path: Path, monkey
 def test_hdf5_on_a_full_disk_fails_once_and_cleanly(tmp_path: Path) -> None:
     """In a process: HDF5 by itself crashes at the end of it."""
     program = (
-        "import resource, sys, numpy as np; from rom import new_hdf5\n"
+        "import resource, sys, numpy as np; from rom.files.hdf5 import new_hdf5\n"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (5000, -1))\n"
         "try:\n"
         "    with new_hdf5(sys.argv[1]) as file:\n"

@@ -13,7 +13,6 @@ from mesh_file_scenes import scene_with_mesh
 from pipeline_support import shroud, write_ground_model, write_scene
 from scipy.io import savemat
 
-import geometry
 import pipeline.process.isolated_reading
 from pipeline.errors import InputError
 from pipeline.process.isolated_reading import read_apart, read_given_model
@@ -53,7 +52,7 @@ def test_a_reader_that_crashes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
         if os.getpid() != home:
             ctypes.string_at(0)
 
-    monkeypatch.setattr(geometry, "read_mesh", crash)
+    monkeypatch.setattr("geometry.mesh_files.read.read_mesh", crash)
     one_line(path, r"the reader of mesh files crashes on it \(SIGSEGV\)")
 
 

@@ -9,10 +9,9 @@ import pytest
 from mesh_file_scenes import scene_with_mesh, small_sector
 from pipeline_support import changing_when_locked, shroud, small_scene, write_scene
 
-import geometry
 import pipeline.scene.input_files
-import rom
-from geometry import write_mesh
+from geometry.mesh_files import read as mesh_reading
+from geometry.mesh_files.write import write_mesh
 from pipeline.errors import InputError
 from pipeline.scene.input_files import content_hash, file_parts
 from pipeline.scene.loads_section import force_table, temperature_table
@@ -21,6 +20,7 @@ from pipeline.scene.schema import Scene
 from pipeline.stages.cache_keys import model_keys
 from pipeline.stages.model.build_from_matrices import read_matrices
 from pipeline.stages.model.build_mesh import read_mesh_file
+from rom.matrix_files import matrix_model
 
 NODES = "*NODE\n1, 0., 0., 0.\n2, 1., 0., 0.\n3, 0., 1., 0.\n4, 0., 0., 1.\n"
 MAIN = "*INCLUDE, INPUT=parts/nodes.inc\n*ELEMENT, TYPE=C3D4\n1, 1, 2, 3, 4\n"
@@ -104,7 +104,7 @@ def test_a_file_exchanged_while_it_is_read(case: str, tmp_path: Path, monkeypatc
     """Before its copy is complete: refused. Before its reader opens it: the copy counts."""
     scene, file, read = CASES[case](tmp_path)
     text, copy = file.read_text(), pipeline.scene.input_files._copy
-    place, name = (geometry, "read_mesh") if case == "mesh" else (rom, "model_from_matrices")
+    place, name = (mesh_reading, "read_mesh") if case == "mesh" else (matrix_model, "model_from_matrices")
     reader = getattr(place, name)
 
     def exchanged_then(function: Callable[..., Any]) -> Callable[..., Any]:

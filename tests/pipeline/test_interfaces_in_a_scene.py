@@ -11,7 +11,8 @@ import pytest
 from jsonschema import Draft202012Validator
 from pipeline_support import ground_model, overlapping_texts, shroud, small_scene, summary_of, write_scene
 
-from nonlinear import LIFT_OFF, SLIP, STICK, nodal_contact
+from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK
+from nonlinear.contact_states import nodal_contact
 from pipeline import run_scene
 from pipeline.explore.live import LiveScene
 from pipeline.figures.data import plotted_curves
@@ -25,14 +26,8 @@ from pipeline.stages.curve.curve_file import contacts_of_curve, read_curve
 from pipeline.stages.curve.curve_summary import kept_summary
 from pipeline.stages.curve.respond import CurveResult
 from pipeline.stages.scene_to_solver import contact_on_model, nonlinear_problem, touching
-from rom import (
-    ContactInterface,
-    ReducedModel,
-    interfaces_of,
-    read_reduced_model,
-    with_interfaces,
-    write_reduced_model,
-)
+from rom import ContactInterface, ReducedModel, read_reduced_model, with_interfaces, write_reduced_model
+from rom.cyclic.reduced_model import interfaces_of
 
 QUICK: dict[str, Any] = {"stability": "folds", "detached": False, "truncation": False, "search": "off"}
 FAR = -1.0  # m: an interface that never touches

@@ -14,20 +14,21 @@ from pipeline_support import (
     write_scene,
 )
 
-import geometry
-import rom.reduction.fixed_interface_modes
+from geometry import GeometryError
 from nonlinear.harmonic_selection.adaptive_harmonics import HARMONIC_NUMBERS, feasible_harmonic_numbers
 from pipeline.scene.size_limits import AUTO_HARMONICS
 from rom import ReducedModelError
 from rom.cyclic.reduced_model import expand_to_mesh
 from rom.errors import RomParameterError
+from rom.linear_algebra.factorisation import factorise
+from rom.reduction import fixed_interface_modes
 
 
 def test_a_mesh_that_cannot_be_made_leaves_no_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def none(*_: object) -> None:
-        raise geometry.GeometryError("mesh", "size", 0.009, "gives no valid mesh")
+        raise GeometryError("mesh", "size", 0.009, "gives no valid mesh")
 
-    monkeypatch.setattr(geometry, "build_sector", none)
+    monkeypatch.setattr("geometry.blade.build.build_sector", none)
     path = write_scene(tmp_path / "s.toml", small_scene())
     out = tmp_path / "out"
     line = 1 + path.read_text().splitlines().index('"size" = 0.009')
@@ -42,13 +43,13 @@ def test_a_mesh_that_cannot_be_made_leaves_no_folder(tmp_path: Path, monkeypatch
 def test_a_frequency_limit_above_all_modes_that_can_be_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     from scipy.sparse import diags_array, eye_array
 
-    monkeypatch.setattr(rom.reduction.fixed_interface_modes, "_MOST_MODES", 40)
+    monkeypatch.setattr(fixed_interface_modes, "_MOST_MODES", 40)
     stiffness = diags_array((2.0 * np.pi * np.arange(1.0, 101.0)) ** 2).tocsr()  # 1 to 100 Hz
-    mass, factor = eye_array(100).tocsr(), rom.factorise(stiffness)
-    angular = rom.reduction.fixed_interface_modes.modes_up_to(mass, factor, 30.5).omega
+    mass, factor = eye_array(100).tocsr(), factorise(stiffness)
+    angular = fixed_interface_modes.modes_up_to(mass, factor, 30.5).omega
     assert angular == pytest.approx(2.0 * np.pi * np.arange(1.0, 31.0))
     with pytest.raises(RomParameterError, match="a lower one: more than 40 modes lie below, up to 40 Hz"):
-        rom.reduction.fixed_interface_modes.modes_up_to(mass, factor, 1e15)
+        fixed_interface_modes.modes_up_to(mass, factor, 1e15)
 
 
 def test_automatic_harmonics_stop_before_the_balance_is_too_large() -> None:

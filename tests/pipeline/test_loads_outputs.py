@@ -15,16 +15,9 @@ from pipeline import InputError, read_scene
 from pipeline.stages.model.build_reduced_model import at_speed
 from pipeline.stages.model.scene_loads import scene_loads
 from pipeline.stages.scene_to_solver import excitation, solver_options
-from rom import (
-    Material,
-    RomParameterError,
-    assemble,
-    load_sector,
-    modal_model,
-    pressure_force,
-    read_reduced_model,
-    thermal_force,
-)
+from rom import Material, RomParameterError, assemble, modal_model, read_reduced_model
+from rom.files.sector_file import load_sector
+from rom.finite_elements.loads import pressure_force, thermal_force
 
 pytestmark = pytest.mark.xdist_group("loads")  # one worker: what the module makes is made once
 
@@ -100,7 +93,7 @@ def test_the_static_response_is_that_of_the_full_model(run: tuple[Path, Path]) -
 def _sector(out: Path, scene: Path) -> Path:
     from geometry import build_sector
     from pipeline.scene.geometry_parameters import geometry_parameters
-    from rom import save_sector
+    from rom.files.sector_file import save_sector
 
     path = out / "again.h5"
     save_sector(path, build_sector(*geometry_parameters(read_scene(scene).first)))
@@ -178,9 +171,10 @@ def test_a_scene_with_one_force_keeps_its_keys_and_files(tmp_path: Path) -> None
 @pytest.mark.parametrize("equilibrium", ["nonlinear", "linear"])
 def test_gas_loads_are_part_of_the_equilibrium_in_rotation(tmp_path: Path, equilibrium: str) -> None:
     """f_int(u) = W^2 (f_0 + M_yz u) + f at 9000 rpm; what superposition leaves out is of second order in f."""
-    from rom import angular_speed, centrifugal_displacement
     from rom.finite_elements.assembly import ElasticBody
     from rom.finite_elements.discretisation import discretise
+    from rom.finite_elements.rotation import centrifugal_displacement
+    from rom.units import angular_speed
 
     steel = Material(210e9, 0.3, 7850.0)
     squared, motions = angular_speed(9000.0) ** 2, {}

@@ -15,16 +15,16 @@ from scipy.io import loadmat, mmread, mmwrite, savemat
 from rom import (
     BoundaryChoice,
     Material,
-    MatrixChoice,
     ReducedModel,
     ReductionOptions,
     assemble,
-    model_from_matrices,
     natural_frequencies,
     read_reduced_model,
     reduce_sector,
     write_reduced_model,
 )
+from rom.matrix_files.matrix_choice import MatrixChoice
+from rom.matrix_files.matrix_model import model_from_matrices
 
 sys.path.append(str(Path(__file__).parents[1] / "rom"))
 import calculix

@@ -6,15 +6,12 @@ import numpy as np
 import pytest
 
 from benchmarks.root_mesh import root_mesh
-from geometry import (
-    UNIT_SYSTEMS,
-    ElementBlock,
-    ImportedMesh,
-    OwnMeshError,
-    SectorChoice,
-    fitting_ring,
-    sector_from_mesh,
-)
+from geometry import ElementBlock, ImportedMesh
+from geometry.errors import OwnMeshError
+from geometry.own_mesh.own_sector import sector_from_mesh
+from geometry.own_mesh.ring import fitting_ring
+from geometry.own_mesh.sector_choice import SectorChoice
+from geometry.units import UNIT_SYSTEMS
 from pipeline.new_scene.mesh_survey import guess
 from pipeline.scene.mesh_section import Mesh
 from pipeline.stages.model.scene_materials import propose_unit

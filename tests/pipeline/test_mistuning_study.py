@@ -75,7 +75,10 @@ def read_result(out: Path) -> MistuningResult:
 
 def test_factors_are_those_of_the_solver(done: tuple[Path, Results], result: MistuningResult) -> None:
     """The rings again from Python: same seeds, same deviations, same peaks."""
-    from nonlinear import ContactParameters, Excitation, LinearRing, Mistuning, SolverOptions, mistuned_response
+    from nonlinear import ContactParameters, Excitation, SolverOptions
+    from nonlinear.mistuned_ring.linear_ring import LinearRing
+    from nonlinear.mistuned_ring.mistuning import Mistuning
+    from nonlinear.mistuned_ring.ring_response import mistuned_response
     from rom import modal_model, read_reduced_model
 
     assert done[1].complete
@@ -197,7 +200,10 @@ def sector_model(path: Path, *, known: bool = True) -> Path:
 
 def test_rings_on_a_disk(tmp_path: Path) -> None:
     """Their factors are those of the solver; blades that differ need their stiffness in the model."""
-    from nonlinear import ContactParameters, Excitation, LinearSectors, Mistuning, SolverOptions, mistuned_response
+    from nonlinear import ContactParameters, Excitation, SolverOptions
+    from nonlinear.mistuned_ring.linear_sectors import LinearSectors
+    from nonlinear.mistuned_ring.mistuning import Mistuning
+    from nonlinear.mistuned_ring.ring_response import mistuned_response
     from rom import modal_model, read_reduced_model
 
     deviations = [0.01, -0.01, 0.0, 0.02, 0.0, -0.02]
@@ -228,7 +234,10 @@ def test_rings_on_a_disk(tmp_path: Path) -> None:
 
 def test_rings_with_coriolis_forces(tmp_path: Path) -> None:
     """Their factors are those of the solver."""
-    from nonlinear import ContactParameters, Excitation, LinearSectors, Mistuning, SolverOptions, mistuned_response
+    from nonlinear import ContactParameters, Excitation, SolverOptions
+    from nonlinear.mistuned_ring.linear_sectors import LinearSectors
+    from nonlinear.mistuned_ring.mistuning import Mistuning
+    from nonlinear.mistuned_ring.ring_response import mistuned_response
     from rom import modal_model
 
     speed, still, face = 0.06, np.zeros(2), np.eye(3, 2)  # rad/s: the frequencies are 1 and 1.1

@@ -11,7 +11,7 @@ from pipeline_support import shroud, small_scene, statuses, summary_of, without_
 import pipeline.render.render_stage
 from pipeline import read_results
 from pipeline.render.operating_shapes import OperatingShape, operating_shape
-from rom import load_sector
+from rom.files.sector_file import load_sector
 
 
 def test_the_whole_blade_moves_as_the_solver_found_its_contacts_and_its_tip(tmp_path: Path) -> None:

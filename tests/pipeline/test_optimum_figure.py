@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from pipeline_support import overlapping_texts
 
-from nonlinear import Optimum, PeakCurve, PerformanceCurve, SolvedResponse, WorstEnvelope
+from nonlinear import Optimum, PerformanceCurve
+from nonlinear.peak_curves.optimum_result import PeakCurve, SolvedResponse, WorstEnvelope
 from pipeline.figures.performance_figure import MULTIPLES, performance_figure
 from pipeline.studies.optimum.figure import optimum_figure
 from pipeline.studies.optimum.report import LINES, optimum_section

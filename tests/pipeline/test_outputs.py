@@ -13,8 +13,9 @@ import numpy as np
 import pytest
 from pipeline_support import SMALL, ground_scene, shroud, small_scene, summary_of, write_ground_model, write_scene
 
-from geometry import import_sector
-from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance
+from geometry.exchange import import_sector
+from nonlinear import ContactParameters, Excitation, SolverOptions
+from nonlinear.response_solver import build_harmonic_balance
 from nonlinear.stability.floquet import FloquetAnalysis
 from pipeline.stages.curve.curve_summary import kept_summary
 from rom import modal_model, read_reduced_model

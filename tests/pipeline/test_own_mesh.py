@@ -11,16 +11,11 @@ import pytest
 from mesh_file_scenes import gmsh_tetrahedra, hexahedra_as, scene_with_mesh, small_sector, with_mid_sides
 from pipeline_support import shroud, small_scene, write_scene
 
-from geometry import (
-    ElementBlock,
-    SectorMesh,
-    export_sector,
-    import_sector,
-    read_mesh,
-    scaled_jacobian,
-    subdivided,
-    write_mesh,
-)
+from geometry import ElementBlock, SectorMesh, read_mesh
+from geometry.exchange import export_sector, import_sector
+from geometry.mesh_files.write import write_mesh
+from geometry.quality import scaled_jacobian
+from geometry.subdivision import subdivided
 from pipeline.new_scene.mesh_survey import survey
 from pipeline.report.viewer import boundary_sides, outer_surface
 from pipeline.scene.input_files import content_hash, file_parts

@@ -28,7 +28,8 @@ from pipeline.stages.cache_keys import model_keys
 from pipeline.stages.model.modal_truncation import _immobility
 from pipeline.stages.scene_to_solver import contact_on_model
 from pipeline.store.content_store import Store
-from rom import LinearOperation, ReducedModel, write_reduced_model
+from rom import ReducedModel, write_reduced_model
+from rom.reduction.model_comparison import LinearOperation
 
 MILLIMETRES = {
     "blade__length": 150.0,

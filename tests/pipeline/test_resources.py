@@ -15,7 +15,7 @@ from pipeline_support import ground_scene, shroud, small_scene, write_ground_mod
 import pipeline.process.workers
 from pipeline.errors import StageError, advice_on, reason_of
 from pipeline.process.workers import Call, workers
-from rom import require_memory
+from rom.linear_algebra.threads import require_memory
 
 MEMORY = "out of memory; fewer jobs (--jobs), a larger mesh.size, fewer modes or harmonics need less"
 

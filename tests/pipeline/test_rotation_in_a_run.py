@@ -27,18 +27,11 @@ from pipeline.stages.curve.curve_file import modes_of_curve
 from pipeline.stages.model.modal_truncation import stored_coriolis_error
 from pipeline.stages.model.model_chain import BuiltModel
 from pipeline.store.content_store import Store
-from rom import (
-    Material,
-    centrifugal_displacement,
-    gyroscopic_frequencies,
-    inter_blade_phase,
-    load_full_model,
-    load_sector,
-    modal_model,
-    natural_frequencies,
-    read_reduced_model,
-    stiffen_by_rotation,
-)
+from rom import Material, inter_blade_phase, modal_model, natural_frequencies, read_reduced_model
+from rom.cyclic.natural_frequencies import gyroscopic_frequencies
+from rom.files.full_model_file import load_full_model
+from rom.files.sector_file import load_sector
+from rom.finite_elements.rotation import centrifugal_displacement, stiffen_by_rotation
 
 SPEED = 9000.0
 CHANGES = {

@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 from pipeline_support import ground_model, shroud, small_scene, write_scene
 
-from nonlinear import ContactError, punch_stiffness
+from nonlinear import ContactError
+from nonlinear.contact.parameters import punch_stiffness
 from pipeline.scene.reading import read_scene
 from pipeline.scene.schema import Contact, Load, Response, Scene
 from pipeline.scene.sweep import as_in_scene, key_value
 from pipeline.stages.curve.curve_file import section_from_attributes, used_parameters
 from pipeline.stages.scene_to_solver import InterfaceContact, contact_on_model, contact_parameters, resolved_contacts
-from rom import ContactNodes
+from rom.reduction.contact_dofs import ContactNodes
 
 AREA = 2.4e-5  # m^2
 

@@ -22,7 +22,7 @@ from pipeline.scene.reading import read_scene
 from pipeline.scene.schema import Scene
 from pipeline.stages.engine_orders import excited_orders
 from pipeline.stages.request import Request, RunOutcome
-from rom import excited_nodal_diameter
+from rom.cyclic.resonance_crossings import excited_nodal_diameter
 
 pytestmark = pytest.mark.xdist_group("spectra")  # one worker: what the module makes is made once
 

@@ -29,7 +29,9 @@ import pipeline.stress.stress_stage
 from pipeline import InputError, run_scene
 from pipeline.render.drawing_process import RenderJob
 from pipeline.stages.stage import Stage
-from rom import load_sector, mode_shapes, read_reduced_model
+from rom import read_reduced_model
+from rom.cyclic.natural_frequencies import mode_shapes
+from rom.files.sector_file import load_sector
 
 ALL = ("mesh", "assemble", "reduce", "respond", "study", "stresses", "render", "figures", "report")
 NOT_ASKED = {"study": "skipped", "stresses": "skipped", "render": "skipped", "report": "skipped"}
@@ -138,8 +140,8 @@ def test_a_longer_search_goes_on_from_a_shorter_one(copied: Path, monkeypatch: p
         return replace(standard, amplitude_m=1.0)
 
     thorough = WHOLE | {"response__search": "thorough"}
-    monkeypatch.setattr("nonlinear.find_worst_motion", worst)
-    monkeypatch.setattr("nonlinear.forced_response", None)
+    monkeypatch.setattr("nonlinear.worst_motion.worst_motion.find_worst_motion", worst)
+    monkeypatch.setattr("nonlinear.response_solver.forced_response", None)
     assert rerun(copied, "--until", "respond", "--jobs", "1", **thorough)["respond"] == "ran"
     after = summary_of(copied)["curves"]
     assert given == ["thorough"] * len(before)

@@ -27,7 +27,7 @@ from pipeline.scene.material_section import Fatigue
 from pipeline.stress.field_pictures import round_top
 from pipeline.stress.haigh import LOWER, haigh_figure, margin_figure
 from pipeline.stress.operating_stress import operating_point, write_vtu
-from rom import von_mises
+from rom.stress.stress_recovery import von_mises
 
 pytestmark = pytest.mark.xdist_group("stress")  # one worker: what the module makes is made once
 

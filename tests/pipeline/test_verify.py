@@ -20,7 +20,9 @@ from geometry import BladeParameters, MeshParameters, ShroudParameters, build_se
 from pipeline.codec import plain, restored
 from pipeline.verify.advice import finer_size, mesh_dofs
 from pipeline.verify.model_errors import ORDER, JointErrors, ModelErrors, OtherMesh, fitted_order
-from rom import Material, assemble, load_full_model, load_sector
+from rom import Material, assemble
+from rom.files.full_model_file import load_full_model
+from rom.files.sector_file import load_sector
 
 TWISTED = {
     "blade__section": "lens",

@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 from pipeline_support import ground_model
 
-from nonlinear import ContactParameters, Excitation, Ring, RingLimits, SolverOptions, forced_response, integrate_ring
+from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response
 from nonlinear.contact.numba_cache import CompileLock
+from nonlinear.time_integration.ring import Ring
+from nonlinear.time_integration.ring_motion import RingLimits, integrate_ring
 from pipeline.stages.warm_up import INTEGRATIONS, LAWS, small_disk, warm_up
 from rom import modal_model
 

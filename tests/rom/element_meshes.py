@@ -3,7 +3,8 @@
 import numpy as np
 from rom_meshes import box, mesh_of_blocks
 
-from geometry import ELEMENT_KINDS, ElementBlock
+from geometry import ElementBlock
+from geometry.elements import ELEMENT_KINDS
 
 KINDS = tuple(ELEMENT_KINDS)
 QUADRATIC = tuple(name for name, kind in ELEMENT_KINDS.items() if kind.quadratic)

@@ -5,10 +5,11 @@ import pytest
 from rom_meshes import annulus, box, mesh_of
 from rom_reference import lowest_hz, timoshenko_cantilever_hz
 
-from rom import Material, factorise
+from rom import Material
 from rom.finite_elements.assembly import elastic_matrices
 from rom.finite_elements.discretisation import discretise
 from rom.finite_elements.full_model import node_dofs
+from rom.linear_algebra.factorisation import factorise
 from rom.reduction.fixed_interface_modes import lowest_modes
 
 NAFEMS_STEEL = Material(young_modulus=200e9, poisson_ratio=0.3, density=8000.0)

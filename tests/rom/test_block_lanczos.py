@@ -5,8 +5,8 @@ import pytest
 from scipy.linalg import eigh
 from scipy.sparse import csr_matrix, diags, identity, kron
 
-from rom import factorise
 from rom.linear_algebra.block_lanczos import lowest_eigenpairs
+from rom.linear_algebra.factorisation import factorise
 from rom.reduction.fixed_interface_modes import lowest_modes
 
 

@@ -12,8 +12,9 @@ from rom_reference import lowest_hz
 from scipy.sparse.linalg import eigsh
 
 from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
-from rom import Material, ReducedModel, assemble, gyroscopic_frequencies, stiffen_by_rotation
-from rom.finite_elements.rotation import coriolis_acceleration
+from rom import Material, ReducedModel, assemble
+from rom.cyclic.natural_frequencies import gyroscopic_frequencies
+from rom.finite_elements.rotation import coriolis_acceleration, stiffen_by_rotation
 
 pytestmark = pytest.mark.skipif(calculix.PROGRAM is None, reason="CalculiX is not installed: no ccx on PATH")
 

@@ -16,10 +16,13 @@ from rom_reference import lowest_hz
 from scipy.sparse import coo_matrix, kron
 from scipy.sparse.linalg import eigsh, spsolve
 
-from geometry import ContactFace, ElementSides, SectorMesh, sides_on
-from rom import Material, assemble, pressure_force, stiffen_by_rotation, thermal_force
+from geometry import ContactFace, ElementSides, SectorMesh
+from geometry.elements import sides_on
+from rom import Material, assemble
 from rom.finite_elements.assembly import elastic_matrices
 from rom.finite_elements.discretisation import discretise
+from rom.finite_elements.loads import pressure_force, thermal_force
+from rom.finite_elements.rotation import stiffen_by_rotation
 
 needs_calculix = pytest.mark.skipif(calculix.PROGRAM is None, reason="CalculiX is not installed: no ccx on PATH")
 

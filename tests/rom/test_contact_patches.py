@@ -12,22 +12,19 @@ from scipy.sparse.linalg import spsolve
 from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
 from rom import (
     BoundaryChoice,
-    LinearOperation,
     Material,
     ReductionOptions,
     RomParameterError,
     assemble,
-    expand_to_mesh,
-    full_reference,
-    linear_errors,
-    linear_responses,
     natural_frequencies,
     reduce_sector,
-    reduce_to_tolerance,
-    static_error,
 )
+from rom.cyclic.reduced_model import expand_to_mesh
 from rom.finite_elements.discretisation import discretise
 from rom.reduction.contact_dofs import patch_averages
+from rom.reduction.mode_selection import reduce_to_tolerance
+from rom.reduction.model_comparison import LinearOperation, linear_errors, linear_responses
+from rom.reduction.reference_model import full_reference, static_error
 
 STEEL = Material(young_modulus=2.1e11, poisson_ratio=0.3, density=7800.0)
 MODES = ReductionOptions(modes=12)

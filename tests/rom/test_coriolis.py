@@ -9,21 +9,20 @@ from scipy.linalg import eigvals
 
 from rom import (
     BoundaryChoice,
-    LinearOperation,
     Material,
     ReducedModel,
     ReducedModelError,
     ReductionOptions,
     assemble,
-    contact_springs,
-    coriolis_error,
-    gyroscopic_frequencies,
     inter_blade_phase,
     natural_frequencies,
     reduce_sector,
-    relative_contact_motion,
-    stiffen_by_rotation,
 )
+from rom.cyclic.contact_springs import contact_springs
+from rom.cyclic.cyclic_symmetry import relative_contact_motion
+from rom.cyclic.natural_frequencies import gyroscopic_frequencies
+from rom.finite_elements.rotation import stiffen_by_rotation
+from rom.reduction.model_comparison import LinearOperation, coriolis_error
 
 STEEL = Material(2.1e11, 0.3, 7800.0)
 RPM = 30.0 / np.pi

@@ -20,11 +20,11 @@ from rom import (
     ReductionOptions,
     RomParameterError,
     assemble,
-    expand_to_mesh,
-    mode_shapes,
     natural_frequencies,
     reduce_sector,
 )
+from rom.cyclic.natural_frequencies import mode_shapes
+from rom.cyclic.reduced_model import expand_to_mesh
 
 STEEL = Material(young_modulus=2.1e11, poisson_ratio=0.3, density=7800.0)
 SPRINGS = {"free": (0.0, 0.0), "sliding": (2e7, 0.0), "stuck": (2e7, 1.5e7)}

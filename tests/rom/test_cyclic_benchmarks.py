@@ -7,20 +7,12 @@ import pytest
 from rom_meshes import NODAL
 from wheels import annular_sector, wheel_mesh
 
-from rom import (
-    Material,
-    ReductionOptions,
-    assemble,
-    cyclic_faces,
-    cyclic_modes,
-    interface_motion,
-    modes_by_nodal_diameter,
-    reduce_sector,
-    static_motion,
-    stiffen_by_rotation,
-    wave_errors,
-)
-from rom.finite_elements.rotation import coriolis_acceleration
+from rom import Material, ReductionOptions, assemble, reduce_sector
+from rom.cyclic_sector.cyclic_faces import cyclic_faces
+from rom.cyclic_sector.cyclic_modes import cyclic_modes, modes_by_nodal_diameter, static_motion
+from rom.cyclic_sector.interface_motion import interface_motion
+from rom.cyclic_sector.wave_reference import wave_errors
+from rom.finite_elements.rotation import coriolis_acceleration, stiffen_by_rotation
 
 STEEL = Material(2.1e11, 0.3, 7850.0)
 # Hz, at each nodal diameter, in the file segdyn.dat.ref of CalculiX (units mm, t, s).

@@ -8,25 +8,14 @@ from rom_meshes import NODAL
 from scipy.sparse.linalg import eigsh
 from wheels import annular_sector, bladed_sector, wheel_mesh
 
-from rom import (
-    InterfaceOptions,
-    Material,
-    ReductionOptions,
-    RomParameterError,
-    assemble,
-    centrifugal_displacement,
-    cyclic_faces,
-    gyroscopic_frequencies,
-    interface_motion,
-    modes_by_nodal_diameter,
-    natural_frequencies,
-    reduce_sector,
-    static_motion,
-    stiffen_by_rotation,
-    wave_coordinates,
-    wave_errors,
-)
-from rom.finite_elements.rotation import coriolis_acceleration
+from rom import Material, ReductionOptions, RomParameterError, assemble, natural_frequencies, reduce_sector
+from rom.cyclic.cyclic_symmetry import wave_coordinates
+from rom.cyclic.natural_frequencies import gyroscopic_frequencies
+from rom.cyclic_sector.cyclic_faces import cyclic_faces
+from rom.cyclic_sector.cyclic_modes import modes_by_nodal_diameter, static_motion
+from rom.cyclic_sector.interface_motion import InterfaceOptions, interface_motion
+from rom.cyclic_sector.wave_reference import wave_errors
+from rom.finite_elements.rotation import centrifugal_displacement, coriolis_acceleration, stiffen_by_rotation
 
 STEEL = Material(2.1e11, 0.3, 7850.0)
 BOTH = {"": STEEL, "disk": STEEL}

@@ -13,22 +13,20 @@ from wheels import bladed_sector, solid_disk, whole_wheel
 from geometry import BladeParameters, DiskParameters, MeshParameters, ShroudParameters, build_sector
 from rom import (
     BoundaryChoice,
-    CyclicFaces,
-    InterfaceOptions,
     Material,
     ReductionOptions,
     RomParameterError,
     assemble,
-    cyclic_faces,
-    cyclic_modes,
-    interface_motion,
     modal_model,
     natural_frequencies,
     read_reduced_model,
     reduce_sector,
-    wave_errors,
     write_reduced_model,
 )
+from rom.cyclic_sector.cyclic_faces import CyclicFaces, cyclic_faces
+from rom.cyclic_sector.cyclic_modes import cyclic_modes
+from rom.cyclic_sector.interface_motion import InterfaceOptions, interface_motion
+from rom.cyclic_sector.wave_reference import wave_errors
 
 STEEL = Material(2.1e11, 0.3, 7850.0)
 needs_calculix = pytest.mark.skipif(PROGRAM is None, reason="CalculiX (ccx) is not installed")

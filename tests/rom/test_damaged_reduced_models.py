@@ -12,23 +12,21 @@ import pytest
 from test_receptance import random_model
 
 import pipeline.process.isolated_reading
-from geometry import SectorFileError
+from geometry.errors import SectorFileError
 from pipeline.errors import InputError
 from pipeline.process.isolated_reading import read_apart
 from rom import (
-    FullModelFileError,
     Material,
     ReducedModelError,
     assemble,
-    load_full_model,
-    load_sector,
     modal_model,
     natural_frequencies,
     read_reduced_model,
-    save_full_model,
-    save_sector,
     write_reduced_model,
 )
+from rom.errors import FullModelFileError
+from rom.files.full_model_file import load_full_model, save_full_model
+from rom.files.sector_file import load_sector, save_sector
 
 DATASETS = (
     "mass",

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from benchmarks.root_mesh import N_BLADES, root_mesh
-from geometry import InterfaceChoice, SectorMesh, sector_from_mesh
-from geometry import SectorChoice as Choice
+from geometry import SectorMesh
+from geometry.own_mesh.own_sector import sector_from_mesh
+from geometry.own_mesh.sector_choice import InterfaceChoice
+from geometry.own_mesh.sector_choice import SectorChoice as Choice
 from rom import (
     BoundaryChoice,
     ContactInterface,
@@ -15,18 +17,17 @@ from rom import (
     Material,
     ReducedModel,
     ReductionOptions,
-    RigidBody,
     assemble,
-    contact_nodes,
-    cyclic_faces,
-    interface_motion,
-    interfaces_of,
     modal_model,
     natural_frequencies,
     reduce_sector,
     with_interfaces,
-    with_rigid_body,
 )
+from rom.cyclic.reduced_model import interfaces_of
+from rom.cyclic_sector.cyclic_faces import cyclic_faces
+from rom.cyclic_sector.interface_motion import interface_motion
+from rom.reduction.contact_dofs import contact_nodes
+from rom.reduction.rigid_body import RigidBody, with_rigid_body
 
 SETS = {"root": "BORE", "tip": "TIP", "cyclic_right": "CYCLIC_HIGH", "cyclic_left": "CYCLIC_LOW"}
 FACES = {

@@ -10,8 +10,8 @@ from scipy.sparse import csr_matrix, diags, tril
 
 import rom.linear_algebra.cholmod
 import rom.linear_algebra.factorisation
-from rom import FactorisationError, Material, assemble, factorise
-from rom.linear_algebra.factorisation import analyse
+from rom import FactorisationError, Material, assemble
+from rom.linear_algebra.factorisation import analyse, factorise
 
 needs_cholmod = pytest.mark.skipif(importlib.util.find_spec("cvxopt") is None, reason="the extra cholmod is absent")
 BACKENDS = [pytest.param("cholmod", marks=needs_cholmod), "superlu"]

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from rom import FatigueLimits, RomParameterError, stress_cycle, von_mises
-from rom.stress.fatigue import enclosing_balls
-from rom.stress.stress_recovery import deviator
+from rom import RomParameterError
+from rom.stress.fatigue import FatigueLimits, enclosing_balls, stress_cycle
+from rom.stress.stress_recovery import deviator, von_mises
 
 LIMITS = FatigueLimits(endurance_limit=300.0, tensile_strength=900.0)
 

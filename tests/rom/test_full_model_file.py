@@ -5,16 +5,10 @@ import numpy as np
 import pytest
 from rom_meshes import NODAL, box_sector
 
-from rom import (
-    FullModelFileError,
-    Material,
-    ReductionOptions,
-    assemble,
-    load_full_model,
-    reduce_sector,
-    save_full_model,
-    stiffen_by_rotation,
-)
+from rom import Material, ReductionOptions, assemble, reduce_sector
+from rom.errors import FullModelFileError
+from rom.files.full_model_file import load_full_model, save_full_model
+from rom.finite_elements.rotation import stiffen_by_rotation
 
 STEEL = Material(young_modulus=2.1e11, poisson_ratio=0.3, density=7800.0)
 

@@ -11,18 +11,10 @@ from geometry import (
     ShroudParameters,
     SnubberParameters,
     build_sector,
-    hexahedron_scaled_jacobian,
 )
-from rom import (
-    BoundaryChoice,
-    Material,
-    ReductionOptions,
-    assemble,
-    full_reference,
-    natural_frequencies,
-    reduce_sector,
-    static_error,
-)
+from geometry.quality import hexahedron_scaled_jacobian
+from rom import BoundaryChoice, Material, ReductionOptions, assemble, natural_frequencies, reduce_sector
+from rom.reduction.reference_model import full_reference, static_error
 
 STEEL = Material(young_modulus=2.1e11, poisson_ratio=0.3, density=7800.0)
 BLADE = BladeParameters(24, 0.2, 0.08, 0.024, 0.006, 0.004, 15.0, "lens")

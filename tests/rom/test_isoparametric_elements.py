@@ -9,11 +9,13 @@ from rom_meshes import box, mesh_of, mesh_of_blocks
 from rom_reference import lowest_hz
 from scipy.sparse.linalg import eigsh, spsolve
 
-from geometry import ELEMENT_KINDS, BladeParameters, ElementBlock, MeshParameters, ShroudParameters, build_sector
-from rom import Material, RomParameterError, assemble, element_warnings, factorise
+from geometry import BladeParameters, ElementBlock, MeshParameters, ShroudParameters, build_sector
+from geometry.elements import ELEMENT_KINDS
+from rom import Material, RomParameterError, assemble
 from rom.finite_elements.assembly import elastic_matrices, stress_at_quadrature
-from rom.finite_elements.discretisation import discretise
+from rom.finite_elements.discretisation import discretise, element_warnings
 from rom.finite_elements.reference_element import reference_nodes, vtk_shape_functions
+from rom.linear_algebra.factorisation import factorise
 from rom.reduction.fixed_interface_modes import lowest_modes
 
 STEEL = Material(young_modulus=2.1e11, poisson_ratio=0.3, density=7800.0)

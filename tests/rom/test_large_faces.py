@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from rom import ModalModel, RelativeReceptance, coupled_frequencies
-from rom.cyclic.receptance import SMALLEST_FACE
+from rom import ModalModel
+from rom.cyclic.natural_frequencies import coupled_frequencies
+from rom.cyclic.receptance import SMALLEST_FACE, RelativeReceptance
 
 N_CONTACTS, N_MODES = 55, 240
 

@@ -9,25 +9,23 @@ from scipy.sparse.linalg import spsolve
 
 from rom import (
     BoundaryChoice,
-    LinearOperation,
     LoadVectors,
     Material,
     ReducedModelError,
     ReductionOptions,
     RomParameterError,
     assemble,
-    full_reference,
     modal_model,
     natural_frequencies,
-    nearest_vertices,
-    nodal_force,
     read_reduced_model,
     reduce_sector,
-    reduce_to_tolerance,
-    reduction_errors,
-    with_modal_forces,
     write_reduced_model,
 )
+from rom.finite_elements.loads import nearest_vertices, nodal_force
+from rom.reduction.modal_forces import with_modal_forces
+from rom.reduction.mode_selection import reduce_to_tolerance, reduction_errors
+from rom.reduction.model_comparison import LinearOperation
+from rom.reduction.reference_model import full_reference
 
 STEEL = Material(young_modulus=2.1e11, poisson_ratio=0.3, density=7800.0)
 

@@ -9,8 +9,10 @@ from pyyeti.nastran import op4
 from scipy.io import loadmat, mmread, mmwrite, savemat
 from scipy.sparse import coo_matrix, csc_matrix, random, tril
 
-from rom import MatrixFileError, read_dofs, read_matrix, read_nodes, write_matrices
+from rom import MatrixFileError, read_matrix
 from rom.matrix_files.labelled_matrix import MASS, STIFFNESS
+from rom.matrix_files.matrix_file import write_matrices
+from rom.matrix_files.node_table import read_dofs, read_nodes
 
 N = 12
 

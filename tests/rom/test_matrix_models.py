@@ -13,18 +13,18 @@ from scipy.spatial.transform import Rotation
 from rom import (
     BoundaryChoice,
     Material,
-    MatrixChoice,
     MatrixFileError,
     ReductionOptions,
     RomParameterError,
     assemble,
-    gyroscopic_frequencies,
-    model_from_matrices,
-    model_from_superelement,
     natural_frequencies,
     reduce_sector,
-    stiffen_by_rotation,
 )
+from rom.cyclic.natural_frequencies import gyroscopic_frequencies
+from rom.finite_elements.rotation import stiffen_by_rotation
+from rom.matrix_files.matrix_choice import MatrixChoice
+from rom.matrix_files.matrix_model import model_from_matrices
+from rom.matrix_files.superelement import model_from_superelement
 
 STEEL = Material(2e11, 0.3, 7800.0)
 NODAL = BoundaryChoice(excitation_direction=(1.0, 2.0, 0.5), contact_dofs="nodal")

@@ -6,18 +6,13 @@ import numpy as np
 from scipy.sparse.linalg import eigsh, splu
 from wheels import RIM, bladed_sector, whole_wheel
 
-from nonlinear import ContactParameters, Excitation, LinearSectors, Mistuning
-from rom import (
-    BoundaryChoice,
-    Material,
-    ReductionOptions,
-    assemble,
-    blade_stiffness,
-    cyclic_faces,
-    interface_motion,
-    modal_model,
-    reduce_sector,
-)
+from nonlinear import ContactParameters, Excitation
+from nonlinear.mistuned_ring.linear_sectors import LinearSectors
+from nonlinear.mistuned_ring.mistuning import Mistuning
+from rom import BoundaryChoice, Material, ReductionOptions, assemble, modal_model, reduce_sector
+from rom.cyclic_sector.cyclic_faces import cyclic_faces
+from rom.cyclic_sector.interface_motion import interface_motion
+from rom.cyclic_sector.part_stiffness import blade_stiffness
 
 SECTORS, ENGINE_ORDER = 6, 2
 STEEL = Material(2.1e11, 0.3, 7850.0)

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from rom import FollowedModes, ReducedModel, follow_modes, modal_assurance, modes_over_diameters
+from rom import ReducedModel
+from rom.cyclic.mode_following import FollowedModes, follow_modes, modal_assurance, modes_over_diameters
 
 
 def two_masses(coupling: float, spread: float, blades: int = 24) -> ReducedModel:

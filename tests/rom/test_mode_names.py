@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rom import mode_names
+from rom.cyclic.mode_families import mode_names
 
 
 def airfoil(twist: float = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

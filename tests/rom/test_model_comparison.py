@@ -10,19 +10,10 @@ from scipy.linalg import eigh
 from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import splu
 
-from rom import (
-    LinearOperation,
-    Material,
-    ReductionOptions,
-    RomParameterError,
-    assemble,
-    full_reference,
-    linear_errors,
-    linear_responses,
-    reduce_sector,
-    reduce_to_tolerance,
-    static_error,
-)
+from rom import Material, ReductionOptions, RomParameterError, assemble, reduce_sector
+from rom.reduction.mode_selection import reduce_to_tolerance
+from rom.reduction.model_comparison import LinearOperation, linear_errors, linear_responses
+from rom.reduction.reference_model import full_reference, static_error
 
 STEEL = Material(young_modulus=2.1e11, poisson_ratio=0.3, density=7800.0)
 RANGE = (800.0, 9000.0)

@@ -8,18 +8,11 @@ from rom_meshes import box_sector, patch_block
 from rom_reference import lowest_hz, spread_springs
 
 from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
-from rom import (
-    BoundaryChoice,
-    Material,
-    RomParameterError,
-    assemble,
-    contact_nodes,
-    full_reference,
-    natural_frequencies,
-)
+from rom import BoundaryChoice, Material, RomParameterError, assemble, natural_frequencies
 from rom.finite_elements.discretisation import discretise
-from rom.reduction.contact_dofs import averaged_dofs
+from rom.reduction.contact_dofs import averaged_dofs, contact_nodes
 from rom.reduction.mortar_dofs import contact_grid, gauss_points
+from rom.reduction.reference_model import full_reference
 
 STEEL = Material(young_modulus=2.1e11, poisson_ratio=0.3, density=7850.0)
 BLADE = BladeParameters(72, 0.3, 0.08, chord=0.036, thickness=0.009, tip_thickness=0.006, twist=25.0, section="lens")

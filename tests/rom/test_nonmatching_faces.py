@@ -8,7 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from geometry import ContactFace, SectorChoice, sector_from_mesh
+from geometry import ContactFace
+from geometry.own_mesh.own_sector import sector_from_mesh
+from geometry.own_mesh.sector_choice import SectorChoice
 from rom import (
     BoundaryChoice,
     Material,

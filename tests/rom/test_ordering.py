@@ -8,8 +8,8 @@ from rom_meshes import box_sector
 from scipy.sparse import csr_matrix, diags, identity, kron
 
 import rom.linear_algebra.factorisation
-from rom import Material, assemble, factorise
-from rom.linear_algebra.factorisation import nested_dissection
+from rom import Material, assemble
+from rom.linear_algebra.factorisation import factorise, nested_dissection
 
 pytestmark = pytest.mark.skipif(importlib.util.find_spec("pymetis") is None, reason="the extra cholmod is absent")
 

@@ -6,7 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from geometry import SectorChoice, read_mesh, sector_from_mesh, write_mesh
+from geometry import read_mesh
+from geometry.mesh_files.write import write_mesh
+from geometry.own_mesh.own_sector import sector_from_mesh
+from geometry.own_mesh.sector_choice import SectorChoice
 from rom import BoundaryChoice, Material, ReductionOptions, assemble, natural_frequencies, reduce_sector
 
 sys.path.append(str(Path(__file__).parents[1] / "geometry"))

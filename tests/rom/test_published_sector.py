@@ -13,7 +13,10 @@ import numpy as np
 import pytest
 from calculix import PROGRAM
 
-from geometry import OwnMeshError, SectorChoice, read_mesh, sector_from_mesh
+from geometry import read_mesh
+from geometry.errors import OwnMeshError
+from geometry.own_mesh.own_sector import sector_from_mesh
+from geometry.own_mesh.sector_choice import SectorChoice
 from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response
 from rom import (
     BoundaryChoice,

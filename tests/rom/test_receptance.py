@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rom import ReducedModel, ReducedModelError, RelativeReceptance, linear_response, modal_model
+from rom import ReducedModel, ReducedModelError, linear_response, modal_model
+from rom.cyclic.receptance import RelativeReceptance
 
 
 def random_model(seed=0, size=10, n_contacts=2, ground=False, complex_force=False):

@@ -3,11 +3,9 @@
 import numpy as np
 import pytest
 
-from rom import (
-    ReducedModel,
+from rom import ReducedModel, inter_blade_phase, natural_frequencies
+from rom.cyclic.resonance_crossings import (
     excited_nodal_diameter,
-    inter_blade_phase,
-    natural_frequencies,
     resonance_crossings,
     speed_crossings,
     wave_direction,

@@ -5,19 +5,10 @@ from scipy.sparse.linalg import splu
 from wheels import bladed_sector, whole_wheel
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response
-from rom import (
-    BoundaryChoice,
-    Material,
-    ReductionOptions,
-    SolvedPoint,
-    assemble,
-    cyclic_faces,
-    interface_motion,
-    modal_model,
-    natural_frequencies,
-    reduce_sector,
-)
-from rom.stress.mesh_motion import MeshMotion
+from rom import BoundaryChoice, Material, ReductionOptions, assemble, modal_model, natural_frequencies, reduce_sector
+from rom.cyclic_sector.cyclic_faces import cyclic_faces
+from rom.cyclic_sector.interface_motion import interface_motion
+from rom.stress.mesh_motion import MeshMotion, SolvedPoint
 
 SECTORS, ENGINE_ORDER, FORCE = 6, 2, 30.0
 RAYLEIGH = 10.0, 1e-6  # C = a M + b K holds for modes and mesh alike

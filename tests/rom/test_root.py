@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from benchmarks.root_mesh import FLANK, N_BLADES, root_mesh
-from geometry import ElementBlock, ImportedMesh, InterfaceChoice, SectorChoice, sector_from_mesh
+from geometry import ElementBlock, ImportedMesh
+from geometry.own_mesh.own_sector import sector_from_mesh
+from geometry.own_mesh.sector_choice import InterfaceChoice, SectorChoice
 from nonlinear import ContactParameters, SolverOptions
 from nonlinear.harmonic_balance.initial_solution import on_support, static_displacement
 from rom import (
@@ -15,20 +17,19 @@ from rom import (
     Material,
     ReducedModel,
     ReductionOptions,
-    RelativeReceptance,
     assemble,
-    coupled_frequencies,
-    cyclic_faces,
-    cyclic_modes,
-    held_frequencies,
-    interface_motion,
     modal_model,
     natural_frequencies,
     reduce_sector,
-    static_motion,
-    stiffen_by_rotation,
-    stuck_springs,
 )
+from rom.cyclic.natural_frequencies import coupled_frequencies
+from rom.cyclic.receptance import RelativeReceptance
+from rom.cyclic_sector.cyclic_faces import cyclic_faces
+from rom.cyclic_sector.cyclic_modes import cyclic_modes, static_motion
+from rom.cyclic_sector.interface_motion import interface_motion
+from rom.finite_elements.rotation import stiffen_by_rotation
+from rom.reduction.floating_bodies import stuck_springs
+from rom.reduction.reference_model import held_frequencies
 
 STEEL = {"STEEL": Material(2.1e11, 0.3, 7850.0)}
 SETS = {"root": "BORE", "tip": "TIP", "cyclic_right": "CYCLIC_HIGH", "cyclic_left": "CYCLIC_LOW"}

@@ -5,20 +5,16 @@ import pytest
 from rom_meshes import NODAL, annulus, box, box_sector, mesh_of, sector_of
 from rom_reference import lowest_hz, rotating_beam_ratio
 
-from rom import (
-    Material,
-    ReductionOptions,
-    RomParameterError,
-    assemble,
-    centrifugal_displacement,
-    natural_frequencies,
-    reduce_sector,
-    stiffen_by_rotation,
-)
+from rom import Material, ReductionOptions, RomParameterError, assemble, natural_frequencies, reduce_sector
 from rom.finite_elements.assembly import ElasticBody, elastic_matrices
 from rom.finite_elements.discretisation import discretise
 from rom.finite_elements.full_model import FullModel, centrifugal_force
-from rom.finite_elements.rotation import RotatingBody, static_equilibrium
+from rom.finite_elements.rotation import (
+    RotatingBody,
+    centrifugal_displacement,
+    static_equilibrium,
+    stiffen_by_rotation,
+)
 
 RPM = 30.0 / np.pi
 NO_POISSON = Material(young_modulus=2.1e11, poisson_ratio=0.0, density=7800.0)

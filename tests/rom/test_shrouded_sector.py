@@ -6,15 +6,8 @@ from rom_meshes import NODAL
 from rom_reference import lowest_hz, spring_stiffness
 
 from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
-from rom import (
-    Material,
-    ReductionOptions,
-    assemble,
-    centrifugal_displacement,
-    natural_frequencies,
-    reduce_sector,
-    stiffen_by_rotation,
-)
+from rom import Material, ReductionOptions, assemble, natural_frequencies, reduce_sector
+from rom.finite_elements.rotation import centrifugal_displacement, stiffen_by_rotation
 
 STEEL = Material(young_modulus=2.1e11, poisson_ratio=0.3, density=7800.0)
 BLADE = BladeParameters(

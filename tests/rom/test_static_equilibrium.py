@@ -6,18 +6,15 @@ from rom_meshes import box, distorted_box, mesh_of, patch_block, sector_of
 from rom_reference import lowest_hz
 from scipy.integrate import solve_bvp
 
-from rom import (
-    BoundaryChoice,
-    Material,
-    ReductionOptions,
-    assemble,
-    centrifugal_displacement,
-    reduce_sector,
-    stiffen_by_rotation,
-)
+from rom import BoundaryChoice, Material, ReductionOptions, assemble, reduce_sector
 from rom.finite_elements.assembly import ElasticBody
 from rom.finite_elements.discretisation import discretise
-from rom.finite_elements.rotation import RotatingBody, static_equilibrium
+from rom.finite_elements.rotation import (
+    RotatingBody,
+    centrifugal_displacement,
+    static_equilibrium,
+    stiffen_by_rotation,
+)
 from rom.linear_algebra.factorisation import factorise
 
 STEEL = Material(2.1e11, 0.3, 7800.0)

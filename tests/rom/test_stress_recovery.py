@@ -11,31 +11,16 @@ from rom_meshes import NODAL, box_sector, distorted_box, mesh_of
 from scipy.sparse.linalg import spsolve
 
 from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
-from rom import (
-    BoundaryChoice,
-    LoadVectors,
-    Material,
-    ReductionOptions,
-    RelativeReceptance,
-    SolvedPoint,
-    Surroundings,
-    angular_speed,
-    assemble,
-    centrifugal_displacement,
-    hot_spots,
-    modal_model,
-    nodal_stress,
-    operating_stress,
-    reduce_sector,
-    singular_vertices,
-    stiffen_by_rotation,
-    von_mises,
-    with_modal_forces,
-)
+from rom import BoundaryChoice, LoadVectors, Material, ReductionOptions, assemble, modal_model, reduce_sector
+from rom.cyclic.receptance import RelativeReceptance
 from rom.finite_elements.discretisation import discretise
-from rom.stress.hot_spots import point_loads
-from rom.stress.mesh_motion import MeshMotion
-from rom.stress.stress_recovery import StressRecovery, components
+from rom.finite_elements.rotation import centrifugal_displacement, stiffen_by_rotation
+from rom.reduction.modal_forces import with_modal_forces
+from rom.stress.hot_spots import Surroundings, hot_spots, point_loads, singular_vertices
+from rom.stress.mesh_motion import MeshMotion, SolvedPoint
+from rom.stress.operating_stress import nodal_stress, operating_stress
+from rom.stress.stress_recovery import StressRecovery, components, von_mises
+from rom.units import angular_speed
 
 STEEL = Material(young_modulus=2.1e11, poisson_ratio=0.3, density=7850.0)
 

@@ -5,11 +5,12 @@ import pytest
 from element_meshes import KINDS, arched, brick, mixed_brick, moved
 from scipy.sparse.linalg import spsolve
 
-from geometry import ELEMENT_KINDS, ContactFace, ElementSides, SectorMesh, sides_on
-from rom import Material, RomParameterError, assemble, pressure_force, thermal_force, traction_force
+from geometry import ContactFace, ElementSides, SectorMesh
+from geometry.elements import ELEMENT_KINDS, sides_on
+from rom import Material, RomParameterError, assemble
 from rom.finite_elements.assembly import stress_at_quadrature
 from rom.finite_elements.discretisation import discretise
-from rom.finite_elements.loads import thermal_stress
+from rom.finite_elements.loads import pressure_force, thermal_force, thermal_stress, traction_force
 from rom.reduction.face_integrals import face_points
 
 STEEL = Material(2.0e11, 0.3, 7800.0, expansion=1.2e-5)

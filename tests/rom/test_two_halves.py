@@ -9,10 +9,10 @@ from rom_meshes import box_sector
 from scipy.sparse import block_diag, csr_matrix, diags, identity, kron
 
 import rom.linear_algebra.factorisation
-from rom import FactorisationError, Material, assemble, factorise
+from rom import FactorisationError, Material, assemble
 from rom.linear_algebra.blas_kernels import holds_locks
 from rom.linear_algebra.cholmod import CholmodFactor, bears_threads
-from rom.linear_algebra.factorisation import TwoHalves, analyse, bisection
+from rom.linear_algebra.factorisation import TwoHalves, analyse, bisection, factorise
 from rom.linear_algebra.threads import SHARED_FROM, at_once, beside
 
 pytestmark = pytest.mark.skipif(

@@ -9,22 +9,21 @@ from geometry import BladeParameters, DiskParameters, MeshParameters, SectorMesh
 from rom import (
     BoundaryChoice,
     FullModel,
-    LinearOperation,
     Material,
     ReducedModel,
     ReductionOptions,
     WaveSuperelement,
     assemble,
-    cyclic_faces,
-    interface_motion,
-    linear_responses,
     model_of_waves,
     natural_frequencies,
     reduce_sector,
-    reduce_to_tolerance,
-    static_error,
-    wave_reference,
 )
+from rom.cyclic_sector.cyclic_faces import cyclic_faces
+from rom.cyclic_sector.interface_motion import interface_motion
+from rom.cyclic_sector.wave_reference import wave_reference
+from rom.reduction.mode_selection import reduce_to_tolerance
+from rom.reduction.model_comparison import LinearOperation, linear_responses
+from rom.reduction.reference_model import static_error
 
 N_BLADES = 40
 NODAL = BoundaryChoice(contact_dofs="nodal")

@@ -8,7 +8,8 @@ import pytest
 from element_meshes import arched, mixed_brick
 from rom_reference import lowest_hz
 
-from geometry import read_mesh, write_mesh
+from geometry import read_mesh
+from geometry.mesh_files.write import write_mesh
 from rom import Material
 from rom.finite_elements.assembly import elastic_matrices
 from rom.finite_elements.discretisation import discretise

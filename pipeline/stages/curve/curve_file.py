@@ -36,10 +36,11 @@ from pipeline.store.fingerprints import content_fingerprint
 if TYPE_CHECKING:
     import h5py
 
-    from nonlinear import ResidualBounds, ResponseCurve
+    from nonlinear.response_curve import ResidualBounds, ResponseCurve
     from pipeline.scene.fields import Section
     from pipeline.scene.schema import Scene
-    from rom import ReducedModel, RingModes
+    from rom.cyclic.reduced_model import ReducedModel
+    from rom.cyclic.sector_modes import RingModes
 
 
 Array = NDArray[Any]
@@ -155,7 +156,7 @@ def write_curve(
     interfaces: Sequence[Mapping[str, Any]] = (),
 ) -> None:
     """Write columns, complex coefficients, parameters and summary of a solved curve, see `interfaces_at_peak`."""
-    from rom import new_hdf5
+    from rom.files.hdf5 import new_hdf5
 
     with new_hdf5(path) as file:
         file.attrs.update(parameters)
@@ -233,7 +234,7 @@ def write_extended(path: Path, base: Path, before: ResponseCurve, after: Respons
     """Write the file of a curve that has got further branches; all that speaks of the main branch is copied."""
     import h5py
 
-    from rom import new_hdf5
+    from rom.files.hdf5 import new_hdf5
 
     changed = {key: value for key, value in summary_attributes(after).items() if key.startswith(_CHANGED)}
     with new_hdf5(path) as file, h5py.File(base, "r") as source:
@@ -253,7 +254,7 @@ def write_searched(path: Path, base: Path, after: ResponseCurve, parameters: Map
     """Write the file of a curve whose worst motion was sought further; all else is copied."""
     import h5py
 
-    from rom import new_hdf5
+    from rom.files.hdf5 import new_hdf5
 
     changed = {key: value for key, value in summary_attributes(after).items() if key.startswith(_CHANGED)}
     with new_hdf5(path) as file, h5py.File(base, "r") as source:
@@ -279,7 +280,7 @@ def _is_same(one: ResponseCurve, other: ResponseCurve) -> bool:
 
 def _read(group: h5py.Group, left_out: Sequence[str] = ()) -> ResponseCurve:
     """One branch, without those beside it."""
-    from nonlinear import Bifurcation, Peak, ResponseCurve, TerminationReason
+    from nonlinear.response_curve import Bifurcation, Peak, ResponseCurve, TerminationReason
 
     facts = read_summary(group)
     there = dict.fromkeys(group)  # looking names up one by one, or opening what is not read, takes most of the time
@@ -307,7 +308,7 @@ def _read(group: h5py.Group, left_out: Sequence[str] = ()) -> ResponseCurve:
 
 
 def _residual_bounds(group: h5py.Group, facts: CurveSummary) -> ResidualBounds:
-    from nonlinear import ResidualBounds, ResidualExtreme
+    from nonlinear.response_curve import ResidualBounds, ResidualExtreme
 
     values: dict[str, Any] = {name: group[name][()] for name in _BAND}
     for bound in RESIDUAL_BOUNDS:

@@ -14,7 +14,7 @@ from pipeline.codec import attributes_of, from_attributes, of_prefix, plain, pre
 if TYPE_CHECKING:
     import h5py
 
-    from nonlinear import Peak, ResidualBounds, ResponseCurve, StaticContact, WorstMotion
+    from nonlinear.response_curve import Peak, ResidualBounds, ResponseCurve, StaticContact, WorstMotion
 
 
 # Names of the bounds over residual tractions, of each its numbers: the field residual_BOUND_NAME, and its attribute.
@@ -127,28 +127,28 @@ class CurveSummary:
     @property
     def peak(self) -> Peak | None:
         """The highest peak of the main branch; None without points."""
-        from nonlinear import Peak
+        from nonlinear.response_curve import Peak
 
         return of_prefix(Peak, PEAK, self) if self.points and self.peak_index >= 0 else None
 
     @property
     def worst(self) -> WorstMotion | None:
         """The worst motion; None where there is none."""
-        from nonlinear import WorstMotion
+        from nonlinear.response_curve import WorstMotion
 
         return of_prefix(WorstMotion, WORST, self) if self.worst_searched else None
 
     @property
     def static_contact(self) -> StaticContact | None:
         """The static contact; None where it is not known, and of several interfaces."""
-        from nonlinear import StaticContact
+        from nonlinear.response_curve import StaticContact
 
         return None if math.isnan(self.static_force_n) else of_prefix(StaticContact, STATIC, self)
 
     @property
     def static_contacts(self) -> dict[str, StaticContact]:
         """The static contact by interface, "" where there is one; {} where it is not known."""
-        from nonlinear import StaticContact
+        from nonlinear.response_curve import StaticContact
 
         if (alone := self.static_contact) is not None:
             return {"": alone}
@@ -181,7 +181,7 @@ NO_WORST, NO_RESIDUAL, NO_STATIC = _unknown(WORST), _unknown(RESIDUAL), _unknown
 
 def shared_fields() -> list[str]:
     """The fields that `ResponseCurve` has too, with the same values."""
-    from nonlinear import ResponseCurve
+    from nonlinear.response_curve import ResponseCurve
 
     return [field.name for field in fields(ResponseCurve) if field.name in _NAMES and field.name not in _SUMMARISED]
 
@@ -271,7 +271,7 @@ def bound_of(facts: CurveSummary, bound: str) -> dict[str, Any]:
 
 def _peak_of(response: ResponseCurve, name: str) -> dict[str, Any]:
     """The largest amplitude of a further output on any branch; branch 0 is the main one."""
-    from nonlinear import at_range_end
+    from nonlinear.response_curve import at_range_end
 
     branches = [response, *response.detached]
     found = [(number, branch.amplitude_of(name)) for number, branch in enumerate(branches) if branch.points]

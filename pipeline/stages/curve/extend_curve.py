@@ -26,7 +26,8 @@ from pipeline.stages.curve.solve_curve import Progress
 from pipeline.stages.scene_to_solver import contact_parameters, nonlinear_problem, section_excitation
 
 if TYPE_CHECKING:
-    from nonlinear import BranchStart, Extension
+    from nonlinear.branches.branch_collection import BranchStart
+    from nonlinear.response_extension import Extension
 
 
 FACTS = "extension.json"
@@ -78,8 +79,9 @@ def extend_curve(
 
     Writes `extension.json`, see `ExtensionFacts`, and where branches were added `curve.h5` with all of them.
     """
-    from nonlinear import carry_branches
-    from rom import one_blas_thread, read_reduced_model
+    from nonlinear.response_extension import carry_branches
+    from rom.files.reduced_model_file import read_reduced_model
+    from rom.linear_algebra.threads import one_blas_thread
 
     start = time.perf_counter()
     with one_blas_thread():
@@ -109,8 +111,8 @@ def _offers(source: Source) -> Iterator[_Offer]:
     """Solutions on the branches of a neighbour that are new in its file, with the parameters that they solve."""
     import h5py
 
-    from nonlinear import branch_starts
-    from rom import read_reduced_model
+    from nonlinear.branches.branch_collection import branch_starts
+    from rom.files.reduced_model_file import read_reduced_model
 
     model = read_reduced_model(source.rom, with_basis=False)
     with h5py.File(source.file, "r") as file:

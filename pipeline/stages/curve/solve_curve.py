@@ -15,9 +15,11 @@ from pipeline.stages.curve.curve_summary import STATIC, keep_summary
 from pipeline.stages.scene_to_solver import InterfaceContact, nonlinear_problem, resolved_contacts
 
 if TYPE_CHECKING:
-    from nonlinear import ContactParameters, Excitation, ResponseCurve, SolverOptions
+    from nonlinear.contact.parameters import ContactParameters
+    from nonlinear.options import Excitation, SolverOptions
+    from nonlinear.response_curve import ResponseCurve
     from pipeline.scene.schema import Scene
-    from rom import RingModes
+    from rom.cyclic.sector_modes import RingModes
 
 
 Progress = Callable[[float, int], None]
@@ -37,8 +39,11 @@ def solve_curve(
     """
     import h5py
 
-    from nonlinear import find_worst_motion, forced_response
-    from rom import ContactNodes, one_blas_thread, read_reduced_model
+    from nonlinear.response_solver import forced_response
+    from nonlinear.worst_motion.worst_motion import find_worst_motion
+    from rom.files.reduced_model_file import read_reduced_model
+    from rom.linear_algebra.threads import one_blas_thread
+    from rom.reduction.contact_dofs import ContactNodes
 
     start = time.perf_counter()
     with one_blas_thread():
@@ -69,7 +74,9 @@ def interfaces_at_peak(
     """
     import numpy as np
 
-    from nonlinear import LIFT_OFF, SLIP, STICK, StaticContact, nodal_contact
+    from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK
+    from nonlinear.contact_states import nodal_contact
+    from nonlinear.response_curve import StaticContact
 
     if len(contacts) < 2:
         return []

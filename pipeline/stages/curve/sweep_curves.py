@@ -36,7 +36,7 @@ from pipeline.stages.worker_start import prepare_workers
 from pipeline.store.content_store import Entry
 
 if TYPE_CHECKING:
-    from rom import ReducedModel
+    from rom.cyclic.reduced_model import ReducedModel
 
 
 CURVES, BRANCHES = "curves", "branches"  # what progress counts

@@ -20,7 +20,10 @@ from pipeline.stages.scene_to_solver import interface_facts, linear_operation, t
 if TYPE_CHECKING:
     from pipeline.scene.reading import SceneFile
     from pipeline.scene.schema import Scene
-    from rom import BoundaryChoice, MatrixChoice, MatrixModel, ReducedModel
+    from rom.cyclic.reduced_model import ReducedModel
+    from rom.matrix_files.matrix_choice import MatrixChoice
+    from rom.matrix_files.matrix_model import MatrixModel
+    from rom.reduction.boundary_dofs import BoundaryChoice
 
 
 T = TypeVar("T")
@@ -32,7 +35,7 @@ ALLOWED = "files with stiffness, mass and nodes"
 
 def matrix_choice(scene: Scene, files: Mapping[str, str]) -> MatrixChoice:
     """What [model] says about its files, or about these copies of them."""
-    from rom import MatrixChoice
+    from rom.matrix_files.matrix_choice import MatrixChoice
 
     assert scene.model is not None
     values = scene.model.model_dump() | dict(files)
@@ -42,14 +45,14 @@ def matrix_choice(scene: Scene, files: Mapping[str, str]) -> MatrixChoice:
 
 def read_matrices(scene: Scene) -> MatrixModel:
     """The full model in the files of [model], read in isolation."""
-    from rom import model_from_matrices
+    from rom.matrix_files.matrix_model import model_from_matrices
 
     return _read(scene, model_from_matrices)
 
 
 def read_superelement(scene: Scene) -> tuple[ReducedModel, tuple[str, ...]]:
     """The reduced model in the files of [model], read in isolation, and what was found. Raises as `read_matrices`."""
-    from rom import model_from_superelement
+    from rom.matrix_files.superelement import model_from_superelement
 
     return _read(scene, lambda choice: model_from_superelement(choice, nodal_choice(scene)))
 
@@ -72,7 +75,7 @@ def check_matrices(file: SceneFile) -> list[str]:
 
 
 def _read(scene: Scene, read: Callable[[MatrixChoice], T]) -> T:
-    from rom import MatrixFileError, ReducedModelError
+    from rom.errors import MatrixFileError, ReducedModelError
 
     assert scene.model is not None
     files = scene.model.files
@@ -88,7 +91,8 @@ def _read(scene: Scene, read: Callable[[MatrixChoice], T]) -> T:
 
 def make_reduced_of_matrices(folder: Path, matrices: MatrixModel, scene: Scene, *, store_basis: bool = True) -> None:
     """Reduce the full model of another program to `rom.h5` and write its sizes into `facts.json`."""
-    from rom import ReductionOptions, reduce_sector, reduce_to_tolerance
+    from rom.reduction.craig_bampton import ReductionOptions, reduce_sector
+    from rom.reduction.mode_selection import reduce_to_tolerance
 
     full, sector = matrices.full, matrices.sector
     modes, limit = scene.rom.fixed_interface_modes, scene.rom.frequency_limit
@@ -114,14 +118,14 @@ def make_superelement(folder: Path, model: ReducedModel, notes: tuple[str, ...],
 
 def _write_model(path: Path, model: ReducedModel, scene: Scene) -> None:
     """Write a reduced model with the excitation and the contact interfaces of a scene."""
-    from rom import write_reduced_model
+    from rom.files.reduced_model_file import write_reduced_model
 
     write_reduced_model(path, touching(scene, with_modal_excitation(scene, model)))
 
 
 def nodal_choice(scene: Scene) -> BoundaryChoice:
     """Excitation of a scene; the contact dofs are displacements of nodes, for averages there are no elements."""
-    from rom import BoundaryChoice
+    from rom.reduction.boundary_dofs import BoundaryChoice
 
     return BoundaryChoice(scene.excitation.unit_direction, scene.excitation.at, "nodal")
 

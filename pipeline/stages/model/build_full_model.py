@@ -9,7 +9,7 @@ from pipeline.stages.model.scene_materials import scene_materials
 
 if TYPE_CHECKING:
     from pipeline.scene.schema import Scene
-    from rom import FullModel
+    from rom.finite_elements.full_model import FullModel
 
 
 FULL_MODEL = "full.h5"
@@ -17,7 +17,9 @@ FULL_MODEL = "full.h5"
 
 def make_full_model(folder: Path, sector_file: Path, scene: Scene) -> FullModel:
     """Assemble stiffness, mass and centrifugal load of the sector into `full.h5`; returns them too."""
-    from rom import assemble, load_sector, save_full_model
+    from rom.files.full_model_file import save_full_model
+    from rom.files.sector_file import load_sector
+    from rom.finite_elements.full_model import assemble
 
     full = assemble(load_sector(sector_file), scene_materials(scene, sector_file), finite_element(scene))
     save_full_model(folder / FULL_MODEL, full)

@@ -26,7 +26,10 @@ from pipeline.stages.model.scene_materials import (
 )
 
 if TYPE_CHECKING:
-    from geometry import ImportedMesh, OwnSector, SectorChoice, SectorMesh
+    from geometry.imported_mesh import ImportedMesh
+    from geometry.own_mesh.own_sector import OwnSector
+    from geometry.own_mesh.sector_choice import SectorChoice
+    from geometry.sector import SectorMesh
     from pipeline.scene.mesh_section import Mesh
     from pipeline.scene.schema import Scene
 
@@ -38,7 +41,7 @@ MEMORY, MEMORY_PER_BYTE = 2 * 1024**3, 100  # that reading may take: bytes, and 
 
 def read_own_sector(scene: Scene) -> OwnSector:
     """The sector in the mesh file of a scene."""
-    from geometry import sector_from_mesh
+    from geometry.own_mesh.own_sector import sector_from_mesh
 
     assert scene.mesh is not None
     mesh = with_materials(read_mesh_file(scene.mesh.file or "", scene.contents), frozenset(scene.materials))
@@ -47,7 +50,8 @@ def read_own_sector(scene: Scene) -> OwnSector:
 
 def read_mesh_file(file: str, contents: Contents | None = None) -> ImportedMesh:
     """A mesh file, read in isolation."""
-    from geometry import MeshFileError, read_mesh
+    from geometry.errors import MeshFileError
+    from geometry.mesh_files.read import read_mesh
 
     try:
         memory = MEMORY + MEMORY_PER_BYTE * file_size(file)
@@ -63,7 +67,7 @@ def read_mesh_file(file: str, contents: Contents | None = None) -> ImportedMesh:
 
 def sector_choice(mesh: Mesh) -> SectorChoice:
     """What [mesh] says about its file."""
-    from geometry import InterfaceChoice, SectorChoice
+    from geometry.own_mesh.sector_choice import InterfaceChoice, SectorChoice
 
     assert mesh.n_blades is not None
     sets = {role: name for role, name in mesh.sets.model_dump().items() if name is not None}
@@ -76,7 +80,7 @@ def with_materials(mesh: ImportedMesh, names: frozenset[str]) -> ImportedMesh:
     """The mesh with the elements of the sets that are named as materials in blocks of their own, of that material."""
     import numpy as np
 
-    from geometry import ElementBlock
+    from geometry.elements import ElementBlock
 
     known = {name.lower() for name in (*mesh.materials, *(block.material for block in mesh.blocks))}
     for name in sorted(name for name in names if name.lower() not in known):
@@ -101,7 +105,7 @@ def _renumbered(mesh: ImportedMesh, before: ImportedMesh, sources: list[tuple[in
     """Element sets and surfaces by the new blocks; `sources`: block and rows before of each new block."""
     import numpy as np
 
-    from geometry import ElementSides
+    from geometry.elements import ElementSides
 
     place = [np.zeros((len(block), 2), dtype=np.int64) for block in before.blocks]
     for new, (old, rows) in enumerate(sources):
@@ -124,7 +128,7 @@ def write_findings(folder: Path, own: OwnSector) -> None:
 
 def findings_of(own: OwnSector) -> dict[str, Any]:
     """What was found in the file, as plain values."""
-    from rom import element_warnings
+    from rom.finite_elements.discretisation import element_warnings
 
     sector = own.sector
     return {
@@ -144,7 +148,7 @@ def findings_of(own: OwnSector) -> dict[str, Any]:
 
 def check_contact_given(scene: Scene, found: dict[str, Any]) -> None:
     """Refuse a mesh from a file with contact faces in a scene without [contact]."""
-    from geometry import ParameterError
+    from geometry.errors import ParameterError
 
     if found.get("touches", True) and not scene.contact.model_fields_set:
         allowed = "a table [contact] with normal_stiffness, tangential_stiffness, friction: the mesh has such faces"
@@ -153,7 +157,7 @@ def check_contact_given(scene: Scene, found: dict[str, Any]) -> None:
 
 def check_on_mesh(scene: Scene, folder: Path, force: bool) -> list[str]:
     """Refuse materials, a loaded point and a speed that do not fit a mesh from a file; warnings."""
-    from geometry import ParameterError
+    from geometry.errors import ParameterError
 
     found, at = own_findings(folder), scene.excitation.at
     check_contact_given(scene, found)
@@ -182,8 +186,8 @@ def make_mesh(folder: Path, scene: Scene) -> None:
 
     Of a mesh from a file also what was found in it.
     """
-    from geometry import export_sector
-    from rom import save_sector
+    from geometry.exchange import export_sector
+    from rom.files.sector_file import save_sector
 
     sector = sector_of(scene) if scene.mesh_file is None else _from_file(folder, scene)
     save_sector(folder / SECTOR, sector)

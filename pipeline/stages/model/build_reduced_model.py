@@ -22,14 +22,20 @@ from pipeline.stages.scene_to_solver import (
 )
 
 if TYPE_CHECKING:
-    from geometry import SectorMesh
+    from geometry.sector import SectorMesh
     from pipeline.scene.schema import Scene
-    from rom import BoundaryChoice, FullModel, Material, ModeFamilies, ReducedModel, Reduction
+    from rom.cyclic.mode_families import ModeFamilies
+    from rom.cyclic.reduced_model import ReducedModel
+    from rom.finite_elements.full_model import FullModel
+    from rom.finite_elements.material import Material
+    from rom.reduction.boundary_dofs import BoundaryChoice
+    from rom.reduction.craig_bampton import Reduction
 
 
 def with_interface(full: FullModel, sector: SectorMesh, scene: Scene, boundary: BoundaryChoice) -> BoundaryChoice:
     """The boundary dofs with those of the cut faces."""
-    from rom import InterfaceOptions, cyclic_faces, interface_motion
+    from rom.cyclic_sector.cyclic_faces import cyclic_faces
+    from rom.cyclic_sector.interface_motion import InterfaceOptions, interface_motion
 
     faces = cyclic_faces(full, sector)
     return interface_motion(full, sector, faces, boundary, InterfaceOptions(scene.rom.nodal_diameters))
@@ -39,7 +45,7 @@ def with_blade_stiffness(
     full: FullModel, sector: SectorMesh, materials: Material | dict[str, Material], model: ReducedModel
 ) -> ReducedModel:
     """A reduced model with its basis and the stiffness of its blade, which mistuning changes."""
-    from rom import blade_stiffness
+    from rom.cyclic_sector.part_stiffness import blade_stiffness
 
     assert model.basis is not None
     return replace(model, blade_stiffness=blade_stiffness(full, sector, materials, model.basis, _rim_radius(sector)))
@@ -53,7 +59,8 @@ def write_families(
     model: ReducedModel,
 ) -> None:
     """Write the rows of a reduced model with its basis that name its modes. `full` is that of a sector of a disk."""
-    from rom import blade_families, mode_families
+    from rom.cyclic.mode_families import blade_families
+    from rom.cyclic_sector.part_stiffness import mode_families
 
     assert model.basis is not None
     if full is None:
@@ -63,7 +70,7 @@ def write_families(
 
 
 def _write_families(folder: Path, families: ModeFamilies) -> None:
-    from rom import new_hdf5
+    from rom.files.hdf5 import new_hdf5
 
     with new_hdf5(folder / FAMILIES) as file:
         file["airfoil"], file["disk"] = families.airfoil, families.disk
@@ -101,13 +108,10 @@ def make_reduced_model(
     `wave_error` the largest relative error of its six lowest frequencies with free contacts against the whole mesh,
     in waves of the nodal diameters `wave_error_at`.
     """
-    from rom import (
-        ReductionOptions,
-        load_full_model,
-        load_sector,
-        reduce_sector,
-        reduce_to_tolerance,
-    )
+    from rom.files.full_model_file import load_full_model
+    from rom.files.sector_file import load_sector
+    from rom.reduction.craig_bampton import ReductionOptions, reduce_sector
+    from rom.reduction.mode_selection import reduce_to_tolerance
 
     whole, materials = load_sector(sector_file), scene_materials(scene, sector_file)
     sector = touching_sector(scene, whole)
@@ -140,14 +144,14 @@ def make_reduced_model(
 
 def _write(path: Path, scene: Scene, model: ReducedModel) -> None:
     """Write a model with the interfaces that touch; the flanks of a damper still to come are one of them."""
-    from rom import write_reduced_model
+    from rom.files.reduced_model_file import write_reduced_model
 
     write_reduced_model(path, model if scene.damper_touches else touching(scene, model))
 
 
 def _facts(made: Reduction, boundary: BoundaryChoice, model: ReducedModel) -> dict[str, Any]:
     """Sizes of a reduced model; of the sector of a disk also the error of its waves."""
-    from rom import wave_errors
+    from rom.cyclic_sector.wave_reference import wave_errors
 
     facts: dict[str, Any] = {"dofs": made.dofs, "modes": made.modes, "highest_mode_hz": made.highest_mode_hz}
     if model.cyclic_right is not None:
@@ -163,7 +167,8 @@ def _sizes(scene: Scene, model: ReducedModel, sector: SectorMesh) -> dict[str, A
 
 def add_damper(folder: Path, sector_file: Path, blade: Path, scene: Scene, *, store_basis: bool) -> None:
     """Write the files of the reduced blade in the folder `blade` with the damper of a scene between its platforms."""
-    from rom import load_sector, read_reduced_model, write_reduced_model
+    from rom.files.reduced_model_file import read_reduced_model, write_reduced_model
+    from rom.files.sector_file import load_sector
 
     sector = load_sector(sector_file)
     files = {name: blade / name for name in (AUGMENTED_MODEL, REDUCED_MODEL) if (blade / name).is_file()}
@@ -180,7 +185,7 @@ def add_damper(folder: Path, sector_file: Path, blade: Path, scene: Scene, *, st
 
 def damped_model(scene: Scene, blade: ReducedModel, sector: SectorMesh) -> ReducedModel:
     """The reduced blade with the damper of a scene, and with all interfaces."""
-    from rom import platform_damper, with_damper
+    from rom.reduction.rigid_body import platform_damper, with_damper
 
     assert scene.damper is not None
     body, line = platform_damper(sector, **scene.damper.model_dump(), pair=PLATFORM), scene.damper.form == "cylinder"
@@ -189,7 +194,7 @@ def damped_model(scene: Scene, blade: ReducedModel, sector: SectorMesh) -> Reduc
 
 def boundary_choice(scene: Scene, sector: SectorMesh, materials: Material | dict[str, Material]) -> BoundaryChoice:
     """Excitation, contact dofs, loads and outputs of a scene."""
-    from rom import BoundaryChoice
+    from rom.reduction.boundary_dofs import BoundaryChoice
 
     loads = scene_loads(scene, sector, materials)
     return BoundaryChoice(scene.excitation.unit_direction, scene.excitation.at, scene.rom.contact_dofs, loads=loads)
@@ -199,7 +204,10 @@ def at_speed(
     full: FullModel, sector: SectorMesh, scene: Scene, materials: Material | dict[str, Material]
 ) -> FullModel:
     """The full model at the scene's speed of rotation, about its static equilibrium under gas loads too."""
-    from rom import cyclic_faces, static_motion, stiffen_by_rotation, stuck_springs
+    from rom.cyclic_sector.cyclic_faces import cyclic_faces
+    from rom.cyclic_sector.cyclic_modes import static_motion
+    from rom.finite_elements.rotation import stiffen_by_rotation
+    from rom.reduction.floating_bodies import stuck_springs
 
     load = scene.load
     if load.speed_rpm == 0.0:

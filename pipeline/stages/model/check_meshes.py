@@ -13,7 +13,7 @@ from pipeline.stages.model.scene_materials import check_materials, materials_of_
 from pipeline.stages.scene_to_solver import touching_sector
 
 if TYPE_CHECKING:
-    from geometry import SectorMesh
+    from geometry.sector import SectorMesh
     from pipeline.scene.reading import SceneFile
     from pipeline.scene.schema import Scene
 
@@ -53,7 +53,8 @@ def _nothing_presses(scene: Scene, notes: Sequence[str]) -> list[str]:
 
 def check_reduction(scene: Scene, sector: SectorMesh, found: dict[str, Any]) -> None:
     """Refuse what the reduction of a mesh from a file would refuse: contact dofs, loads, outputs, elements."""
-    from rom import Material, check_reducible
+    from rom.finite_elements.material import Material
+    from rom.reduction.boundary_dofs import check_reducible
 
     check_contact_given(scene, found)
     materials = {name: Material(**each.numbers) for name, each in materials_of_file(scene, found).items()}

@@ -74,7 +74,9 @@ def linear_flutter(rom: Path, scene: Scene) -> LinearFlutter | None:
         return None
     import numpy as np
 
-    from rom import aeroelastic_modes, one_blas_thread, read_reduced_model
+    from rom.cyclic.aeroelastic_modes import aeroelastic_modes
+    from rom.files.reduced_model_file import read_reduced_model
+    from rom.linear_algebra.threads import one_blas_thread
 
     model = read_reduced_model(rom, with_basis=False)
     blades, count = model.n_blades or 1, min(MODES, model.size)

@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from pipeline.scene.schema import Scene
     from pipeline.stages.model.model_chain import BuiltModel
     from pipeline.store.content_store import Store
-    from rom import LinearOperation, ReducedModel
+    from rom.cyclic.reduced_model import ReducedModel
+    from rom.reduction.model_comparison import LinearOperation
 
 
 CORIOLIS = "coriolis_error.json"
@@ -39,7 +40,8 @@ def stored_coriolis_error(store: Store, model: BuiltModel, scene: Scene) -> floa
 
 
 def _write_coriolis(path: Path, rom: Path, scene: Scene) -> None:
-    from rom import coriolis_error, read_reduced_model
+    from rom.files.reduced_model_file import read_reduced_model
+    from rom.reduction.model_comparison import coriolis_error
 
     model = read_reduced_model(rom, with_basis=False)
     path.write_text(json.dumps(coriolis_error(model, linear_operation_on_model(scene, model))))
@@ -82,7 +84,8 @@ def _immobility(model: ReducedModel, operation: LinearOperation) -> float:
 
     With equal damping ratios that is the product of the mass-normalised mode at force and output.
     """
-    from rom import linear_responses, natural_frequencies
+    from rom.cyclic.natural_frequencies import natural_frequencies
+    from rom.reduction.model_comparison import linear_responses
 
     conditions = operation.contact_conditions()
     name = list(conditions)[
@@ -100,7 +103,8 @@ def _immobility(model: ReducedModel, operation: LinearOperation) -> float:
 
 
 def _write(path: Path, model: BuiltModel, augmented: Path, scene: Scene) -> None:
-    from rom import read_reduced_model, reduction_errors
+    from rom.files.reduced_model_file import read_reduced_model
+    from rom.reduction.mode_selection import reduction_errors
 
     reduced = read_reduced_model(model.rom, with_basis=False)
     operation = linear_operation_on_model(scene, reduced)

@@ -24,10 +24,10 @@ from pipeline.stages.model.scene_materials import own_findings
 from pipeline.stages.stage import StageLog
 from pipeline.store.content_store import Entry, Store
 from pipeline.store.disk_errors import StorageError
-from rom import require_memory
+from rom.linear_algebra.threads import require_memory
 
 if TYPE_CHECKING:
-    from rom import FullModel
+    from rom.finite_elements.full_model import FullModel
 
 
 ROOM = 450  # megabytes that a small model takes with the libraries behind it

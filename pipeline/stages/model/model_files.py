@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from geometry import SectorMesh
-    from rom import ModeFamilies
+    from geometry.sector import SectorMesh
+    from rom.cyclic.mode_families import ModeFamilies
 
 
 FAMILIES = "families.h5"
@@ -15,7 +15,8 @@ FAMILIES = "families.h5"
 
 def read_families(rom: Path) -> ModeFamilies | None:
     """The rows beside the file of a reduced model; None for a model from elsewhere."""
-    from rom import ModeFamilies, opened, stored_array
+    from rom.cyclic.mode_families import ModeFamilies
+    from rom.files.hdf5 import opened, stored_array
 
     path = rom.parent / FAMILIES
     if not path.is_file():

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from pipeline.scene.schema import Scene
     from pipeline.stages.model.model_chain import BuiltModel
     from pipeline.store.content_store import Store
-    from rom import ResonanceCrossing
+    from rom.cyclic.resonance_crossings import ResonanceCrossing
 
 
 FILE = "frequencies.json"
@@ -63,7 +63,9 @@ def stored_frequencies(
 def _write(path: Path, rom: Path, scene: Scene, engine_order: int) -> None:
     import numpy as np
 
-    from rom import inter_blade_phase, natural_modes, read_reduced_model
+    from rom.cyclic.cyclic_symmetry import inter_blade_phase
+    from rom.cyclic.natural_frequencies import natural_modes
+    from rom.files.reduced_model_file import read_reduced_model
 
     model = read_reduced_model(rom, with_basis=False)
     phase = inter_blade_phase(engine_order, model.n_blades)
@@ -89,7 +91,7 @@ def _write(path: Path, rom: Path, scene: Scene, engine_order: int) -> None:
 
 def crossing_entries(store: Store, model: BuiltModel, scene: Scene) -> list[dict[str, Any]]:
     """Crossings of the engine orders of a scene with the first ten modes of their nodal diameters."""
-    from rom import resonance_crossings
+    from rom.cyclic.resonance_crossings import resonance_crossings
 
     entries = []
     for order, range_hz in excited_orders(scene):
@@ -104,7 +106,7 @@ def campbell_entries(
     store: Store, models: Mapping[int, BuiltModel | None], members: Sequence[Member]
 ) -> list[dict[str, Any]]:
     """Crossings over the speeds of a sweep, of the first engine order; none with fewer than three speeds."""
-    from rom import speed_crossings
+    from rom.cyclic.resonance_crossings import speed_crossings
 
     chosen = by_speed(members)
     built = [(speed, chosen[speed], models[chosen[speed].index]) for speed in sorted(chosen)]

@@ -14,9 +14,13 @@ from numpy.typing import NDArray
 from pipeline.scene.loads_section import NodalTable, Output, force_table, temperature_table, unit_vector
 
 if TYPE_CHECKING:
-    from geometry import ElementSides, SectorMesh
+    from geometry.elements import ElementSides
+    from geometry.sector import SectorMesh
     from pipeline.scene.schema import Scene
-    from rom import FullModel, LoadVectors, Material, ReducedModel
+    from rom.cyclic.reduced_model import ReducedModel
+    from rom.finite_elements.full_model import FullModel
+    from rom.finite_elements.material import Material
+    from rom.reduction.boundary_dofs import LoadVectors
 
 
 FARTHEST = 0.01  # distance of a point of a file from the nearest node, of the size of the mesh
@@ -45,7 +49,7 @@ def with_static_loads(scene: Scene, sector: SectorMesh, materials: Materials, fu
 
     They do not grow with the speed: at 1 rad/s they count divided by its square.
     """
-    from rom import angular_speed
+    from rom.units import angular_speed
 
     force = _Loads(scene, sector, materials, full).mechanical()
     if force is None:
@@ -60,7 +64,7 @@ def temperature_rise(scene: Scene, sector: SectorMesh, full: FullModel) -> float
 
 def with_modal_excitation(scene: Scene, model: ReducedModel) -> ReducedModel:
     """The reduced model with the modal forces of a scene."""
-    from rom import with_modal_forces
+    from rom.reduction.modal_forces import with_modal_forces
 
     loads = scene.excitation.load
     by_mode: dict[int, dict[int, complex]] = {}
@@ -84,7 +88,7 @@ class _Loads:
 
     def vectors(self) -> LoadVectors:
         """All of them."""
-        from rom import LoadVectors
+        from rom.reduction.boundary_dofs import LoadVectors
 
         excitation: dict[int, Vector] = {}
         for number, load in enumerate(self.scene.excitation.load):
@@ -101,7 +105,7 @@ class _Loads:
 
     def _force(self, load: Any, key: str, direction: Any) -> Vector:
         """The force of 1 N on a point or a set, of 1 Pa on a surface, or of a file."""
-        from rom import nodal_force
+        from rom.finite_elements.loads import nodal_force
 
         if getattr(load, "surface", None) is not None:
             return self._pressure("excitation", load.surface)
@@ -131,7 +135,8 @@ class _Loads:
         return thermal if force is None else force + thermal
 
     def _thermal(self) -> Vector:
-        from rom import RomParameterError, thermal_force
+        from rom.errors import RomParameterError
+        from rom.finite_elements.loads import thermal_force
 
         if self.materials is None:
             raise RomParameterError("load", "temperature", "a field", "nothing beside [model], which has no elements")
@@ -164,7 +169,8 @@ class _Loads:
 
     def _rows(self, output: Output) -> dict[str, Vector]:
         """The rows of an output: one, or three of a vector."""
-        from rom import nodal_force, strain_row
+        from rom.finite_elements.loads import nodal_force
+        from rom.finite_elements.strain_gauge import strain_row
 
         if output.of_model:
             return {}
@@ -181,14 +187,14 @@ class _Loads:
         return {f"{output.name}_{axis}": nodal_force(self.full, nodes, row / len(nodes)) for axis, row in axes}
 
     def _point(self, at: Any) -> NDArray[np.int64]:
-        from rom import nearest_vertices
+        from rom.finite_elements.loads import nearest_vertices
 
         if isinstance(at, str):
             return self.full.vertex_node[self.sector.node_sets["tip"][:1]]
         return nearest_vertices(self.full, [at])[0]
 
     def _set(self, table: str, key: str, name: str) -> NDArray[np.int64]:
-        from rom import RomParameterError
+        from rom.errors import RomParameterError
 
         sets, given = self.sector.node_sets, name
         name = self._in_the_case_of_the_file(given)
@@ -199,7 +205,8 @@ class _Loads:
         return self.full.vertex_node[sets[name]]
 
     def _pressure(self, table: str, name: str) -> Vector:
-        from rom import RomParameterError, pressure_force
+        from rom.errors import RomParameterError
+        from rom.finite_elements.loads import pressure_force
 
         surface = self._surface(name)
         if self.materials is None or surface is None or not len(surface):
@@ -211,7 +218,7 @@ class _Loads:
 
     def _surface(self, name: str) -> ElementSides | None:
         """A surface by its name, or the outer sides between the nodes of a set."""
-        from geometry import sides_on
+        from geometry.elements import sides_on
 
         name = self._in_the_case_of_the_file(name)
         if name in self.sector.surfaces:
@@ -227,7 +234,7 @@ class _Loads:
         return alike[0] if name not in known and len(alike) == 1 else name
 
     def _points_of(self, table: NodalTable) -> NDArray[np.int64]:
-        from rom import RomParameterError
+        from rom.errors import RomParameterError
 
         assert table.nodes is not None
         count = len(self.sector.points)
@@ -241,7 +248,7 @@ class _Loads:
         """Nodes of the full model of the rows of a table."""
         from scipy.spatial import cKDTree
 
-        from rom import RomParameterError
+        from rom.errors import RomParameterError
 
         if table.positions is None:
             return self.full.vertex_node[self._points_of(table)]

@@ -12,16 +12,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from geometry import BLADE_RADII, UNIT_SYSTEMS
+from geometry.units import BLADE_RADII, UNIT_SYSTEMS
 from pipeline.errors import shown_key
 from pipeline.scene.dotted_keys import split_key
 from pipeline.scene.fields import allowed_of
 from pipeline.scene.material_section import FORCED, USUAL_MATERIAL, WAVE_SPEED, NamedMaterial, Usual, wave_speed
 
 if TYPE_CHECKING:
-    from geometry import SectorMesh
+    from geometry.sector import SectorMesh
     from pipeline.scene.schema import Scene
-    from rom import Material
+    from rom.finite_elements.material import Material
 
 
 FINDINGS = "own_mesh.json"
@@ -209,7 +209,7 @@ UNITS = {"young_modulus": " Pa", "density": " kg/m^3", "expansion": " 1/K"}
 
 def scene_materials(scene: Scene, sector_file: Path) -> Material | dict[str, Material]:
     """The material of a scene, or those of its mesh file; the disk made here has [materials.disk], or [material]."""
-    from rom import Material
+    from rom.finite_elements.material import Material
 
     general = None if scene.material is None else Material(**scene.material.model_dump())
     if scene.mesh_file is None:
@@ -268,7 +268,7 @@ def check_materials(scene: Scene, found: Mapping[str, Any], force: bool) -> list
 
 def _check_punch(scene: Scene, materials: Mapping[str, FileMaterial]) -> None:
     """Refuse "punch" where no elements have the elasticity of [material], which its formula takes."""
-    from geometry import ParameterError
+    from geometry.errors import ParameterError
 
     if scene.material is None or not scene.punch_key:
         return
@@ -286,7 +286,7 @@ def _check_punch(scene: Scene, materials: Mapping[str, FileMaterial]) -> None:
 
 def check_complete(materials: Mapping[str, FileMaterial]) -> None:
     """Raise ParameterError for the first number that is not known."""
-    from geometry import ParameterError
+    from geometry.errors import ParameterError
 
     for name, material in materials.items():
         if not material.missing:
@@ -317,7 +317,7 @@ def _in(key: str) -> str:
 
 def _named(scene: Scene, found: Mapping[str, Any]) -> dict[str, tuple[str, dict[str, float]]]:
     """Tables [materials.NAME] by the names of the file, which are compared without regard to case."""
-    from geometry import ParameterError
+    from geometry.errors import ParameterError
 
     known = [*found["used"], *found["materials"]]
     tables: dict[str, tuple[str, dict[str, float]]] = {}
@@ -358,7 +358,7 @@ def check_plausible(
     scene: Scene, found: Mapping[str, Any], materials: Mapping[str, FileMaterial], force: bool
 ) -> list[str]:
     """Warnings about the numbers of a mesh file, converted to SI units, and about its units."""
-    from geometry import ParameterError
+    from geometry.errors import ParameterError
 
     assert scene.mesh is not None
     unit, warnings, nonsense = scene.mesh.unit, [], []
@@ -395,7 +395,7 @@ def _judged(material: FileMaterial) -> list[tuple[str, float, Usual]]:
 
 def _other_unit(scene: Scene, found: Mapping[str, Any]) -> str:
     """The unit that would do, or what to do where none does."""
-    from geometry import UNIT_SYSTEMS
+    from geometry.units import UNIT_SYSTEMS
 
     assert scene.mesh is not None
     system = UNIT_SYSTEMS[scene.mesh.unit]

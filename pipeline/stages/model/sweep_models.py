@@ -52,7 +52,8 @@ from pipeline.store.fingerprints import arrays_fingerprint, fingerprint
 from pipeline.store.output_folder import relative_path
 
 if TYPE_CHECKING:
-    from rom import MatrixModel, ReducedModel
+    from rom.cyclic.reduced_model import ReducedModel
+    from rom.matrix_files.matrix_model import MatrixModel
 
 
 KIND = "reduce"
@@ -272,7 +273,7 @@ def models_from_file(run: Run, model: ReducedModel) -> Models:
 
 
 def _write_given(model: ReducedModel, folder: Path) -> None:
-    from rom import write_reduced_model
+    from rom.files.reduced_model_file import write_reduced_model
 
     write_reduced_model(folder / REDUCED_MODEL, model)
 

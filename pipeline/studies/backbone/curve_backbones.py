@@ -29,17 +29,12 @@ from pipeline.studies.backbone.result import (
 from pipeline.studies.backbone.section import Backbone
 
 if TYPE_CHECKING:
-    from nonlinear import (
-        ContactParameters,
-        Excitation,
-        ModeDamping,
-        NonlinearMode,
-        PeakAgreement,
-        PeakMotion,
-        ResponseCurve,
-        SolverOptions,
-    )
-    from rom import RingModes
+    from nonlinear.contact.parameters import ContactParameters
+    from nonlinear.mode_agreement import PeakAgreement, PeakMotion
+    from nonlinear.nonlinear_modes.nonlinear_mode import ModeDamping, NonlinearMode
+    from nonlinear.options import Excitation, SolverOptions
+    from nonlinear.response_curve import ResponseCurve
+    from rom.cyclic.sector_modes import RingModes
 
 
 NEAR = 0.05  # relative distance at which a harmonic counts as near a mode
@@ -61,7 +56,7 @@ class LinearNeighbours:
 
     def stuck_hz(self, harmonic: int = 1) -> NDArray[np.float64]:
         """Natural frequencies with stuck contacts at the phase of a harmonic, Hz."""
-        from rom import coupled_frequencies
+        from rom.cyclic.natural_frequencies import coupled_frequencies
 
         rubs = self.contact.friction > 0.0
         found = coupled_frequencies(
@@ -132,7 +127,7 @@ class Disagreement:
 
     def of_peak(self, peak: PeakMotion) -> tuple[str, ...]:
         """What is known of a peak that no resonance is near to."""
-        from nonlinear import harmonic_shares
+        from nonlinear.nonlinear_modes.mode_curve import harmonic_shares
 
         shares = harmonic_shares(peak.coordinates)
         found = [] if (h := self._resonant(shares, peak.frequency_hz)) is None else [self._resonance(h, peak, shares)]
@@ -180,7 +175,7 @@ class Disagreement:
 
     def _harmonics(self, pair: PeakAgreement) -> Iterator[str]:
         """Higher harmonics: an internal resonance."""
-        from nonlinear import harmonic_shares
+        from nonlinear.nonlinear_modes.mode_curve import harmonic_shares
 
         own = harmonic_shares(pair.resonance.coordinates)
         larger = np.maximum(own, pair.peak_shares) if len(pair.peak_shares) == len(own) else own
@@ -238,8 +233,9 @@ class _Problem:
 
 def curve_backbones(number: int, result: CurveResult, file: Path, rom: Path, section: Backbone) -> CurveBackbones:
     """The nonlinear modes of a curve."""
-    from nonlinear import compare_with_peaks
-    from rom import one_blas_thread, read_reduced_model
+    from nonlinear.mode_agreement import compare_with_peaks
+    from rom.files.reduced_model_file import read_reduced_model
+    from rom.linear_algebra.threads import one_blas_thread
 
     with one_blas_thread():
         scene, curve = result.member.scene, read_curve(file)
@@ -304,7 +300,9 @@ def _mode(
     damping: ModeDamping,
 ) -> _Computed:
     """One mode; where it cannot be computed its message says why."""
-    from nonlinear import OptionsError, harmonic_shares, nonlinear_mode
+    from nonlinear.nonlinear_modes.mode_curve import harmonic_shares
+    from nonlinear.nonlinear_modes.nonlinear_mode import nonlinear_mode
+    from nonlinear.options import OptionsError
 
     start, neighbours = time.process_time(), LinearNeighbours(problem.modal, problem.contact, nodal_diameter)
     free, stuck = neighbours.free_hz(), neighbours.stuck_hz()

@@ -23,10 +23,12 @@ from pipeline.studies.flutter.section import Flutter
 from pipeline.studies.study import StudyError
 
 if TYPE_CHECKING:
-    from nonlinear import ContactParameters, Excitation, SelfExcitation, SolverOptions
+    from nonlinear.contact.parameters import ContactParameters
+    from nonlinear.nonlinear_modes.limit_cycles import SelfExcitation
+    from nonlinear.options import Excitation, SolverOptions
     from pipeline.stages.curve.respond import CurveResult
     from pipeline.studies.study import StudyContext
-    from rom import RingModes
+    from rom.cyclic.sector_modes import RingModes
 
     Problem = tuple[RingModes, ContactParameters, Excitation, SolverOptions]
 
@@ -46,7 +48,7 @@ class FlutterStudy:
 
     def compute(self, context: StudyContext) -> FlutterResult:
         """The waves of one curve after another."""
-        from rom import read_reduced_model
+        from rom.files.reduced_model_file import read_reduced_model
 
         section, found = context.scene.flutter, []
         assert section is not None  # the study is asked for
@@ -82,7 +84,7 @@ def _flutter(
     number: int, result: CurveResult, harmonics: int, problem: Problem, context: StudyContext
 ) -> CurveFlutter:
     """The waves of one curve."""
-    from rom import one_blas_thread
+    from rom.linear_algebra.threads import one_blas_thread
 
     start, section, (modal, contact, _, options) = time.perf_counter(), context.scene.flutter, problem
     assert section is not None  # the study is asked for
@@ -106,7 +108,8 @@ def _flutter(
 
 def _in_time(curve: CurveFlutter, problem: Problem, section: Flutter, context: StudyContext) -> RingInTime:
     """The ring of one curve in time; where it has no result its message says why."""
-    from nonlinear import OptionsError, ring_in_flow
+    from nonlinear.nonlinear_modes.ring_in_flow import ring_in_flow
+    from nonlinear.options import OptionsError
 
     start, (modal, contact, _, options) = time.perf_counter(), problem
     options, told = replace(options, harmonics=curve.harmonics), start
@@ -153,7 +156,8 @@ def _wave(
     modal: RingModes, contact: ContactParameters, n: int, options: SolverOptions, section: Flutter
 ) -> WaveCycles:
     """One wave; where it has no result its message says why."""
-    from nonlinear import OptionsError, self_excitation
+    from nonlinear.nonlinear_modes.limit_cycles import self_excitation
+    from nonlinear.options import OptionsError
 
     none = np.empty(0)
     try:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from nonlinear import NEARLY_LOWEST
+from nonlinear.options import NEARLY_LOWEST
 from pipeline.figures.data import SweepKey
 from pipeline.figures.style import LOG_FROM, give_data, legend_columns, scale, subplots, write_heading
 from pipeline.results.best_design import condition_keys

@@ -16,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from nonlinear import NEARLY_LOWEST
+from nonlinear.options import NEARLY_LOWEST
 from pipeline.scene.dotted_keys import is_design
 from pipeline.studies.map.grid import MapGrid, MapPoint, known_heights
 

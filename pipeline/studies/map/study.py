@@ -9,7 +9,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from nonlinear import NO_PEAK, TRUNCATION_TOLERATED
+from nonlinear.options import NO_PEAK, TRUNCATION_TOLERATED
 from pipeline.results.best_design import OPEN_OVER, compares_designs, condition_keys, values_label
 from pipeline.results.worst import motion_said, share, truncation_mark
 from pipeline.scene.labels import value_label

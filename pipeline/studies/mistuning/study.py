@@ -48,18 +48,16 @@ from pipeline.studies.mistuning.section import Mistuning as MistuningKeys
 from pipeline.studies.study import StudyError
 
 if TYPE_CHECKING:
-    from nonlinear import (
-        ContactParameters,
-        Excitation,
-        LinearPeak,
-        LinearRing,
-        LinearSectors,
-        MistunedResponse,
-        Mistuning,
-    )
-    from nonlinear import SolverOptions as Options
+    from nonlinear.contact.parameters import ContactParameters
+    from nonlinear.mistuned_ring.linear_contacts import LinearPeak
+    from nonlinear.mistuned_ring.linear_ring import LinearRing
+    from nonlinear.mistuned_ring.linear_sectors import LinearSectors
+    from nonlinear.mistuned_ring.mistuning import Mistuning
+    from nonlinear.mistuned_ring.ring_response import MistunedResponse
+    from nonlinear.options import Excitation
+    from nonlinear.options import SolverOptions as Options
     from pipeline.studies.study import StudyContext
-    from rom import RingModes
+    from rom.cyclic.sector_modes import RingModes
 
 
 LEVELS = (0.05, 0.5, 0.95, 0.99)
@@ -109,7 +107,7 @@ class RingProblem:
     @classmethod
     def of(cls, scene: Scene, keys: MistuningKeys, rom: Path) -> RingProblem:
         """The problem of a scene on a reduced model."""
-        from rom import read_reduced_model
+        from rom.files.reduced_model_file import read_reduced_model
 
         modal, contact, excitation, options = nonlinear_problem(scene, read_reduced_model(rom, with_basis=False))
         if modal.n_blades is None:
@@ -133,7 +131,7 @@ class RingProblem:
 
     def mistuning(self, seed: int) -> Mistuning:
         """The deviations of one ring; a list of the scene in the place of random ones."""
-        from nonlinear import Mistuning
+        from nonlinear.mistuned_ring.mistuning import Mistuning
 
         keys = self.keys
         drawn = Mistuning.sampled(
@@ -155,7 +153,7 @@ class RingProblem:
 
     def response(self, mistuning: Mistuning | None) -> MistunedResponse:
         """The nonlinear response of one ring; None: the tuned one."""
-        from nonlinear import mistuned_response
+        from nonlinear.mistuned_ring.ring_response import mistuned_response
 
         return mistuned_response(self.modal, self.contact, self.excitation, self.options, mistuning)
 
@@ -169,7 +167,7 @@ class RingProblem:
 
     def with_worst_motion(self, mistuning: Mistuning, response: MistunedResponse) -> CurveSummary:
         """The response of a ring with its worst motion, in numbers."""
-        from nonlinear import mistuned_curve
+        from nonlinear.mistuned_ring.mistuned_curve import mistuned_curve
 
         return summary_of(
             mistuned_curve(self.modal, self.contact, self.excitation, self.options, mistuning, response)
@@ -193,8 +191,10 @@ class RingProblem:
 
     def _linear(self, state: str, highest_hz: float) -> LinearRing | LinearSectors:
         """The tuned ring with linear contacts."""
-        from nonlinear import LinearRing, LinearSectors, Mistuning
-        from rom import ModalModel
+        from nonlinear.mistuned_ring.linear_ring import LinearRing
+        from nonlinear.mistuned_ring.linear_sectors import LinearSectors
+        from nonlinear.mistuned_ring.mistuning import Mistuning
+        from rom.cyclic.modal_model import ModalModel
 
         parts = self.contact, self.excitation, Mistuning.of(self.n_blades)
         keys: Any = {"highest_hz": ABOVE * highest_hz, "state": state, "output": self.options.output}
@@ -218,8 +218,8 @@ class RingProblem:
 
     def _natural_hz(self, state: str) -> NDArray[np.float64]:
         """Frequencies of the tuned ring in the wave of the excitation; with Coriolis forces those of low modes."""
-        from nonlinear import LinearSectors
-        from rom import coupled_frequencies
+        from nonlinear.mistuned_ring.linear_sectors import LinearSectors
+        from rom.cyclic.natural_frequencies import coupled_frequencies
 
         if self.modal.turns:
             ring = self._linear(state, self.options.frequency_hz[1])
@@ -300,8 +300,9 @@ class MistuningStudy:
 
     def compute(self, context: StudyContext) -> MistuningResult:
         """The rings, one after another."""
-        from nonlinear import MistuningError, OptionsError, whitehead_bound
-        from rom import one_blas_thread
+        from nonlinear.mistuned_ring.mistuning import MistuningError, whitehead_bound
+        from nonlinear.options import OptionsError
+        from rom.linear_algebra.threads import one_blas_thread
 
         section = context.scene.mistuning
         assert section is not None  # the study is asked for

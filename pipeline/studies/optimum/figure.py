@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from nonlinear import PeakCurve, SolvedResponse, WorstEnvelope
+    from nonlinear.peak_curves.optimum_result import PeakCurve, SolvedResponse, WorstEnvelope
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from nonlinear import JointOptimum, Optimum
+from nonlinear.peak_curves.optimum_result import JointOptimum, Optimum
 from pipeline.process.progress import duration
 from pipeline.results.worst import END_MARK, motion_said, truncation_mark, with_unit
 from pipeline.scene.labels import quantity

@@ -17,7 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from nonlinear import NEARLY_LOWEST, NO_PEAK, JointOptimum, Optimum
+from nonlinear.options import NEARLY_LOWEST, NO_PEAK
+from nonlinear.peak_curves.optimum_result import JointOptimum, Optimum
 from pipeline.codec import plain
 from pipeline.process.interrupts import Stopped
 from pipeline.process.progress import seconds_since
@@ -573,7 +574,8 @@ class _Search:
 
     def _own_values(self, keys: Sequence[str]) -> dict[str, float]:
         """The scene's own values; NaN where there is none."""
-        from rom import ContactNodes, read_reduced_model
+        from rom.files.reduced_model_file import read_reduced_model
+        from rom.reduction.contact_dofs import ContactNodes
 
         scene = self.context.scene
         contacts: dict[str, Contact] = {}

@@ -11,7 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from nonlinear import ContactError, JointOptimum, Optimum, find_joint_optimum, find_optimum
+from nonlinear.contact.parameters import ContactError
+from nonlinear.peak_curves.joint_optimum import find_joint_optimum
+from nonlinear.peak_curves.optimum import find_optimum
+from nonlinear.peak_curves.optimum_result import JointOptimum, Optimum
 from pipeline.errors import InputError, StageError
 from pipeline.process.interrupts import Stopped
 from pipeline.results.worst import number_error, with_unit
@@ -29,7 +32,8 @@ from pipeline.studies.study import StudyContext, StudyError
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from nonlinear import ResponseCurve, SolvedResponse
+    from nonlinear.peak_curves.optimum_result import SolvedResponse
+    from nonlinear.response_curve import ResponseCurve
     from pipeline.scene.reading import Member
     from pipeline.scene.schema import Scene
     from pipeline.stages.curve.curve_summary import CurveSummary
@@ -88,7 +92,7 @@ class FollowedPeaks:
         return found
 
     def _found(self, scene: Scene, rom: Path) -> Optimum | JointOptimum:
-        from rom import read_reduced_model
+        from rom.files.reduced_model_file import read_reduced_model
 
         model = read_reduced_model(rom, with_basis=False)
         modal, contact, wave, options = nonlinear_problem(scene, model)
@@ -352,7 +356,7 @@ def _of_stress(trial: Trial, curve: CurveResult, context: StudyContext) -> Trial
 
 def _of_first_harmonic(curve: CurveResult, file: Path) -> SolvedResponse:
     """The worst motion of a curve by its first harmonic."""
-    from nonlinear import solved_response
+    from nonlinear.peak_curves.peak_search import solved_response
     from pipeline.stages.curve.curve_file import read_curve
     from pipeline.stages.scene_to_solver import solver_options
 

@@ -72,7 +72,8 @@ class RandomField:
 
 def random_field(item: UncertainParameter, scene: Scene, rom: Path) -> RandomField:
     """The field of a parameter with a correlation length; the scene's own value gives its mean at each node."""
-    from rom import ContactNodes, read_reduced_model
+    from rom.files.reduced_model_file import read_reduced_model
+    from rom.reduction.contact_dofs import ContactNodes
 
     assert item.correlation_length is not None
     nodes = ContactNodes.of(read_reduced_model(rom, with_basis=False)).split()

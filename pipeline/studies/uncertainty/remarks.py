@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from nonlinear import NO_PEAK, TRUNCATION_TOLERATED
+from nonlinear.options import NO_PEAK, TRUNCATION_TOLERATED
 from pipeline.results.worst import share
 from pipeline.scene.labels import prefixed
 from pipeline.studies.uncertainty.quantiles import LEVELS, Estimate

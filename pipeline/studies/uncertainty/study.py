@@ -216,10 +216,11 @@ class _Computation:
 
     def _rates(self, curve: CurveResult) -> dict[str, tuple[float, float]] | None:
         """Derivatives of amplitude and frequency of the worst motion of a curve, per unit of each key."""
-        from nonlinear import peak_sensitivity
+        from nonlinear.peak_curves.peak_sensitivity import peak_sensitivity
         from pipeline.stages.curve.curve_file import read_curve
         from pipeline.stages.scene_to_solver import nonlinear_problem
-        from rom import one_blas_thread, read_reduced_model
+        from rom.files.reduced_model_file import read_reduced_model
+        from rom.linear_algebra.threads import one_blas_thread
 
         facts, scene = curve.facts, curve.member.scene
         assert facts is not None

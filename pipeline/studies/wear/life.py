@@ -19,10 +19,11 @@ from pipeline.studies.wear.checks import PLACE
 from pipeline.studies.wear.result import Numbers
 
 if TYPE_CHECKING:
-    from nonlinear import OperatingPoint, WearHistory
+    from nonlinear.wear.wear_history import WearHistory
+    from nonlinear.wear.worn_motion import OperatingPoint
     from pipeline.scene.reading import Member
     from pipeline.studies.wear.section import DutyPoint, Wear
-    from rom import ReducedModel
+    from rom.cyclic.reduced_model import ReducedModel
 
 HOUR = 3600.0
 FEWER = {"steps": 16, "checks": 4}  # steps at least, and checks, of one of many lives
@@ -42,8 +43,9 @@ class Life:
         self, progress: Callable[[float, float], None] | None = None, one_of_many: bool = False
     ) -> WearHistory:
         """The slow time, from the curves of the duty on; `progress` as of `nonlinear.wear_history`."""
-        from nonlinear import MotionLostError, wear_history
-        from rom import one_blas_thread
+        from nonlinear.wear.wear_history import wear_history
+        from nonlinear.wear.worn_motion import MotionLostError
+        from rom.linear_algebra.threads import one_blas_thread
 
         points, section = self._points(), self.section
         limits = {"amplitude": section.amplitude_limit, "depth": section.depth_limit}
@@ -66,8 +68,8 @@ class Life:
 
     def _points(self) -> list[OperatingPoint]:
         """The operating points of the duty with their responses before any wear."""
-        from nonlinear import OperatingPoint
-        from rom import read_reduced_model
+        from nonlinear.wear.worn_motion import OperatingPoint
+        from rom.files.reduced_model_file import read_reduced_model
 
         members, found = self.members(), []
         for member, curve, point in zip(members, self.context.curves(members), self.section.points, strict=True):

@@ -23,7 +23,7 @@ from pipeline.studies.wear.lives import sampled_lives
 from pipeline.studies.wear.result import LifeEvent, PointHistory, SampledLives, WearResult, WornResponse
 
 if TYPE_CHECKING:
-    from nonlinear import WearHistory
+    from nonlinear.wear.wear_history import WearHistory
     from pipeline.studies.wear.section import Wear
 
 STRESS_CODE = "pipeline.stress.operating_stress"
