@@ -39,10 +39,10 @@ class GeometryError(ParameterError):
 
     Examples
     --------
-    >>> from geometry import BladeParameters, GeometryError, MeshParameters, ShroudParameters, check_parameters
+    >>> from geometry import BladeParameters, GeometryError, MeshParameters, ShroudParameters, build_sector
     >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
     >>> try:
-    ...     check_parameters(blade, shroud, MeshParameters(size=-1.0))
+    ...     build_sector(blade, shroud, MeshParameters(size=-1.0))
     ... except GeometryError as error:
     ...     print(error)
     mesh.size = -1.0: must be a positive number

@@ -42,7 +42,8 @@ class FactorisationError(ArithmeticError):
 
     Examples
     --------
-    >>> from rom import FactorisationError, factorise
+    >>> from rom import FactorisationError
+    >>> from rom.linear_algebra.factorisation import factorise
     >>> from scipy.sparse import csr_matrix
     >>> try:
     ...     factorise(csr_matrix(np.zeros((2, 2))))

@@ -111,7 +111,7 @@ def build_sector(
     Raises
     ------
     GeometryError
-        ``check_parameters`` refuses the parameters, or gmsh gives no valid mesh.
+        The parameters do not fit together, or gmsh gives no valid mesh.
 
     Notes
     -----

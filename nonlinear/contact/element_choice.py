@@ -73,7 +73,8 @@ def contact_cycle(displacement: ComplexArray, contact: ContactParameters, sample
     --------
     With the names of the example of `forced_response`:
 
-    >>> from nonlinear import SLIP, STICK, contact_cycle
+    >>> from nonlinear import contact_cycle
+    >>> from nonlinear.contact.parameters import SLIP, STICK
     >>> motion = np.zeros((2, 1, 3), dtype=complex)
     >>> motion[1, 0, 0] = 0.5  # u1 = 0.5 cos(theta), m
     >>> cycle = contact_cycle(motion, contact, samples=64)

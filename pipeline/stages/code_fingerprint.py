@@ -9,7 +9,6 @@ of their own, so that results differ in their last digits.
 
 from __future__ import annotations
 
-import ast
 import hashlib
 import os
 import platform
@@ -98,7 +97,6 @@ _IMPORT = re.compile(r"^[ \t]*(?:import ([\w., \t]+)|from ([\w.]+) import (\([^)
 _BY_NAME = re.compile(r"\bimport_module\(\"([\w.]+)\"\)")
 _DATA = re.compile(r"__file__\)\.parent / \"([\w./-]+)\"")
 _COMMENT = re.compile(r"#.*")
-_PLACES = re.compile(r"^_PLACES = (\{.*?^\})", re.MULTILINE | re.DOTALL)
 Import = tuple[str, str]  # module, and the name imported from it ("" for the module itself)
 
 
@@ -121,7 +119,6 @@ class SourceTree:
     _texts: dict[str, str] = field(default_factory=dict)
     _contents: dict[str, dict[str, bytes]] = field(default_factory=dict)
     _imports: dict[str, tuple[set[str], set[str]]] = field(default_factory=dict)
-    _tables: dict[str, dict[str, str]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Find the files of the packages."""
@@ -203,15 +200,8 @@ class SourceTree:
         return self._imports[module]
 
     def _defining(self, module: str, name: str) -> str:
-        """The module that an import leads to: packages hand on names from their files, some by a table."""
-        if f"{module}.{name}" in self._files:
-            return f"{module}.{name}"
-        if not self._path(module).endswith("__init__.py"):
-            return module
-        if module not in self._tables:
-            table = _PLACES.search(self._text(module))
-            self._tables[module] = ast.literal_eval(table[1]) if table else {}
-        return self._tables[module].get(name, module)
+        """The module that an import leads to: what is imported from a folder may be a file in it."""
+        return f"{module}.{name}" if f"{module}.{name}" in self._files else module
 
     def _text(self, module: str) -> str:
         if module not in self._texts:

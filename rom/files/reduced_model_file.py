@@ -64,11 +64,12 @@ def write_reduced_model(path: str | os.PathLike[str], model: ReducedModel) -> No
 
     Examples
     --------
-    >>> from rom import ReducedModel, opened, write_reduced_model
+    >>> import h5py
+    >>> from rom import ReducedModel, write_reduced_model
     >>> n, one = np.array([[0.0], [0.0], [1.0]]), np.ones(1)
     >>> model = ReducedModel(np.eye(1), 1e6 * np.eye(1), n, np.zeros((1, 3)), one, {"tip": one})
     >>> write_reduced_model("rom.h5", model)
-    >>> with opened("rom.h5") as file:
+    >>> with h5py.File("rom.h5") as file:
     ...     print(*sorted(file))
     contact force mass output stiffness
     """

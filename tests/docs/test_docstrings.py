@@ -1,16 +1,28 @@
-"""Every public name of the four packages has a numpydoc docstring that explains each of its parameters."""
+"""Public names are those that users meet, and each has a numpydoc docstring that explains each of its parameters."""
 
 import dataclasses
 import importlib
 import inspect
+import re
 import warnings
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
 from numpydoc.docscrape import NumpyDocString
 
+import shroud
+
 PACKAGES = ("geometry", "rom", "nonlinear", "pipeline")
+ROOT = Path(__file__).parents[2]
+PAGES = [ROOT / "README.md", *(ROOT / "docs").glob("*.md"), *(ROOT / "docs" / "tutorials").glob("*.md")]
+CODE = re.compile(r"```.*?```|`[^`\n]+`", re.DOTALL)
+
+
+def names(package: str) -> list[str]:
+    """The public names of a package."""
+    return list(importlib.import_module(package).__all__)
 
 
 def methods(item: type) -> Iterator[tuple[str, Any]]:
@@ -62,7 +74,7 @@ def faults(item: Any) -> list[str]:
 def test_public_names_are_explained(package: str) -> None:
     module = importlib.import_module(package)
     wrong = {}
-    for name in module.__all__:
+    for name in names(package):
         item = getattr(module, name)
         if not (inspect.isclass(item) or inspect.isfunction(item)):  # a constant
             continue
@@ -70,6 +82,28 @@ def test_public_names_are_explained(package: str) -> None:
         if inspect.isclass(item):
             wrong |= {f"{name}.{method}": faults(function) for method, function in methods(item)}
     assert {where: what for where, what in wrong.items() if what} == {}
+
+
+def named_by(item: Any) -> set[str]:
+    """Words in the types of a function, or of the fields and methods of a class, and in the errors they raise."""
+    functions = [function for _, function in methods(item)] if inspect.isclass(item) else []
+    types = [getattr(thing, "__annotations__", {}) for thing in (item, *functions)]
+    raised = [str(thing.__doc__).partition("Raises\n")[2] for thing in (item, *functions)]
+    return set(re.findall(r"\w+", str([types, raised, getattr(item, "__mro__", ())])))
+
+
+def test_public_names_are_those_that_users_meet() -> None:
+    """They stand in `shroud` or as code on a page for users, or are a type or an error of such a one."""
+    public = {
+        name: getattr(importlib.import_module(package), name) for package in PACKAGES for name in names(package)
+    }
+    text = "\n".join(page.read_text() for page in PAGES if page.name != "CONTRIBUTING.md")
+    met = {*shroud.__all__, *re.findall(r"\w+", " ".join(CODE.findall(text)))} & set(public)
+    reached = met
+    while reached:
+        reached = set().union(*(named_by(public[name]) for name in reached)) & set(public) - met
+        met = met | reached
+    assert set(public) - met == set()
 
 
 def resize(size: float, mass: float) -> float:

@@ -1,0 +1,17 @@
+from geometry.blade.build import build_sector as build_sector
+from geometry.blade.parameters import BladeParameters as BladeParameters
+from geometry.blade.parameters import DiskParameters as DiskParameters
+from geometry.blade.parameters import MeshParameters as MeshParameters
+from geometry.blade.parameters import PlatformParameters as PlatformParameters
+from geometry.blade.parameters import ShroudParameters as ShroudParameters
+from geometry.blade.parameters import SnubberParameters as SnubberParameters
+from geometry.elements import ElementBlock as ElementBlock
+from geometry.elements import ElementSides as ElementSides
+from geometry.errors import GeometryError as GeometryError
+from geometry.errors import MeshFileError as MeshFileError
+from geometry.errors import ParameterError as ParameterError
+from geometry.imported_mesh import ImportedMesh as ImportedMesh
+from geometry.mesh_files.read import read_mesh as read_mesh
+from geometry.sector import ContactFace as ContactFace
+from geometry.sector import FacePair as FacePair
+from geometry.sector import SectorMesh as SectorMesh
