@@ -19,36 +19,15 @@ Sides = tuple[tuple[int, ...], ...]
 
 @dataclass(frozen=True)
 class ElementKind:
-    """Topology of an element.
+    """Topology of an element."""
 
-    Attributes
-    ----------
-    name : str
-        "tet4", "tet10", "wedge6", "wedge15", "hex8" or "hex20".
-    cell_type : int
-        Number of the cell type in VTK.
-    corners : int
-        Number of corners; they are the first nodes.
-    edges : tuple of (int, int)
-        The two corners of each edge; the mid-side nodes follow the corners in this order.
-    sides : tuple of tuple of int
-        Corners of each side, anticlockwise seen from outside.
-    quadratic : bool
-        Whether the element has mid-side nodes.
-
-    Examples
-    --------
-    >>> from geometry import ELEMENT_KINDS
-    >>> ELEMENT_KINDS["tet10"].n_nodes, ELEMENT_KINDS["wedge15"].side_nodes(0)
-    (10, (0, 2, 1, 8, 7, 6))
-    """
-
-    name: str
-    cell_type: int
-    corners: int
+    name: str  # "tet4", "tet10", "wedge6", "wedge15", "hex8" or "hex20"
+    cell_type: int  # number of the cell type in VTK
+    corners: int  # number of corners; they are the first nodes
+    # the two corners of each edge; the mid-side nodes follow the corners in this order
     edges: tuple[tuple[int, int], ...]
-    sides: Sides
-    quadratic: bool
+    sides: Sides  # corners of each side, anticlockwise seen from outside
+    quadratic: bool  # whether the element has mid-side nodes
 
     @property
     def n_nodes(self) -> int:
@@ -56,13 +35,7 @@ class ElementKind:
         return self.corners + (len(self.edges) if self.quadratic else 0)
 
     def side_nodes(self, side: int) -> tuple[int, ...]:
-        """Local nodes of a side: its corners, then the mid-side nodes between each corner and the next.
-
-        Parameters
-        ----------
-        side : int
-            Number of the side in `sides`.
-        """
+        """Local nodes of a side: its corners, then the mid-side nodes between each corner and the next."""
         corners = self.sides[side]
         if not self.quadratic:
             return corners
@@ -174,27 +147,7 @@ class ElementSides:
 
 
 def sides_on(blocks: tuple[ElementBlock, ...], nodes: IntArray) -> ElementSides:
-    """The sides all of whose corners are among some nodes (k,).
-
-    Parameters
-    ----------
-    blocks : tuple of ElementBlock
-        The elements.
-    nodes : (k,) array
-        The nodes.
-
-    Returns
-    -------
-    ElementSides
-        The surface, in the order of blocks and elements.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from geometry import ElementBlock, sides_on
-    >>> len(sides_on((ElementBlock("tet4", np.array([[4, 5, 6, 7]])),), np.array([4, 5, 6])))
-    1
-    """
+    """The sides all of whose corners are among some nodes (k,), in the order of blocks and elements."""
     parts = [_sides_of_block(block, nodes) for block in blocks]
     owner = np.repeat(np.arange(len(blocks)), [len(part) for part in parts])
     sides = np.concatenate([np.empty((0, 2), dtype=np.int64), *parts])

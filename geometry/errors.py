@@ -50,17 +50,7 @@ class GeometryError(ParameterError):
 
 
 class SectorFileError(ValueError):
-    """A file that does not hold a sector; the message is one line and names the file and what is wrong.
-
-    Examples
-    --------
-    >>> from geometry import SectorFileError, import_sector
-    >>> try:
-    ...     import_sector("sector.stl")
-    ... except SectorFileError as error:
-    ...     print(error)
-    sector.stl: the suffix must be one of .msh, .vtu
-    """
+    """A file that does not hold a sector; the message is one line and names the file and what is wrong."""
 
 
 class MeshFileError(ValueError):
@@ -94,26 +84,7 @@ class MeshFileError(ValueError):
 
 
 class OwnMeshError(ParameterError):
-    """A mesh of another program that cannot be taken for a sector; the message is one line.
-
-    Attributes
-    ----------
-    key : str
-        Dotted key of the scene, for example "mesh.sets.root".
-    value : object
-        Value as given; None where it is missing.
-    allowed : str
-        What is there, and what would be accepted.
-
-    Examples
-    --------
-    >>> from geometry import OwnMeshError, SectorChoice
-    >>> try:
-    ...     SectorChoice(n_blades=40, axis="w")
-    ... except OwnMeshError as error:
-    ...     print(error)
-    mesh.axis = 'w': must be one of x, -x, y, -y, z, -z, or a vector
-    """
+    """A mesh of another program that cannot be taken for a sector; the message is one line."""
 
     def __init__(self, key: str, value: object, allowed: str) -> None:
         table, _, parameter = key.partition(".")

@@ -46,30 +46,7 @@ def _format(path: str | Path) -> str:
 
 
 def export_sector(path: str | Path, sector: SectorMesh) -> None:
-    """Write a sector as .msh or .vtu; ``import_sector`` reads either back identically.
-
-    Parameters
-    ----------
-    path : str or path
-        The file; its suffix chooses the format.
-    sector : SectorMesh
-        The mesh.
-
-    Raises
-    ------
-    SectorFileError
-        The suffix is neither .msh nor .vtu.
-
-    Examples
-    --------
-    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector, export_sector
-    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02))
-    >>> export_sector("sector.vtu", sector)
-    >>> import meshio
-    >>> len(meshio.read("sector.vtu").points) == len(sector.points)
-    True
-    """
+    """Write a sector as .msh or .vtu; ``import_sector`` reads either back identically."""
     file_format = _format(path)
     count = len(sector.points)
     fields: dict[str, np.ndarray] = {}
@@ -108,20 +85,7 @@ def export_sector(path: str | Path, sector: SectorMesh) -> None:
 
 
 def cell_library(sector: SectorMesh) -> Any:
-    """The library that writes the elements of a sector: meshio, or for 15-node wedges, which it lacks, meshlane.
-
-    Parameters
-    ----------
-    sector : SectorMesh
-        The mesh.
-
-    Examples
-    --------
-    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector, cell_library
-    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> cell_library(build_sector(blade, shroud, MeshParameters(size=0.02))).__name__
-    'meshio'
-    """
+    """The library that writes the elements of a sector: meshio, or for 15-node wedges, which it lacks, meshlane."""
     if any(block.kind == "wedge15" for block in sector.blocks):
         import meshlane
 
@@ -132,33 +96,7 @@ def cell_library(sector: SectorMesh) -> Any:
 
 
 def import_sector(path: str | Path) -> SectorMesh:
-    """Read a sector written by ``export_sector``.
-
-    Parameters
-    ----------
-    path : str or path
-        The file, .msh or .vtu.
-
-    Returns
-    -------
-    SectorMesh
-        The mesh.
-
-    Raises
-    ------
-    SectorFileError
-        The file does not hold a sector.
-
-    Examples
-    --------
-    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters
-    >>> from geometry import build_sector, export_sector, import_sector
-    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02))
-    >>> export_sector("sector.msh", sector)
-    >>> bool(np.array_equal(import_sector("sector.msh").points, sector.points))
-    True
-    """
+    """Read a sector written by ``export_sector``."""
     file_format = _format(path)
     try:
         mesh = _read(str(path), file_format)

@@ -27,23 +27,8 @@ _STEEP = 0.2  # smallest radial part of a face, sine of its angle to the tangent
 def axes_through(direction: FloatArray, at: FloatArray) -> FloatArray:
     """Rotation matrix, rows x, y, z, for an engine axis through the origin and a point off it.
 
-    Parameters
-    ----------
-    direction : (3,) array
-        Engine axis, of length 1.
-    at : (3,) array
-        Point that z leads through.
-
-    Returns
-    -------
-    (3, 3) array
-        The rotation; entries that are 0, 1 or -1 to round-off are exact, so that a mesh in our axes stays as it is.
-
-    Examples
-    --------
-    >>> from geometry import NAMED_AXES, axes_through
-    >>> axes_through(NAMED_AXES["z"], np.array([0.3, 0.0, 0.1])).tolist()
-    [[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]]
+    `direction` (3,): engine axis, of length 1; `at` (3,): point that z leads through. Returns (3, 3): the rotation;
+    entries that are 0, 1 or -1 to round-off are exact, so that a mesh in our axes stays as it is.
     """
     radial = at - (at @ direction) * direction
     z = radial / np.linalg.norm(radial)
@@ -85,23 +70,7 @@ def contact_frames(at: FloatArray, normal: FloatArray) -> FloatArray:
     t2 is the radial direction projected in the face, outward; t1 = n x t2. Where the face is nearly tangential to
     the ring, t1 is the axial direction projected in the face and t2 = t1 x n.
 
-    Parameters
-    ----------
-    at : (k, 3) array
-        Contact points, m.
-    normal : (k, 3) array
-        Unit normals out of the body.
-
-    Returns
-    -------
-    (k, 3, 3) array
-        The frames.
-
-    Examples
-    --------
-    >>> from geometry import contact_frames
-    >>> contact_frames(np.array([[0.0, 0.0, 0.3]]), np.array([[0.0, 1.0, 0.0]]))[0].tolist()
-    [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]]
+    `at` (k, 3): contact points, m; `normal` (k, 3): unit normals out of the body. Returns (k, 3, 3): the frames.
     """
     radial = at * [0.0, 1.0, 1.0]
     radial = radial / np.linalg.norm(radial, axis=1)[:, None]
@@ -119,18 +88,7 @@ def contact_frames(at: FloatArray, normal: FloatArray) -> FloatArray:
 def rotate_about_axis(vectors: FloatArray, angle: float) -> FloatArray:
     """Vectors rotated about the engine axis, in the sense that takes a blade to the next: z towards +y.
 
-    Parameters
-    ----------
-    vectors : (..., 3) array
-        Vectors or points.
-    angle : float
-        Angle, rad.
-
-    Examples
-    --------
-    >>> from geometry import rotate_about_axis
-    >>> (rotate_about_axis(np.array([0.0, 0.0, 1.0]), np.pi / 2).round(12) + 0.0).tolist()
-    [0.0, 1.0, 0.0]
+    `vectors` (..., 3): vectors or points; `angle`: rad.
     """
     c, s = cos(angle), sin(angle)
     x, y, z = np.moveaxis(vectors, -1, 0)

@@ -11,30 +11,7 @@ HIGHEST_COMPRESSION = 100  # of datasets beyond that: real data do not compress 
 
 
 def check_links(file: Any) -> None:
-    """Refuse links into other files; none is followed.
-
-    Parameters
-    ----------
-    file : h5py.File
-        The open file.
-
-    Raises
-    ------
-    ValueError
-        There is one.
-
-    Examples
-    --------
-    >>> import h5py
-    >>> from geometry import check_links
-    >>> with h5py.File("linked.h5", "w") as file:
-    ...     file["mass"] = h5py.ExternalLink("other.h5", "mass")
-    ...     try:
-    ...         check_links(file)
-    ...     except ValueError as error:
-    ...         print(error)
-    mass: a link into another file, allowed: data in the file itself
-    """
+    """Refuse links into other files; none is followed."""
 
     def elsewhere(name: str, link: Any) -> str | None:
         return None if type(link).__name__ in ("HardLink", "SoftLink") else name
@@ -45,30 +22,7 @@ def check_links(file: Any) -> None:
 
 
 def check_dataset(dataset: Any) -> None:
-    """Refuse a dataset that takes its data from other files or claims far more than the file holds.
-
-    Parameters
-    ----------
-    dataset : h5py.Dataset
-        The dataset; nothing of it is read.
-
-    Raises
-    ------
-    ValueError
-        It does.
-
-    Examples
-    --------
-    >>> import h5py
-    >>> from geometry import check_dataset
-    >>> with h5py.File("claims.h5", "w") as file:
-    ...     claims = file.create_dataset("mass", (10**6, 10**6), chunks=(100, 100))
-    ...     try:
-    ...         check_dataset(claims)
-    ...     except ValueError as error:
-    ...         print(error)
-    /mass: claims 4e+12 bytes, the file holds 0 of them
-    """
+    """Refuse a dataset that takes its data from other files or claims far more than the file holds."""
     if dataset.is_virtual or dataset.external:
         raise ValueError(f"{dataset.name}: its data are in other files, allowed: data in the file itself")
     held = dataset.id.get_storage_size()

@@ -25,27 +25,8 @@ _CORNERS = {
 def hexahedron_scaled_jacobian(points: FloatArray, hexahedra: IntArray) -> FloatArray:
     """Scaled Jacobian of hexahedra, the smallest over the corners.
 
-    Parameters
-    ----------
-    points : (N, 3) array
-        Vertices.
-    hexahedra : (E, 8) array
-        Elements in VTK node order.
-
-    Returns
-    -------
-    (E,) array
-        Scaled Jacobian of each element.
-
-    Examples
-    --------
-    A cube, and a cube sheared by 45 degrees:
-
-    >>> from geometry import hexahedron_scaled_jacobian
-    >>> cube = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1.0]])
-    >>> sheared = cube + np.outer(cube[:, 2], [1.0, 0.0, 0.0])
-    >>> print(hexahedron_scaled_jacobian(np.vstack([cube, sheared]), np.arange(16).reshape(2, 8)).round(4))
-    [1.     0.7071]
+    `points` (N, 3): vertices; `hexahedra` (E, 8): elements in VTK node order. Returns (E,): scaled Jacobian of each
+    element.
     """
     corners = points[hexahedra]
     edges = corners[:, HEXAHEDRON_NEIGHBOURS] - corners[:, :, None, :]
@@ -56,24 +37,8 @@ def hexahedron_scaled_jacobian(points: FloatArray, hexahedra: IntArray) -> Float
 def scaled_jacobian(points: FloatArray, block: ElementBlock) -> FloatArray:
     """Scaled Jacobian of elements of any kind, the smallest over the corners; straight edges between the corners.
 
-    Parameters
-    ----------
-    points : (N, 3) array
-        Nodes.
-    block : ElementBlock
-        Elements.
-
-    Returns
-    -------
-    (E,) array
-        Scaled Jacobian of each element, 1 for a cube, a regular tetrahedron, a right prism on a regular triangle.
-
-    Examples
-    --------
-    >>> from geometry import ElementBlock, scaled_jacobian
-    >>> corners = np.array([[0, 0, 0], [1, 0, 0], [0.5, 0.75**0.5, 0], [0.5, 0.75**0.5 / 3, (2 / 3) ** 0.5]])
-    >>> print(scaled_jacobian(corners, ElementBlock("tet4", np.array([[0, 1, 2, 3]]))).round(9))
-    [1.]
+    `points` (N, 3): nodes. Returns (E,): scaled Jacobian of each element, 1 for a cube, a regular tetrahedron, a
+    right prism on a regular triangle.
     """
     kind = block.topology
     if kind.corners == 8:

@@ -200,47 +200,12 @@ class SectorMesh:
 
 
 def interface_of(pair: str) -> str:
-    """Name of the contact interface that a pair of faces belongs to.
-
-    Parameters
-    ----------
-    pair : str
-        Name of the pair, in `SectorMesh.pairs`.
-
-    Examples
-    --------
-    >>> from geometry import interface_of
-    >>> interface_of("root/2"), interface_of("shroud")
-    ('root', 'shroud')
-    """
+    """Name of the contact interface that a pair of faces belongs to."""
     return pair.split("/")[0]
 
 
 def check_sector(path: str | Path, sector: SectorMesh) -> None:
-    """Check that the arrays of a sector read from a file are consistent.
-
-    Parameters
-    ----------
-    path : str or path
-        The file, named in the error.
-    sector : SectorMesh
-        The mesh.
-
-    Raises
-    ------
-    SectorFileError
-        A shape is wrong, a point is not finite, or a node number is out of range.
-
-    Examples
-    --------
-    >>> from dataclasses import replace
-    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector, check_sector
-    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02))
-    >>> check_sector("sector.vtu", replace(sector, points=np.nan * sector.points))
-    Traceback (most recent call last):
-    geometry.errors.SectorFileError: sector.vtu: not a sector: a point is not finite
-    """
+    """Check that the arrays of a sector read from a file are consistent."""
     points, count = sector.points, len(sector.points)
     shapes = points.ndim == 2 and points.shape[1] == 3 and len(sector.blocks) > 0
     pairs = [*sector.pairs.values()]

@@ -41,28 +41,10 @@ _CHILD_TETRAHEDRA = (
 
 
 def subdivided(sector: SectorMesh, parts: int = 2) -> SectorMesh:
-    """A mesh of the same sector with eight elements in place of each.
+    """A mesh of the same sector with each edge in 2 or 3 parts: 8 or 27 elements in place of each.
 
-    Parameters
-    ----------
-    sector : SectorMesh
-        The mesh.
-    parts : {2, 3}
-        Into how many parts each edge is cut: 8 or 27 elements in place of each.
-
-    Returns
-    -------
-    SectorMesh
-        Its points come first; node sets that are surfaces have the new nodes on them too. The contact nodes, their
-        frames and areas stay.
-
-    Examples
-    --------
-    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector, subdivided
-    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02))
-    >>> subdivided(sector).n_elements // sector.n_elements
-    8
+    The points of the sector come first; node sets that are surfaces have the new nodes on them too. The contact
+    nodes, their frames and areas stay.
     """
     cuts = [_cut(block.kind, parts) for block in sector.blocks]
     keys = [_keys(block, cut) for block, cut in zip(sector.blocks, cuts, strict=True)]

@@ -21,26 +21,13 @@ class UnitSystem:
 
     A system is consistent where force = mass length / time^2. Those with pounds of mass are not: their densities are
     weights per volume.
-
-    Attributes
-    ----------
-    length, force, mass : float
-        m, N and kg.
-    pressure_name, density_name : str
-        What Young's modulus and density are called in.
-
-    Examples
-    --------
-    Steel in N, mm, s, t:
-
-    >>> from geometry import UNIT_SYSTEMS
-    >>> print(f"{210e3 * UNIT_SYSTEMS['mm'].pressure:.4g} Pa, {7.85e-9 * UNIT_SYSTEMS['mm'].density:.4g} kg/m^3")
-    2.1e+11 Pa, 7850 kg/m^3
     """
 
+    # length, force, mass: m, N and kg
     length: float
     force: float
     mass: float
+    # pressure_name, density_name: what Young's modulus and density are called in
     pressure_name: str
     density_name: str
 

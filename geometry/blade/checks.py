@@ -228,35 +228,6 @@ def check_parameters(
 
     Parameters that fit take some milliseconds, without gmsh; to find the nearest values that would fit, and to mesh
     them, takes a second or two.
-
-    Parameters
-    ----------
-    blade : BladeParameters
-        The airfoil.
-    shroud : ShroudParameters or None
-        The shroud; None: a blade without one.
-    mesh : MeshParameters
-        The mesh density.
-    disk : DiskParameters, optional
-        The disk under the blade.
-    snubber : SnubberParameters, optional
-        The part-span snubber.
-    platform : PlatformParameters, optional
-        The platform near the root.
-
-    Raises
-    ------
-    GeometryError
-        The first parameter that is wrong, with the nearest value that would fit.
-
-    Examples
-    --------
-    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, check_parameters
-    >>> blade = BladeParameters(n_blades=40, hub_radius=0.3, length=0.1, chord=0.02, thickness=0.008)
-    >>> shroud = ShroudParameters(angle=200.0, thickness=0.01, axial_width=0.04, contact_length=0.01)
-    >>> check_parameters(blade, shroud, MeshParameters(size=0.01))
-    Traceback (most recent call last):
-    geometry.errors.GeometryError: shroud.angle = 200.0: must be above 0 and at most 180 degrees
     """
     _check_blade(blade)
     if shroud is None:

@@ -228,27 +228,7 @@ def _rooms(axial: Planform, slants: FloatArray, airfoil: FloatArray) -> FloatArr
 def side_edge_angle(blade: BladeParameters, shroud: ShroudParameters) -> float:
     """Angle between the engine axis and the side edges of the platform.
 
-    Parameters
-    ----------
-    blade : BladeParameters
-        The airfoil.
-    shroud : ShroudParameters
-        The shroud; its own value, or with "auto" the chosen one.
-
-    Returns
-    -------
-    float
-        Degrees, positive from x towards y as the stagger.
-
-    Examples
-    --------
-    A radial blade without stagger fits between axial side edges:
-
-    >>> from geometry import BladeParameters, ShroudParameters, side_edge_angle
-    >>> blade = BladeParameters(n_blades=40, hub_radius=0.3, length=0.1, chord=0.02, thickness=0.008)
-    >>> shroud = ShroudParameters(angle=45.0, thickness=0.01, axial_width=0.04, contact_length=0.01)
-    >>> side_edge_angle(blade, shroud)
-    0.0
+    Returns degrees, positive from x towards y as the stagger.
     """
     slant = fitted_planform(blade, shroud).edge_angle
     return 0.0 - slant if is_mirrored(shroud) else slant

@@ -392,31 +392,6 @@ def write_mesh(
     Nastran and Ansys have no surfaces: the nodes of each surface are written as a set. Points are exact in .msh,
     .vtu and .cdb. Relative errors: in .inp (20 characters) 1e-14; in .bdf (16 characters) 1e-12 from 0.01 to 1000 and
     1e-10 elsewhere.
-
-    Parameters
-    ----------
-    path : str or path
-        The file: .inp, .bdf, .cdb, .msh (version 2.2) or .vtu.
-    mesh : SectorMesh or ImportedMesh
-        The mesh; nodes and elements of a sector are numbered from 1.
-    materials : mapping of str to mapping of str to float, optional
-        Properties by the name of the material of a block, as in `ImportedMesh.materials`; by default those of the
-        mesh, which a sector has not.
-
-    Raises
-    ------
-    MeshFileError
-        The suffix is none of these, or the file cannot be written.
-
-    Examples
-    --------
-    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector, read_mesh, write_mesh
-    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02))
-    >>> write_mesh("sector.inp", sector)
-    >>> mesh = read_mesh("sector.inp")
-    >>> mesh.n_elements == sector.n_elements, len(mesh.surfaces["face_right"])
-    (True, 16)
     """
     suffix = Path(path).suffix.lower()
     if suffix not in (*LINES, GRID):

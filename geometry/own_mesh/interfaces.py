@@ -245,33 +245,8 @@ _NAMES = {
 def found_interfaces(mesh: ImportedMesh, choice: SectorChoice) -> dict[str, InterfaceChoice]:
     """Interfaces between several bodies of a mesh: contact pairs of the file, then sets that lie on each other.
 
-    Sets may also lie on each other one pitch apart.
-
-    Parameters
-    ----------
-    mesh : ImportedMesh
-        The mesh, in the units and axes of its file.
-    choice : SectorChoice
-        Number of blades, axis, and sets that are something else.
-
-    Returns
-    -------
-    dict of str to InterfaceChoice
-        By a name that the words of the sets suggest; the right face is that of the smaller body. Empty for one body.
-
-    Examples
-    --------
-    Two bricks, one on the other:
-
-    >>> import numpy as np
-    >>> from geometry import ElementBlock, ImportedMesh, SectorChoice, found_interfaces
-    >>> x, y = np.array([0.0, 1, 1, 0] * 4), np.array([0.0, 0, 1, 1] * 4)
-    >>> points = np.column_stack([x, y, [5.0] * 4 + [6.0] * 8 + [7.0] * 4])
-    >>> sets = {"disk top": np.arange(4, 8), "root": np.arange(8, 12)}
-    >>> bricks = ElementBlock("hex8", np.arange(16).reshape(2, 8))
-    >>> mesh = ImportedMesh("b.inp", points, np.arange(16), (bricks,), (), sets)
-    >>> found_interfaces(mesh, SectorChoice(40))["root"].kind
-    'inside'
+    Sets may also lie on each other one pitch apart. Names are those that the words of the sets suggest; the right
+    face is that of the smaller body. Empty for one body.
     """
     part = pieces(len(mesh.points), [block.nodes for block in mesh.blocks])
     used = np.unique(np.concatenate([block.nodes.ravel() for block in mesh.blocks]))

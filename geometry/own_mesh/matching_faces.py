@@ -100,23 +100,9 @@ class CutFaces:
 def named_cuts(names: Iterable[str]) -> list[tuple[str, str]]:
     """Pairs of set names that say that the sets are the cut faces of a sector.
 
-    Parameters
-    ----------
-    names : iterable of str
-        Names of sets and surfaces of a mesh file.
-
-    Returns
-    -------
-    list of (str, str)
-        Right and left name, the surest pair first: `cyclic_right` and `cyclic_left`; the components of the Ansys
-        command CYCLIC, `NAME_M01H` and `NAME_M01L`; any two names with "cyclic", "periodic" or "cut" that differ in
-        right and left, high and low, ... alone.
-
-    Examples
-    --------
-    >>> from geometry import named_cuts
-    >>> named_cuts(["hub", "CYCLIC_M01L", "CYCLIC_M01H", "shroud high", "shroud low"])
-    [('CYCLIC_M01H', 'CYCLIC_M01L')]
+    Returns right and left name, the surest pair first: `cyclic_right` and `cyclic_left`; the components of the Ansys
+    command CYCLIC, `NAME_M01H` and `NAME_M01L`; any two names with "cyclic", "periodic" or "cut" that differ in right
+    and left, high and low, ... alone.
     """
     return [pair for pair in _paired_names(names) if _CUT_NAME.search(pair[0].lower())]
 

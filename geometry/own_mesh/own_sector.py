@@ -62,51 +62,19 @@ _ROUND_OFF = 1e-9
 
 @dataclass(frozen=True)
 class SectorFindings:
-    """How well the faces of a sector fit.
+    """How well the faces of a sector fit."""
 
-    Attributes
-    ----------
-    matching : bool
-        Whether the nodes of the faces are pairs under the pitch.
-    mismatch : float
-        Largest distance, across the normal, from a node of the right face turned back by one pitch to the nearest
-        node of the left face, m.
-    gap : (float, float)
-        Smallest and largest distance along the normal, m; above 0 the faces are apart.
-    overlap : float
-        Share of the area of either face that has the other opposite.
-    areas : (float, float)
-        Areas of the right and the left face, m^2.
-    normal_angle : float
-        Largest angle between a normal and the opposite one, degrees.
-    rotation : (3, 3) array
-        Our axes x, y, z in the axes of the file, row by row.
-    notes : tuple of str
-        What was left out, swapped or assumed, one line each.
-    warnings : tuple of str
-        What is probably a mistake in the input, one line each.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from geometry import SectorFindings
-    >>> found = SectorFindings(True, 1e-9, (4e-5, 5e-5), 1.0, (6e-5, 6e-5), 0.1, np.eye(3), ("root found",))
-    >>> print(*found.lines, sep="\\n")
-    faces: nodes match, largest mismatch 0.001 um; gap 40 to 50 um
-    areas: right 60 mm^2, left 60 mm^2; normals opposite to 0.1 degrees
-    axes of the file kept
-    root found
-    """
-
-    matching: bool
+    matching: bool  # whether the nodes of the faces are pairs under the pitch
+    # largest distance, across the normal, from a node of the right face turned back by one pitch to the nearest node
+    # of the left face, m
     mismatch: float
-    gap: tuple[float, float]
-    overlap: float
-    areas: tuple[float, float]
-    normal_angle: float
-    rotation: FloatArray
-    notes: tuple[str, ...] = ()
-    warnings: tuple[str, ...] = ()
+    gap: tuple[float, float]  # smallest and largest distance along the normal, m; above 0 the faces are apart
+    overlap: float  # share of the area of either face that has the other opposite
+    areas: tuple[float, float]  # areas of the right and the left face, m^2
+    normal_angle: float  # largest angle between a normal and the opposite one, degrees
+    rotation: FloatArray  # (3, 3) our axes x, y, z in the axes of the file, row by row
+    notes: tuple[str, ...] = ()  # what was left out, swapped or assumed, one line each
+    warnings: tuple[str, ...] = ()  # what is probably a mistake in the input, one line each
 
     @property
     def lines(self) -> tuple[str, ...]:
@@ -151,77 +119,19 @@ def _row(row: FloatArray) -> str:
 
 @dataclass(frozen=True)
 class OwnSector:
-    """A sector made of a mesh from elsewhere.
+    """A sector made of a mesh from elsewhere."""
 
-    Attributes
-    ----------
-    sector : SectorMesh
-        The mesh in SI units and in our axes; sets and surfaces of the file keep their names.
-    findings : SectorFindings
-        How well the faces fit, and what was found or left out.
-    materials : mapping of str to mapping of str to float
-        Materials of the file in SI units.
-    material_notes : mapping of str to tuple of str
-        By material, as of `ImportedMesh`.
-    unread_materials : mapping of str to str
-        Materials that are not isotropic and elastic, and what they are.
-    units : tuple of str
-        Systems of units that the file says it is in.
-
-    Examples
-    --------
-    A file with one brick, 8 mm wide at radius 300 mm, of a ring of 236 blades:
-
-    >>> import numpy as np
-    >>> from geometry import ElementBlock, ImportedMesh, SectorChoice, sector_from_mesh
-    >>> x, y = np.array([-5.0, 5, 5, -5] * 2), np.array([-3.994, -3.994, 3.994, 3.994] * 2)
-    >>> points = np.column_stack([x, y, [300.0] * 4 + [310.0] * 4])
-    >>> points[4:, 1] *= 310 / 300
-    >>> sets = {"ps": np.array([2, 3, 6, 7]), "ss": np.array([0, 1, 4, 5]), "hub": np.arange(4)}
-    >>> mesh = ImportedMesh("b.inp", points, np.arange(8), (ElementBlock("hex8", np.arange(8)[None]),), (), sets)
-    >>> names = {"root": "hub", "contact_right": "ps", "contact_left": "ss"}
-    >>> own = sector_from_mesh(mesh, SectorChoice(236, "mm", sets=names, contact_grid=(1, 1)))
-    >>> print(own.findings.lines[1])
-    areas: right 100.009 mm^2, left 100.009 mm^2; normals opposite to 0 degrees
-    """
-
-    sector: SectorMesh
-    findings: SectorFindings
-    materials: Mapping[str, Mapping[str, float]]
-    material_notes: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    sector: SectorMesh  # the mesh in SI units and in our axes; sets and surfaces of the file keep their names
+    findings: SectorFindings  # how well the faces fit, and what was found or left out
+    materials: Mapping[str, Mapping[str, float]]  # materials of the file in SI units
+    material_notes: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # by material, as of `ImportedMesh`
+    # materials that are not isotropic and elastic, and what they are
     unread_materials: Mapping[str, str] = field(default_factory=dict)
-    units: tuple[str, ...] = ()
+    units: tuple[str, ...] = ()  # systems of units that the file says it is in
 
 
 def sector_from_mesh(mesh: ImportedMesh, choice: SectorChoice) -> OwnSector:
-    """Take a mesh from elsewhere for a sector: SI units, our axes, faces paired, contact points, frames and areas.
-
-    Parameters
-    ----------
-    mesh : ImportedMesh
-        The mesh, in the units and axes of its file.
-    choice : SectorChoice
-        Number of blades, unit, axis, sets and contact grid.
-
-    Returns
-    -------
-    OwnSector
-        The sector, and how well its faces fit.
-
-    Raises
-    ------
-    OwnMeshError
-        The mesh is not the sector that the choice says; one line with what is expected and what there is.
-
-    Examples
-    --------
-    >>> from geometry import ImportedMesh, OwnMeshError, SectorChoice, sector_from_mesh
-    >>> try:
-    ...     sector_from_mesh(ImportedMesh("b.inp", np.empty((0, 3)), np.empty(0, int), (), ()), SectorChoice(40))
-    ... except OwnMeshError as error:
-    ...     print(error)
-    mesh.file = 'b.inp': must hold solid elements; there are none
-    """
+    """Take a mesh from elsewhere for a sector: SI units, our axes, faces paired, contact points, frames and areas."""
     mesh, notes = checked_body(mesh, several=bool(choice.interfaces))
     mesh, choice, renamed = _with_names_of_file(mesh, choice)
     mesh, choice, cut_names = with_cut_names(mesh, choice)

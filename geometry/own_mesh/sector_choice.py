@@ -22,91 +22,42 @@ _MOST_POINTS = 40  # in a direction of the contact grid
 
 @dataclass(frozen=True)
 class InterfaceChoice:
-    """Faces of a mesh from elsewhere that touch.
+    """Faces of a mesh from elsewhere that touch."""
 
-    Attributes
-    ----------
-    right : str
-        Node set or surface of the file. Between neighbours the face on the side of the next blade.
-    left : str or None
-        The one that it touches; None against the ground.
-    kind : {"neighbours", "inside", "ground"}
-        Whether the left face is that of the next blade, belongs to the same sector, or is ground that does not move.
-    contact_grid : (int, int) or None
-        Contact points along t1 and along t2 of each plane patch; None: as in `SectorChoice`.
-
-    Examples
-    --------
-    A blade with its root in a slot of the disk:
-
-    >>> from geometry import InterfaceChoice, SectorChoice
-    >>> root = InterfaceChoice("BLADE_FLANKS", "DISK_FLANKS", kind="inside", contact_grid=(3, 2))
-    >>> SectorChoice(40, "mm", interfaces={"root": root}).interfaces["root"].left
-    'DISK_FLANKS'
-    """
-
-    right: str
-    left: str | None = None
+    right: str  # node set or surface of the file. Between neighbours the face on the side of the next blade
+    left: str | None = None  # the one that it touches; None against the ground
+    # whether the left face is that of the next blade, belongs to the same sector, or is ground that does not move
     kind: str = "neighbours"
+    # contact points along t1 and along t2 of each plane patch; None: as in `SectorChoice`
     contact_grid: tuple[int, int] | None = None
 
 
 @dataclass(frozen=True)
 class SectorChoice:
-    """How a mesh from elsewhere becomes a sector.
+    """How a mesh from elsewhere becomes a sector."""
 
-    Attributes
-    ----------
-    n_blades : int
-        Number of blades of the ring.
-    unit : str
-        Units of the file, a name in `UNIT_SYSTEMS`: "mm" goes with N, s, t, "in" with lbf, s.
-    axis : str or (3,) sequence of float
-        Engine axis in the axes of the file: "x", "-x", "y", "-y", "z", "-z", or a vector.
-    axis_point : (3,) sequence of float
-        A point on the engine axis, in the unit of the file.
-    sets : mapping of str to str
-        Names of node sets or surfaces of the file for `root`, `contact_right`, `contact_left` and `tip`; those
-        without a name are found by geometry where that is safe. `cyclic_right` and `cyclic_left` are the cut faces of
-        a disk; without a name they are the sets that the file names so or as other programs name them (`named_cuts`).
-    contact_grid : (int, int) or None
-        Contact points on each face along t1 and along t2. None: all corner nodes of faces
-        whose meshes match, but for clamped ones.
-    tolerance : float or None
-        Largest distance between a face and the opposite face of the neighbour, in the unit of the file. None: 5 % of
-        the square root of the area of the face.
-    bore : {"clamped", "free"}
-        Whether the nodes of `root` are held. "free": nothing is; for the sector of a disk, joined at its cut faces.
-
-    other_faces : {"ask", "free", "cut"}
-        What surfaces are that one pitch turns into each other but that `sets` does not name: refused, free surfaces,
-        or cut faces of a disk.
-    interfaces : mapping of str to InterfaceChoice
-        Contact interfaces by name. `contact_right` and `contact_left` of `sets` are the one named "shroud"; without
-        any the contact faces are found by geometry. Separate patches of a set are paired one by one.
-
-    Raises
-    ------
-    OwnMeshError
-        A value is not one of those allowed.
-
-    Examples
-    --------
-    >>> from geometry import SectorChoice
-    >>> choice = SectorChoice(40, "mm", "z", sets={"contact_right": "PS_FACE", "contact_left": "SS_FACE"})
-    >>> choice.direction.tolist()
-    [0.0, 0.0, 1.0]
-    """
-
-    n_blades: int
-    unit: str = "m"
+    n_blades: int  # number of blades of the ring
+    unit: str = "m"  # units of the file, a name in `UNIT_SYSTEMS`: "mm" goes with N, s, t, "in" with lbf, s
+    # engine axis in the axes of the file: "x", "-x", "y", "-y", "z", "-z", or a vector
     axis: str | Sequence[float] = "x"
-    axis_point: Sequence[float] = (0.0, 0.0, 0.0)
+    axis_point: Sequence[float] = (0.0, 0.0, 0.0)  # a point on the engine axis, in the unit of the file
+    # names of node sets or surfaces of the file for `root`, `contact_right`, `contact_left` and `tip`; those without
+    # a name are found by geometry where that is safe. `cyclic_right` and `cyclic_left` are the cut faces of a disk;
+    # without a name they are the sets that the file names so or as other programs name them (`named_cuts`)
     sets: Mapping[str, str] = field(default_factory=dict)
+    # contact points on each face along t1 and along t2. None: all corner nodes of faces whose meshes match, but for
+    # clamped ones
     contact_grid: tuple[int, int] | None = (3, 3)
+    # largest distance between a face and the opposite face of the neighbour, in the unit of the file. None: 5 % of
+    # the square root of the area of the face
     tolerance: float | None = None
+    # whether the nodes of `root` are held. "free": nothing is; for the sector of a disk, joined at its cut faces
     bore: str = "clamped"
+    # what surfaces are that one pitch turns into each other but that `sets` does not name: refused, free surfaces, or
+    # cut faces of a disk
     other_faces: str = "ask"
+    # contact interfaces by name. `contact_right` and `contact_left` of `sets` are the one named "shroud"; without any
+    # the contact faces are found by geometry. Separate patches of a set are paired one by one
     interfaces: Mapping[str, InterfaceChoice] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
