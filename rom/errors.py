@@ -54,17 +54,7 @@ class FactorisationError(ArithmeticError):
 
 
 class FullModelFileError(ValueError):
-    """A file that does not hold a full model; the message names the file.
-
-    Examples
-    --------
-    >>> from rom import FullModelFileError, load_full_model
-    >>> try:
-    ...     load_full_model("missing.h5")
-    ... except FullModelFileError as error:
-    ...     print(error)
-    missing.h5: cannot be read as a full model: No such file or directory
-    """
+    """A file that does not hold a full model; the message names the file."""
 
 
 class MatrixFileError(ValueError):

@@ -8,20 +8,6 @@ import math
 def angular_speed(speed_rpm: float) -> float:
     """Angular speed in rad/s of a rotational speed in rev/min.
 
-    Parameters
-    ----------
-    speed_rpm : float
-        Rotational speed, rev/min.
-
-    Returns
-    -------
-    float
-        Angular speed, rad/s.
-
-    Examples
-    --------
-    >>> from rom import angular_speed
-    >>> round(angular_speed(3000.0), 3)
-    314.159
+    `speed_rpm`: rotational speed, rev/min. Returns angular speed, rad/s.
     """
     return speed_rpm * math.pi / 30.0

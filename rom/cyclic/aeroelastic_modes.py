@@ -25,40 +25,9 @@ def aeroelastic_modes(
 ) -> ComplexArray:
     """Eigenvalues of a wave with its aerodynamic, damping and Coriolis forces, as far as these are known.
 
-    Parameters
-    ----------
-    model : ReducedModel
-        The model of a ring; Coriolis forces act where it has their matrix and a speed.
-    modal : ModalModel or SectorModes
-        Its modes with free contacts, with their damping and their influence coefficients.
-    nodal_diameter : int
-        n of any sign, the phase angle is 2 pi n / N_b: a wave n > 0 runs against +y, as that of an engine order.
-    normal, tangential : float or (n_c,) array
-        Contact springs kn, kt of the nodes, N/m.
-    count : int
-        Number of eigenvalues.
-
-    Returns
-    -------
-    (count,) complex array
-        lambda, rad/s, of motions exp(lambda t), by ascending frequency Im lambda > 0; Re lambda > 0: flutter.
-
-    Raises
-    ------
-    ReducedModelError
-        A family that the model does not have, or a mass that is not positive definite.
-
-    Examples
-    --------
-    A blade of 1000 rad/s and one percent of damping, in a flow that takes two percent away:
-
-    >>> from rom import InfluenceCoefficients, ReducedModel, aeroelastic_modes, modal_model
-    >>> n, one = np.array([[0.0], [0.0], [1.0]]), np.ones(1)
-    >>> blade = ReducedModel(np.eye(1), 1e6 * np.eye(1), n, np.zeros((1, 3)), one, {"tip": one}, n_blades=12)
-    >>> flow = InfluenceCoefficients(1, np.array([0]), np.array([0.04j]))
-    >>> modal = modal_model(blade, damping_ratio=0.01, influence=[flow])
-    >>> print(aeroelastic_modes(blade, modal, 3).round(3))
-    [10.+999.95j]
+    `nodal_diameter`: n of any sign, the phase angle is 2 pi n / N_b: a wave n > 0 runs against +y, as that of an
+    engine order; `normal`, `tangential` (n_c,): contact springs kn, kt of the nodes, N/m. Returns (count,): lambda,
+    rad/s, of motions exp(lambda t), by ascending frequency Im lambda > 0; Re lambda > 0: flutter.
     """
     phase = inter_blade_phase(nodal_diameter, model.n_blades)
     free, springs = modal.at_phase(phase), {"normal": normal, "tangential": tangential}

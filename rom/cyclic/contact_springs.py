@@ -19,19 +19,7 @@ CONVERGED = 1e-13  # relative change of a squared frequency
 def contact_springs(n_contacts: int, normal: ArrayLike, tangential: ArrayLike) -> NDArray[np.float64]:
     """Spring stiffness of the contact nodes along t1, t2 and n: (kt, kt, kn), an array (n_c, 3) in N/m.
 
-    Parameters
-    ----------
-    n_contacts : int
-        Number of contact nodes n_c.
-    normal, tangential : float or (n_c,) array
-        Stiffness kn and kt of each node, N/m.
-
-    Examples
-    --------
-    >>> from rom import contact_springs
-    >>> print(contact_springs(2, normal=3e6, tangential=[1e6, 2e6]))
-    [[1000000. 1000000. 3000000.]
-     [2000000. 2000000. 3000000.]]
+    `normal`, `tangential` (n_c,): stiffness kn and kt of each node, N/m.
     """
     springs = np.empty((n_contacts, 3))
     springs[:, :2] = np.broadcast_to(np.asarray(tangential, dtype=float), n_contacts)[:, None]
@@ -42,25 +30,8 @@ def contact_springs(n_contacts: int, normal: ArrayLike, tangential: ArrayLike) -
 def spring_stiffness(motion: NDArray[Any], springs: NDArray[np.float64]) -> NDArray[Any]:
     """Stiffness B^H diag(k) B of springs between contact nodes.
 
-    Parameters
-    ----------
-    motion : (3 n_c, n) array
-        Relative motion B of the nodes, real or complex.
-    springs : (n_c, 3) array
-        Springs k along t1, t2 and n, N/m.
-
-    Returns
-    -------
-    (n, n) array
-        Stiffness, N/m in the coordinates of `motion`.
-
-    Examples
-    --------
-    A node that moves along n alone feels kn alone:
-
-    >>> from rom import contact_springs, spring_stiffness
-    >>> print(spring_stiffness(np.array([[0.0], [0.0], [1.0]]), contact_springs(1, normal=3e6, tangential=1e6)))
-    [[3000000.]]
+    `motion` (3 n_c, n): relative motion B of the nodes, real or complex; `springs` (n_c, 3): springs k along t1, t2
+    and n, N/m. Returns (n, n): stiffness, N/m in the coordinates of `motion`.
     """
     return motion.conj().T @ (springs.reshape(-1, 1) * motion)
 
@@ -113,20 +84,8 @@ class SpringSupportedMotion:
     d_lin is the relative displacement with free contacts. The springs exert the contact force f = -k d, hence
     d = d_lin + G f (Gulisano et al. 2011, eq. 6, with a linear contact force).
 
-    Parameters
-    ----------
-    receptance : (3 n_c, 3 n_c) array
-        G k: the receptance G of the relative displacement times the springs k of its columns, real (static) or
-        complex, C-contiguous; it is overwritten.
-
-    Examples
-    --------
-    A spring as stiff as the structure, G k = 1, halves the displacement:
-
-    >>> from rom import SpringSupportedMotion
-    >>> receptance, springs = 1e-6 * np.eye(3), 1e6 * np.ones(3)
-    >>> print(SpringSupportedMotion(receptance * springs).solve(np.array([0.0, 0.0, 4e-5])))
-    [0.e+00 0.e+00 2.e-05]
+    `receptance` (3 n_c, 3 n_c): G k: the receptance G of the relative displacement times the springs k of its
+    columns, real (static) or complex, C-contiguous; it is overwritten.
     """
 
     def __init__(self, receptance: NDArray[Any]) -> None:
@@ -140,10 +99,7 @@ class SpringSupportedMotion:
     def solve(self, linear: NDArray[Any]) -> NDArray[Any]:
         """Solution d of (I + G k) d = d_lin, of the shape of d_lin.
 
-        Parameters
-        ----------
-        linear : (3 n_c,) or (3 n_c, k) array
-            Response d_lin without contact springs, m.
+        `linear` (3 n_c, k): response d_lin without contact springs, m.
         """
         if self._complex:
             return zgetrs(self._factors, self._pivots, linear, trans=1)[0]

@@ -45,28 +45,8 @@ def relative_contact_motion(
 
     With phase = h psi this is the operator B_h of Gulisano et al. 2011, eq. 17: d^(h) = B_h q^(h).
 
-    Parameters
-    ----------
-    right : (3 n_c, n) array, real or complex
-        Displacement of the right contact nodes for unit coordinates, rows t1, t2, n of each node.
-    left : (3 n_c, n) array or None
-        The same for the left nodes; None for contact against ground.
-    phase : float or (k,) array
-        Phase from one blade to the next, rad.
-
-    Returns
-    -------
-    (3 n_c, n) or (k, 3 n_c, n) complex array
-        B, one matrix for each phase.
-
-    Examples
-    --------
-    Neighbours in phase do not move against each other, neighbours in opposite phase by twice the amplitude:
-
-    >>> from rom import relative_contact_motion
-    >>> along_n = np.array([[0.0], [0.0], [1.0]])
-    >>> print(abs(relative_contact_motion(along_n, along_n, [0.0, np.pi]))[:, 2, 0].round(12))
-    [0. 2.]
+    `left` (3 n_c, n): the same for the left nodes; None for contact against ground; `phase` (k,): phase from one
+    blade to the next, rad. Returns (k, 3 n_c, n): B, one matrix for each phase.
     """
     ahead: NDArray[np.complex128] = np.exp(1j * np.asarray(phase, dtype=complex))[..., None, None]
     if left is None:
@@ -79,26 +59,9 @@ def wave_coordinates(
 ) -> NDArray[np.complex128] | None:
     """Coordinates of a sector that is joined to its neighbours, in a travelling wave: right q = exp(i phase) left q.
 
-    Parameters
-    ----------
-    right, left : (r, n) arrays or None
-        Motions of the two cut faces for unit coordinates, as `ReducedModel.cyclic_right` and `cyclic_left`.
-    phase : float
-        Phase from one sector to the next, rad.
-
-    Returns
-    -------
-    (n, k) complex array or None
-        Orthonormal vectors T, q = T z; None where the sector has no cut faces.
-
-    Examples
-    --------
-    Two coordinates, one a face: the right one follows from the left one.
-
-    >>> from rom import wave_coordinates
-    >>> wave = wave_coordinates(np.array([[1.0, 0.0]]), np.array([[0.0, 1.0]]), np.pi)
-    >>> wave.shape, bool(np.allclose(wave[0], -wave[1]))
-    ((2, 1), True)
+    `right`, `left` (r, n): motions of the two cut faces for unit coordinates, as `ReducedModel.cyclic_right` and
+    `cyclic_left`; `phase`: phase from one sector to the next, rad. Returns (n, k): orthonormal vectors T, q = T z;
+    None where the sector has no cut faces.
     """
     from scipy.linalg import null_space
 

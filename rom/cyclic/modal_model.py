@@ -39,39 +39,16 @@ class ModalCoefficients:
 
 @dataclass(frozen=True)
 class WaveModes(ModalCoefficients):
-    """Natural frequencies, damping and relative contact motion of m modes in each of J waves.
+    """Natural frequencies, damping and relative contact motion of m modes in each of J waves."""
 
-    Attributes
-    ----------
-    angular_frequency : (J, m) array
-        Natural frequencies, rad/s.
-    damping : (J, m) array
-        Modal damping coefficients 2 zeta_m w_m, 1/s.
-    relative : (J, 3 n_c, m) complex array
-        Relative contact motion of the modes, right - exp(i phase) left.
-    flow : (2, J, m) complex array or None
-        What the flow adds to the squares of the natural frequencies and to the damping coefficients.
-    turning : PoleModes or None
-        With Coriolis forces, the modes are the poles s of each wave, each by itself: w = abs(s), damping -2 Re s.
-    pole_adjoint : (J, m, 3 n_c) complex array or None
-        With them, what the modes take of contact forces.
-
-    Examples
-    --------
-    >>> from rom import ReducedModel, modal_model
-    >>> n, one = np.array([[0.0], [0.0], [1.0]]), np.ones(1)
-    >>> model = ReducedModel(np.eye(1), 1e6 * np.eye(1), n, np.zeros((1, 3)), one, {"tip": one}, contact_left=n)
-    >>> waves = modal_model(model, damping_ratio=0.01).waves(np.array([0.0, np.pi]))
-    >>> waves.angular_frequency.shape, abs(waves.relative[:, 2, 0]).round(9).tolist()
-    ((2, 1), [0.0, 2.0])
-    """
-
-    angular_frequency: Array
-    damping: Array
-    relative: ComplexArray
+    angular_frequency: Array  # (J, m) natural frequencies, rad/s
+    damping: Array  # (J, m) modal damping coefficients 2 zeta_m w_m, 1/s
+    relative: ComplexArray  # (J, 3 n_c, m) relative contact motion of the modes, right - exp(i phase) left
+    # (2, J, m) what the flow adds to the squares of the natural frequencies and to the damping coefficients
     flow: ComplexArray | None = None
+    # with Coriolis forces, the modes are the poles s of each wave, each by itself: w = abs(s), damping -2 Re s
     turning: PoleModes | None = None
-    pole_adjoint: ComplexArray | None = None
+    pole_adjoint: ComplexArray | None = None  # (J, m, 3 n_c) with them, what the modes take of contact forces
 
     @property
     def inertia(self) -> float:
@@ -92,12 +69,7 @@ class WaveModes(ModalCoefficients):
     def poles_apart(self, turning: PoleModes, still: NDArray[np.bool_]) -> "WaveModes":
         """The poles of these waves with Coriolis forces, each by itself.
 
-        Parameters
-        ----------
-        turning : PoleModes
-            Those of the J waves, (J, 2 m).
-        still : (J,) bool array
-            Where they are the modes themselves, on which the flow acts apart.
+        `still` (J,): where they are the modes themselves, on which the flow acts apart.
         """
         relative, adjoint = self.relative @ turning.shapes, turning.dual @ self.adjoint
         flow = None
@@ -109,20 +81,14 @@ class WaveModes(ModalCoefficients):
     def pushed(self, forces: NDArray[Any]) -> NDArray[Any]:
         """What these take of modal forces, which without Coriolis forces are those of the modes.
 
-        Parameters
-        ----------
-        forces : (J, m) array
-            Forces of the modes.
+        `forces` (J, m): forces of the modes.
         """
         return forces if self.turning is None else (self.turning.dual @ forces[..., None])[..., 0]
 
     def rows(self, shapes: NDArray[Any]) -> NDArray[Any]:
         """What these make of an output, which without Coriolis forces is that of the modes.
 
-        Parameters
-        ----------
-        shapes : (J, m) or (m,) array
-            The output of the modes.
+        `shapes` (m,): the output of the modes.
         """
         if self.turning is None:
             return shapes
@@ -131,19 +97,9 @@ class WaveModes(ModalCoefficients):
     def works(self, coordinates: ComplexArray, harmonics: Array, omega: float | Array) -> tuple[Array, Array]:
         """Work of the flow and work that damping dissipates per cycle, J.
 
-        Parameters
-        ----------
-        coordinates : (..., J, m) complex array
-            Modal coordinates in the harmonic of each wave.
-        harmonics : (J,) array
-            The harmonics h.
-        omega : float or (...) array
-            Excitation frequency, rad/s.
-
-        Returns
-        -------
-        flow, damping : (...) array
-            pi sum_h h abs(q)^2 times -(Im k + h w Re c) of the flow, h w c_m of the damping.
+        `coordinates` (..., J, m): modal coordinates in the harmonic of each wave; `harmonics` (J,): the harmonics h;
+        `omega` (...): excitation frequency, rad/s. Returns `flow, damping` (...): pi sum_h h abs(q)^2 times -(Im k +
+        h w Re c) of the flow, h w c_m of the damping.
         """
         squared = coordinates.real**2 + coordinates.imag**2
         damping = np.pi * omega * ((self.damping * squared).sum(axis=-1) @ harmonics**2)

@@ -33,26 +33,8 @@ def mode_names(points: NDArray[np.float64], shapes: NDArray[Any]) -> list[str]:
     belongs to the family with the largest mean square displacement over the sections: flap F across the chord, edge E
     along the chord, torsion T with theta^2 <r^2>, radial R. The chord is the longest principal axis of a section.
 
-    Parameters
-    ----------
-    points : (N, 3) array
-        Vertices of the airfoil without its shroud, x axial, y circumferential, z radial, m.
-    shapes : (M, N, 3) array
-        Mode shapes there, real or complex, by ascending frequency.
-
-    Returns
-    -------
-    list of str
-        One name a mode; the number counts the modes of its family.
-
-    Examples
-    --------
-    >>> from rom import mode_names
-    >>> z = np.repeat(np.linspace(0.0, 0.1, 25), 4)
-    >>> corners = np.tile([[-0.02, -0.002], [0.02, -0.002], [0.02, 0.002], [-0.02, 0.002]], (25, 1))
-    >>> bending = np.column_stack([0.0 * z, z**2, 0.0 * z])
-    >>> mode_names(np.column_stack([corners, z]), bending[None])
-    ['1F']
+    `points` (N, 3): vertices of the airfoil without its shroud, x axial, y circumferential, z radial, m; `shapes` (M,
+    N, 3): mode shapes there, real or complex, by ascending frequency.
     """
     motion = section_motion(points, np.asarray(shapes))
     return counted(FAMILIES[k] for k in np.argmax(np.sum(np.abs(motion) ** 2, axis=2), axis=1))
@@ -97,44 +79,15 @@ _RIGID = 1e-6  # of the highest frequency asked for: a motion without strain
 
 @dataclass(frozen=True)
 class ModeFamilies:
-    """Rows that tell the family of a mode from its reduced coordinates.
+    """Rows that tell the family of a mode from its reduced coordinates."""
 
-    Attributes
-    ----------
-    airfoil : (4 s, n) array
-        Flap, edge, torsion and radial motion of s sections of the airfoil for unit coordinates, m.
-    disk : (d, n) array
-        Strain of the disk: the sum of squares is the disk's part of q^H K q, N/m; no rows without a disk.
-
-    Examples
-    --------
-    Two masses of 1 kg, one of the airfoil in flap and one of the disk, on springs:
-
-    >>> from rom import ModeFamilies, ReducedModel
-    >>> along, one = np.zeros((3, 2)), np.ones(2)
-    >>> model = ReducedModel(np.eye(2), np.diag([1e6, 4e6]), along, np.zeros((1, 3)), one, {"tip": one})
-    >>> flap = np.array([[1.0, 0.0], [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]])
-    >>> hz, names, share = ModeFamilies(flap, np.array([[0.0, 2e3]])).modes(model, phase=0.0)
-    >>> names, share.tolist()
-    (['1F', '1D'], [0.0, 1.0])
-    """
-
+    # (4 s, n) flap, edge, torsion and radial motion of s sections of the airfoil for unit coordinates, m
     airfoil: NDArray[np.float64]
+    # (d, n) strain of the disk: the sum of squares is the disk's part of q^H K q, N/m; no rows without a disk
     disk: NDArray[np.float64]
 
     def with_coordinates(self, count: int) -> ModeFamilies:
-        """The same rows of a model with further coordinates, which move neither airfoil nor disk.
-
-        Parameters
-        ----------
-        count : int
-            Number of all coordinates.
-
-        Returns
-        -------
-        ModeFamilies
-            Rows of so many entries.
-        """
+        """The same rows of a model with further coordinates, which move neither airfoil nor disk."""
         added = [(0, 0), (0, count - self.airfoil.shape[1])]
         return ModeFamilies(np.pad(self.airfoil, added), np.pad(self.disk, added))
 
@@ -149,31 +102,10 @@ class ModeFamilies:
     ) -> tuple[NDArray[np.float64], list[str], NDArray[np.float64]]:
         """Lowest natural frequencies with the names of the modes and the share of the disk in their strain energy.
 
-        Parameters
-        ----------
-        model : ReducedModel
-            The reduced model.
-        phase : float
-            Inter-blade phase angle psi, rad.
-        normal, tangential : float or (n_c,) array
-            Contact springs, N/m, as in `natural_frequencies`.
-        count : int
-            Number of modes.
-
-        Returns
-        -------
-        frequencies : (count,) array
-            Natural frequencies in Hz, ascending.
-        names : list of str
-            1F, 1E, 1T, ... by the motion of the airfoil as in `mode_names`; 1D, 2D, ... where the disk has more than
-            half of the strain energy; a motion without strain counts as one of the disk.
-        share : (count,) array
-            Share of the disk in the strain energy, 0 to 1.
-
-        Raises
-        ------
-        ReducedModelError
-            The mass is not positive definite.
+        Returns `frequencies` (count,): natural frequencies in Hz, ascending; `names`: 1F, 1E, 1T, ... by the motion
+        of the airfoil as in `mode_names`; 1D, 2D, ... where the disk has more than half of the strain energy; a
+        motion without strain counts as one of the disk; `share` (count,): share of the disk in the strain energy, 0
+        to 1.
         """
         frequency, modes = natural_modes(model, phase, normal=normal, tangential=tangential, count=count)
         return frequency, *self.names(frequency, modes)
@@ -181,19 +113,8 @@ class ModeFamilies:
     def names(self, frequency_hz: NDArray[np.float64], modes: NDArray[Any]) -> tuple[list[str], NDArray[np.float64]]:
         """Names of given modes.
 
-        Parameters
-        ----------
-        frequency_hz : (m,) array
-            Natural frequencies, Hz, ascending.
-        modes : (n, m) array
-            Mass-normalised modes, as of `natural_modes`.
-
-        Returns
-        -------
-        names : list of str
-            As of `modes`.
-        share : (m,) array
-            Share of the disk in the strain energy.
+        `frequency_hz` (m,): natural frequencies, Hz, ascending; `modes` (n, m): mass-normalised modes, as of
+        `natural_modes`. Returns `names` as of `modes`; `share` (m,): share of the disk in the strain energy.
         """
         omega = 2.0 * np.pi * frequency_hz
         elastic = omega > _RIGID * omega[-1]
@@ -225,28 +146,7 @@ def wing_vertices(sector: SectorMesh) -> NDArray[np.int64]:
 def blade_families(sector: SectorMesh, basis: NDArray[np.float64]) -> ModeFamilies:
     """Rows of a reduced model of a blade without its disk that tell the families of its modes.
 
-    Parameters
-    ----------
-    sector : SectorMesh
-        The mesh. The airfoil is what lies below the contact faces.
-    basis : (N, n) array
-        Mesh displacements of the reduced coordinates, `ReducedModel.basis`.
-
-    Returns
-    -------
-    ModeFamilies
-        The rows; none of a disk.
-
-    Examples
-    --------
-    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
-    >>> from rom import Material, ReductionOptions, assemble, blade_families, reduce_sector
-    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02))
-    >>> full = assemble(sector, Material(2e11, 0.3, 7800.0), element="hex8")
-    >>> model = reduce_sector(full, sector, ReductionOptions(modes=4)).model
-    >>> blade_families(sector, model.basis).modes(model, phase=0.0, count=3)[1]
-    ['1F', '1E', '1T']
+    `basis` (N, n): mesh displacements of the reduced coordinates, `ReducedModel.basis`.
     """
     airfoil = np.setdiff1d(np.flatnonzero(sector.points[:, 2] < shroud_height(sector)), wing_vertices(sector))
     displacement = basis.T.reshape(basis.shape[1], -1, 3)[:, airfoil]

@@ -29,32 +29,12 @@ Shapes = NDArray[Any]
 
 @dataclass(frozen=True)
 class FollowedModes:
-    """Natural frequencies at K places, nodal diameters or speeds, with the modes followed from place to place.
+    """Natural frequencies at K places, nodal diameters or speeds, with the modes followed from place to place."""
 
-    Attributes
-    ----------
-    places : (K,) array
-        Nodal diameters, or speeds in rev/min.
-    frequency_hz : (K, m) array
-        Natural frequencies, ascending at each place, Hz.
-    names : tuple of K tuples of str
-        Their names by shape, such as 1F; "mode 1" where no shapes are known.
-    lines : (K, m) array
-        Number of the followed mode that each one belongs to: its number at the first place, from 1.
-
-    Examples
-    --------
-    >>> from rom import FollowedModes
-    >>> names = (("1F", "1T"), ("1T", "1F"))
-    >>> modes = FollowedModes(np.array([0.0, 3000.0]), np.array([[90.0, 100.0], [101.0, 120.0]]), names,
-    ...                       np.array([[1, 2], [2, 1]]))
-    >>> [(places.tolist(), hz.tolist()) for places, hz in modes.curves()]
-    [([0.0, 3000.0], [90.0, 120.0]), ([0.0, 3000.0], [100.0, 101.0])]
-    """
-
-    places: NDArray[np.float64]
-    frequency_hz: NDArray[np.float64]
-    names: tuple[tuple[str, ...], ...]
+    places: NDArray[np.float64]  # (K,) nodal diameters, or speeds in rev/min
+    frequency_hz: NDArray[np.float64]  # (K, m) natural frequencies, ascending at each place, Hz
+    names: tuple[tuple[str, ...], ...]  # their names by shape, such as 1F; "mode 1" where no shapes are known
+    # (K, m) number of the followed mode that each one belongs to: its number at the first place, from 1
     lines: NDArray[np.int64]
 
     def curves(self) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
@@ -69,21 +49,7 @@ class FollowedModes:
 def modal_assurance(first: Shapes, second: Shapes) -> NDArray[np.float64]:
     """Modal assurance criterion of each mode of one set with each of another.
 
-    Parameters
-    ----------
-    first, second : (r, a), (r, b) array
-        Modes as columns, real or complex.
-
-    Returns
-    -------
-    (a, b) array
-        0 (orthogonal) to 1 (the same shape).
-
-    Examples
-    --------
-    >>> from rom import modal_assurance
-    >>> modal_assurance(np.eye(2), np.array([[1.0, 1j], [1.0, 0.0]])).round(3).tolist()
-    [[0.5, 1.0], [0.5, 0.0]]
+    `first`, `second` (r, b): modes as columns, real or complex. Returns (a, b): 0 (orthogonal) to 1 (the same shape).
     """
     squares = [np.maximum(np.sum(np.abs(each) ** 2, axis=0), np.finfo(float).tiny) for each in (first, second)]
     agreement: NDArray[np.float64] = np.abs(first.conj().T @ second) ** 2 / np.outer(*squares)
@@ -96,24 +62,8 @@ def follow_modes(shapes: Sequence[Shapes]) -> NDArray[np.int64]:
     From place to place modes are paired by descending MAC. Two modes that exchange their shapes between two places
     cross; where they do so over several places (veering), each keeps its line, and its shape changes along it.
 
-    Parameters
-    ----------
-    shapes : sequence of K (r, m) arrays
-        The modes at each place by ascending frequency, in coordinates that are the same at every place.
-
-    Returns
-    -------
-    (K, m) array
-        At place k the mode number i, from 0, is that of number [k, i] at the first place.
-
-    Examples
-    --------
-    >>> from rom import follow_modes
-    >>> turned = lambda x: np.array([[np.cos(x), -np.sin(x)], [np.sin(x), np.cos(x)]])
-    >>> follow_modes([turned(0.0), turned(0.1), turned(1.5)]).tolist()
-    [[0, 1], [0, 1], [1, 0]]
-    >>> follow_modes([turned(0.5 * x) for x in range(4)])[-1].tolist()
-    [0, 1]
+    `shapes` (r, m): the modes at each place by ascending frequency, in coordinates that are the same at every place.
+    Returns (K, m): at place k the mode number i, from 0, is that of number [k, i] at the first place.
     """
     found = [np.arange(shapes[0].shape[1])]
     for first, second in pairwise(shapes):
@@ -137,35 +87,7 @@ def modes_over_diameters(
 ) -> FollowedModes:
     """Lowest modes of a ring at nodal diameters, named and followed.
 
-    Parameters
-    ----------
-    model : ReducedModel
-        The reduced model of a ring.
-    diameters : sequence of int
-        Nodal diameters, ascending.
-    families : ModeFamilies, optional
-        Rows that name the modes.
-    normal, tangential : float or (n_c,) array
-        Contact springs, N/m, as in `natural_frequencies`.
-    count : int
-        Number of modes.
-
-    Returns
-    -------
-    FollowedModes
-        The modes at the nodal diameters.
-
-    Examples
-    --------
-    Two blades' modes of 100 and 110 rad/s; springs between the tips lift the lower one above the other:
-
-    >>> from rom import ReducedModel, modes_over_diameters
-    >>> n, one = np.array([[0.0, 0.0], [0.0, 0.0], [1.0, 0.01]]), np.ones(2)
-    >>> model = ReducedModel(
-    ...     np.eye(2), np.diag([100.0**2, 110.0**2]), n, np.zeros((1, 3)), one, {"tip": one}, n, n_blades=8)
-    >>> modes = modes_over_diameters(model, range(5), normal=2e3, count=2)
-    >>> modes.lines.tolist()
-    [[1, 2], [1, 2], [2, 1], [2, 1], [2, 1]]
+    `normal`, `tangential` (n_c,): contact springs, N/m, as in `natural_frequencies`.
     """
     assert model.n_blades is not None
     pitch = 2.0 * np.pi / model.n_blades
@@ -188,34 +110,7 @@ def modes_over_speeds(
 ) -> FollowedModes:
     """Lowest modes of a ring at one nodal diameter over speeds, named and followed.
 
-    Parameters
-    ----------
-    models : sequence of K ReducedModel
-        The reduced models at the speeds, of the same mesh and contact nodes.
-    speeds_rpm : (K,) array
-        Speeds, rev/min, ascending.
-    families : sequence of K ModeFamilies or None
-        Rows that name their modes; without them the modes are told apart by the motion of the contact nodes alone.
-    phase, normal, tangential, count
-        As in `natural_frequencies`.
-
-    Returns
-    -------
-    FollowedModes
-        The modes at the speeds.
-
-    Examples
-    --------
-    A flap mode that speed stiffens passes an edge mode:
-
-    >>> from rom import ModeFamilies, ReducedModel, modes_over_speeds
-    >>> n, one = np.zeros((3, 2)), np.ones(2)
-    >>> models = [ReducedModel(np.eye(2), np.diag([w**2, 1e4]), n, np.zeros((1, 3)), one, {"tip": one})
-    ...           for w in (90.0, 99.0, 108.0)]
-    >>> rows = ModeFamilies(np.vstack([np.eye(2), np.zeros((2, 2))]), np.zeros((0, 2)))
-    >>> modes = modes_over_speeds(models, [0.0, 1e3, 2e3], [rows] * 3, phase=0.0)
-    >>> modes.names, modes.lines[-1].tolist()
-    ((('1F', '1E'), ('1F', '1E'), ('1E', '1F')), [2, 1])
+    `speeds_rpm` (K,): speeds, rev/min, ascending.
     """
     least = min(model.size for model in models)
     springs: dict[str, Any] = {"normal": normal, "tangential": tangential, "count": min(count + SPARE, least)}

@@ -27,31 +27,8 @@ def coupled_frequencies(
 ) -> Array:
     """Undamped natural frequencies with linear contact springs, from the modes with free contacts.
 
-    Parameters
-    ----------
-    modal : ModalModel or SectorModes
-        The m modes with free contacts.
-    phase : float
-        Inter-blade phase angle, rad.
-    normal, tangential : float or (n_c,) array
-        Contact springs kn, kt of the nodes, N/m.
-    highest : float
-        Frequency (rad/s) above which none is needed; of large models they are left out.
-
-    Returns
-    -------
-    (m,) array
-        Natural frequencies in rad/s, ascending; with `highest` perhaps none above it.
-
-    Examples
-    --------
-    Springs of three times the stiffness of the blade, to the ground, double its frequency:
-
-    >>> from rom import ReducedModel, coupled_frequencies, modal_model
-    >>> n, one = np.array([[0.0], [0.0], [1.0]]), np.ones(1)
-    >>> model = ReducedModel(np.eye(1), 1e6 * np.eye(1), n, np.zeros((1, 3)), one, {"tip": one})
-    >>> print(coupled_frequencies(modal_model(model, damping_ratio=0.01), phase=0.0, normal=3e6).round(6))
-    [2000.]
+    `phase`: inter-blade phase angle, rad; `normal`, `tangential` (n_c,): contact springs kn, kt of the nodes, N/m.
+    Returns (m,): natural frequencies in rad/s, ascending; with `highest` perhaps none above it.
     """
     springs = contact_springs(modal.n_contacts, normal, tangential)
     modal = modal.at_phase(phase)
@@ -185,31 +162,8 @@ def natural_modes(
 ) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
     """Lowest natural frequencies with their mass-normalised modes in reduced coordinates.
 
-    Parameters
-    ----------
-    model, phase, normal, tangential, count
-        As in `natural_frequencies`.
-
-    Returns
-    -------
-    frequencies : (count,) array
-        Natural frequencies in Hz, ascending; fewer for a smaller model.
-    modes : (n, count) complex array
-        Reduced coordinates q of the modes, q^H M q = 1 kg.
-
-    Raises
-    ------
-    ReducedModelError
-        The mass is not positive definite.
-
-    Examples
-    --------
-    >>> from rom import ReducedModel, natural_modes
-    >>> n, one = np.array([[0.0], [0.0], [1.0]]), np.ones(1)
-    >>> model = ReducedModel(4 * np.eye(1), 4e6 * np.eye(1), n, np.zeros((1, 3)), one, {"tip": one})
-    >>> frequency, modes = natural_modes(model, phase=0.0)
-    >>> frequency.round(3).tolist(), abs(modes).tolist()
-    ([159.155], [[0.5]])
+    Returns `frequencies` (count,): natural frequencies in Hz, ascending; fewer for a smaller model; `modes` (n,
+    count): reduced coordinates q of the modes, q^H M q = 1 kg.
     """
     squared, shapes = _cyclic_modes(model, phase, contact_springs(model.n_contacts, normal, tangential), count)
     return _omega(squared) / (2 * np.pi), shapes
@@ -224,35 +178,8 @@ def gyroscopic_frequencies(
     speed and G the Coriolis matrix. With the modes of G = 0 and the diagonal matrix w_0 of their frequencies they are
     the positive eigenvalues of the Hermitian matrix [[0, w_0], [w_0, i W phi^H G phi]], half of all.
 
-    Parameters
-    ----------
-    model : ReducedModel
-        A reduced model at a known speed with its Coriolis matrix.
-    phase, normal, tangential : float, float or (n_c,) array
-        Inter-blade phase angle, rad, and contact springs, N/m, as in `natural_frequencies`.
-    count : int
-        Number of frequencies.
-
-    Returns
-    -------
-    (count,) array
-        Natural frequencies in Hz, ascending; fewer for a smaller model.
-
-    Raises
-    ------
-    ReducedModelError
-        The mass is not positive definite, or the model has no Coriolis matrix or no speed.
-
-    Examples
-    --------
-    A mass on equal springs in a frame that turns with W: (w_0^2 + W^2)^(1/2) -+ W in the frame:
-
-    >>> from rom import ReducedModel, gyroscopic_frequencies
-    >>> g, one = np.array([[0.0, -2.0], [2.0, 0.0]]), np.ones(2)
-    >>> turning = {"coriolis": g, "speed_rpm": 3000.0 / np.pi}  # W = 100 rad/s, w_0 = 1000 rad/s
-    >>> model = ReducedModel(np.eye(2), 1e6 * np.eye(2), np.eye(3, 2), np.zeros((1, 3)), one, {"tip": one}, **turning)
-    >>> print((2 * np.pi * gyroscopic_frequencies(model, phase=0.0)).round(3))
-    [ 904.988 1104.988]
+    `phase`, `normal`, `tangential` (n_c,): inter-blade phase angle, rad, and contact springs, N/m, as in
+    `natural_frequencies`. Returns (count,): natural frequencies in Hz, ascending; fewer for a smaller model.
     """
     return frequencies_without_and_with_coriolis(model, phase, (normal, tangential), count)[1]
 
@@ -284,39 +211,8 @@ def mode_shapes(
 
     Blade j moves with shape * exp(i j psi), rotated by j pitches.
 
-    Parameters
-    ----------
-    model : ReducedModel
-        A reduced model with its basis.
-    phase : float
-        Inter-blade phase angle psi, rad.
-    normal, tangential : float or (n_c,) array
-        Contact springs, N/m, as in `natural_frequencies`.
-    count : int
-        Number of modes.
-
-    Returns
-    -------
-    frequencies : (count,) array
-        Natural frequencies in Hz, ascending.
-    shapes : (count, n_nodes, 3) complex array
-        Mode shapes of the mesh nodes.
-
-    Raises
-    ------
-    ReducedModelError
-        The model holds no basis, or its mass is not positive definite.
-
-    Examples
-    --------
-    A mode of 4 kg, normalised to 1 kg, on a mesh of one node:
-
-    >>> from rom import ReducedModel, mode_shapes
-    >>> z, one = np.array([[0.0], [0.0], [1.0]]), np.ones(1)
-    >>> model = ReducedModel(4 * np.eye(1), 4e6 * np.eye(1), z, np.zeros((1, 3)), one, {"tip": one}, basis=z)
-    >>> frequencies, shapes = mode_shapes(model, phase=0.0)
-    >>> frequencies.round(3).tolist(), abs(shapes).round(6).tolist()
-    ([159.155], [[[0.0, 0.0, 0.5]]])
+    `normal`, `tangential` (n_c,): contact springs, N/m, as in `natural_frequencies`. Returns `frequencies` (count,):
+    natural frequencies in Hz, ascending; `shapes` (count, n_nodes, 3): mode shapes of the mesh nodes.
     """
     frequency, modes = natural_modes(model, phase, normal=normal, tangential=tangential, count=count)
     return frequency, expand_to_mesh(model, modes.T)

@@ -18,40 +18,19 @@ class PoleModes:
     """The 2 m poles of eta'' + D eta' + K eta = f in m modal coordinates, with D and K of any form.
 
     The receptance is the sum of shape_k dual_k / (abs(s_k)^2 - conj(s_k) s), whose terms have the poles s = s_k.
-
-    Attributes
-    ----------
-    poles : (..., 2 m) complex array
-        Poles s_k, rad/s.
-    shapes : (..., m, 2 m) complex array
-        Modal coordinates of each.
-    dual : (..., 2 m, m) complex array
-        What each takes of modal forces; without Coriolis forces the conjugate transpose of `shapes`.
-
-    Examples
-    --------
-    Two modes of 1000 rad/s that Coriolis forces of 2 W = 200 rad/s join, (w0^2 + W^2)^(1/2) +- W:
-
-    >>> from rom import PoleModes
-    >>> found = PoleModes.of(np.full(2, 1e6), np.array([[0.0, -200.0], [200.0, 0.0]]))
-    >>> np.sort(found.poles.imag).round(3).tolist()
-    [-1104.988, -904.988, 904.988, 1104.988]
     """
 
-    poles: ComplexArray
-    shapes: ComplexArray
+    poles: ComplexArray  # (..., 2 m) poles s_k, rad/s
+    shapes: ComplexArray  # (..., m, 2 m) modal coordinates of each
+    # (..., 2 m, m) what each takes of modal forces; without Coriolis forces the conjugate transpose of `shapes`
     dual: ComplexArray
 
     @classmethod
     def of(cls, stiffness: NDArray[Any], damping: NDArray[Any]) -> PoleModes:
         """Solve the eigenproblem of one wave.
 
-        Parameters
-        ----------
-        stiffness : (m,) or (m, m) array
-            K, or its diagonal, (rad/s)^2, real or complex; the diagonal has a positive real part.
-        damping : (m, m) array
-            D, 1/s: damping, and the skew part of the Coriolis forces.
+        `stiffness` (m, m): K, or its diagonal, (rad/s)^2, real or complex; the diagonal has a positive real part;
+        `damping` (m, m): D, 1/s: damping, and the skew part of the Coriolis forces.
         """
         stiffness = np.diag(stiffness) if stiffness.ndim == 1 else stiffness
         size, frequency = len(damping), np.sqrt(np.abs(stiffness.diagonal()))
@@ -74,13 +53,7 @@ class PoleModes:
 
 
 def coriolis_forces(model: ReducedModel, shapes: NDArray[Any]) -> NDArray[Any]:
-    """Coriolis forces of the velocities of mass-normalised shapes (n, m) at the speed, skew-Hermitian, (m, m), 1/s.
-
-    Raises
-    ------
-    ReducedModelError
-        The model has no Coriolis matrix, or no speed.
-    """
+    """Coriolis forces of the velocities of mass-normalised shapes (n, m) at the speed, skew-Hermitian (m, m), 1/s."""
     if model.coriolis is None or model.speed_rpm is None:
         raise ReducedModelError("coriolis: missing, allowed: a model at a known speed with its Coriolis matrix")
     return np.asarray(angular_speed(model.speed_rpm) * (shapes.conj().T @ (model.coriolis @ shapes)))

@@ -123,22 +123,10 @@ class Support:
     """Soft springs that hold bodies in harmonic 0 which contacts alone hold, so that they have a static response.
 
     In modal coordinates of their rigid motions the force is -stiffness (q - position): none at the position.
-
-    Attributes
-    ----------
-    stiffness : float
-        Square of a natural frequency, (rad/s)^2; far below that of the bodies on their contacts.
-    position : (r,) array
-        Modal coordinates of the rigid motions in static equilibrium, where the springs bear nothing.
-
-    Examples
-    --------
-    >>> from rom import Support
-    >>> Support(1e4, np.zeros(6)).stiffness
-    10000.0
     """
 
-    stiffness: float
+    stiffness: float  # square of a natural frequency, (rad/s)^2; far below that of the bodies on their contacts
+    # (r,) modal coordinates of the rigid motions in static equilibrium, where the springs bear nothing
     position: Array
 
 
@@ -157,41 +145,16 @@ class RelativeReceptance:
     r^(h) = sum_m phi_m phi_m^H / (w_m^2 + i c_m h w - (h w)^2) with c_m = 2 zeta_m w_m. With a disk each harmonic has
     the modes of its own wave, that of the phase h psi; a flow adds to w_m^2 and c_m there. With Coriolis
     forces the sum is over the poles of the wave, `waves`; coordinates and forces of modes are those of `modes`.
-
-    Attributes
-    ----------
-    modal : ModalModel or SectorModes
-        The m modes.
-    phase : float
-        Inter-blade phase angle psi, rad.
-    harmonics : tuple of int
-        The n_h harmonics h, ascending; may hold 0.
-    force : float
-        Amplitude of the excitation, N.
-    harmonic_factors : tuple of (int, complex)
-        Harmonics h of the excitation and their complex amplitudes relative to `force`. Harmonic 1, and the harmonics
-        with a force of their own in `modal`, have the factor 1 where none is given; the others are not excited.
-    support : Support or None
-        What holds bodies in harmonic 0 that contacts alone hold; None: there they do not move.
-
-    Examples
-    --------
-    At resonance one mode of 1 kg has the receptance 1 / (i c w), here 1 / (20i 1000) m/N:
-
-    >>> from rom import ReducedModel, RelativeReceptance, modal_model
-    >>> n, one = np.array([[0.0], [0.0], [1.0]]), np.ones(1)
-    >>> model = ReducedModel(np.eye(1), 1e6 * np.eye(1), n, np.zeros((1, 3)), one, {"tip": one})
-    >>> modal = modal_model(model, damping_ratio=0.01)
-    >>> receptance = RelativeReceptance(modal, phase=0.0, harmonics=(0, 1), force=1.0).matrix(1000.0)
-    >>> receptance.shape, abs(receptance[:, 2, 2]).round(9).tolist()
-    ((2, 3, 3), [1e-06, 5e-05])
     """
 
-    modal: RingModes
-    phase: float
-    harmonics: tuple[int, ...]
-    force: float
+    modal: RingModes  # the m modes
+    phase: float  # inter-blade phase angle psi, rad
+    harmonics: tuple[int, ...]  # the n_h harmonics h, ascending; may hold 0
+    force: float  # amplitude of the excitation, N
+    # harmonics h of the excitation and their complex amplitudes relative to `force`. Harmonic 1, and the harmonics
+    # with a force of their own in `modal`, have the factor 1 where none is given; the others are not excited
     harmonic_factors: tuple[tuple[int, complex], ...] = ()
+    # what holds bodies in harmonic 0 that contacts alone hold; None: there they do not move
     support: Support | None = None
     _last: dict[float, tuple[ComplexArray, ComplexArray]] = field(
         default_factory=dict, init=False, repr=False, compare=False
@@ -260,13 +223,7 @@ class RelativeReceptance:
         return forces
 
     def unit_force(self, harmonic: int) -> NDArray[Any]:
-        """Modal force of 1 N of excitation in one of the harmonics, (m,).
-
-        Parameters
-        ----------
-        harmonic : int
-            The harmonic, 1 or more.
-        """
+        """Modal force of 1 N of excitation in one of the harmonics, (m,)."""
         modes = self.modal.at_phase(harmonic * self.phase)
         own = modes.harmonic_forces.get(harmonic, modes.force)
         return np.pad(own, (0, self.modes.angular_frequency.shape[1] - own.size))
@@ -302,15 +259,8 @@ class RelativeReceptance:
     def denominators(self, omega: float) -> tuple[ComplexArray, ComplexArray]:
         """Denominators of the modal sum, w_m^2 + i c_m h w - (h w)^2.
 
-        Parameters
-        ----------
-        omega : float
-            Excitation frequency, rad/s.
-
-        Returns
-        -------
-        values, derivatives : (n_h, m) complex arrays
-            The denominators and their derivatives in w.
+        `omega`: excitation frequency, rad/s. Returns `values, derivatives` (n_h, m): the denominators and their
+        derivatives in w.
         """
         found = self._last.get(omega)
         if found is None:  # the last frequency is asked for many times
@@ -324,10 +274,7 @@ class RelativeReceptance:
     def matrix(self, omega: float) -> ComplexArray:
         """Receptance G^(h), (n_h, 3 n_c, 3 n_c), m/N.
 
-        Parameters
-        ----------
-        omega : float
-            Excitation frequency, rad/s.
+        `omega`: excitation frequency, rad/s.
         """
         found = self._last_matrix.get(omega)
         if found is None:
@@ -369,17 +316,9 @@ class RelativeReceptance:
     def interface_modes(self, omega: float) -> tuple[ComplexArray, Array]:
         """Interface modes of each harmonic for a band of frequencies that holds `omega`.
 
-        Parameters
-        ----------
-        omega : float
-            Excitation frequency, rad/s.
-
-        Returns
-        -------
-        modes : (n_h, 3 n_c, r) complex array
-            Orthonormal relative motions in which the receptances are largest; those of harmonic 0 are real.
-        values : (n_h, r) array
-            Bounds of the receptances in these, m/N, descending.
+        `omega`: excitation frequency, rad/s. Returns `modes` (n_h, 3 n_c, r): orthonormal relative motions in which
+        the receptances are largest; those of harmonic 0 are real; `values` (n_h, r): bounds of the receptances in
+        these, m/N, descending.
         """
         band = float(np.floor(BANDS * np.log2(omega))) if omega > 0.0 else 0.0
         if band not in self._modes:
@@ -403,17 +342,9 @@ class RelativeReceptance:
     def common_interface_modes(self, low: float, high: float) -> tuple[Array, Array]:
         """Real interface modes that serve for all harmonics in a range of frequencies.
 
-        Parameters
-        ----------
-        low, high : float
-            Excitation frequencies, rad/s.
-
-        Returns
-        -------
-        modes : (3 n_c, 3 n_c) array
-            Orthonormal relative motions, those first in which the receptances are largest.
-        values : (3 n_c,) array
-            Bounds of the receptances of all harmonics in these, m/N.
+        `low`, `high`: excitation frequencies, rad/s. Returns `modes` (3 n_c, 3 n_c): orthonormal relative motions,
+        those first in which the receptances are largest; `values` (3 n_c,): bounds of the receptances of all
+        harmonics in these, m/N.
         """
         if (low, high) not in self._common:
             bounds = []
@@ -430,17 +361,8 @@ class RelativeReceptance:
 
         Two products with vectors; G itself is not formed.
 
-        Parameters
-        ----------
-        omega : float
-            Excitation frequency, rad/s.
-        contact_force : (n_h, 3 n_c) complex array
-            f^(h) on the right nodes, N.
-
-        Returns
-        -------
-        displacement, derivative : (n_h, 3 n_c) complex arrays
-            d_lin + G f in m, and its derivative in w at constant f.
+        `omega`: excitation frequency, rad/s; `contact_force` (n_h, 3 n_c): f^(h) on the right nodes, N. Returns
+        `displacement, derivative` (n_h, 3 n_c): d_lin + G f in m, and its derivative in w at constant f.
         """
         if self.large and self.harmonics[0] == 0:
             return self._large_response(omega, contact_force)
@@ -466,17 +388,8 @@ class RelativeReceptance:
     def modal_response(self, omega: float, contact_force: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
         """Modal coordinates under the external and the contact forces.
 
-        Parameters
-        ----------
-        omega : float
-            Excitation frequency, rad/s.
-        contact_force : (n_h, 3 n_c) complex array
-            f^(h) on the right nodes, N.
-
-        Returns
-        -------
-        coordinates, derivatives : (n_h, m) complex arrays
-            Modal coordinates, and their derivatives in w at constant f.
+        `omega`: excitation frequency, rad/s; `contact_force` (n_h, 3 n_c): f^(h) on the right nodes, N. Returns
+        `coordinates, derivatives` (n_h, m): modal coordinates, and their derivatives in w at constant f.
         """
         coordinates, derivatives = self._terms(omega, contact_force)
         return self.in_modes(coordinates), self.in_modes(derivatives)
@@ -490,10 +403,7 @@ class RelativeReceptance:
     def in_modes(self, terms: ComplexArray) -> ComplexArray:
         """Modal coordinates from the terms of the sums, which are those of poles with Coriolis forces.
 
-        Parameters
-        ----------
-        terms : (..., n_h, m) complex array
-            The terms.
+        `terms` (..., n_h, m).
         """
         turning = self.waves.turning
         return terms if turning is None else (turning.shapes @ terms[..., None])[..., 0]
@@ -501,32 +411,15 @@ class RelativeReceptance:
     def reduced_coordinates(self, coordinates: ComplexArray) -> ComplexArray:
         """Coordinates of the reduced model from modal coordinates of each harmonic.
 
-        Parameters
-        ----------
-        coordinates : (n_h, m) complex array
-            Modal coordinates.
-
-        Returns
-        -------
-        (n_h, n) complex array
-            q^(h) of the reduced model.
+        `coordinates` (n_h, m): modal coordinates. Returns (n_h, n): q^(h) of the reduced model.
         """
         return self.modal.reduced_coordinates(coordinates, self._phases)
 
     def coordinates(self, omegas: Array, contact_force: ComplexArray) -> ComplexArray:
         """Modal coordinates at several frequencies, each under its own contact force.
 
-        Parameters
-        ----------
-        omegas : (P,) array
-            Excitation frequencies, rad/s.
-        contact_force : (P, n_h, 3 n_c) complex array
-            f^(h) on the right nodes, N.
-
-        Returns
-        -------
-        (P, n_h, m) complex array
-            Modal coordinates.
+        `omegas` (P,): excitation frequencies, rad/s; `contact_force` (P, n_h, 3 n_c): f^(h) on the right nodes, N.
+        Returns (P, n_h, m): modal coordinates.
         """
         damping, squares = self._rates
         omega = omegas[:, None, None]
@@ -537,35 +430,18 @@ class RelativeReceptance:
     def output_rows(self, name: str, omega: float) -> ComplexArray:
         """Receptance of an output to contact forces, o r^(h) B_h^H: (n_h, 3 n_c) in m/N.
 
-        Parameters
-        ----------
-        name : str
-            Name of the output.
-        omega : float
-            Excitation frequency, rad/s.
+        `omega`: excitation frequency, rad/s.
         """
         value, _ = self.denominators(omega)
         weighted = (self.output_of_waves(name) / value)[:, None, :]
         return (weighted @ self.adjoint)[:, 0, :]
 
     def output_of_waves(self, name: str) -> NDArray[Any]:
-        """An output of the terms of the sums, as `output_shapes` of the modes.
-
-        Parameters
-        ----------
-        name : str
-            Name of the output.
-        """
+        """An output of the terms of the sums, as `output_shapes` of the modes."""
         return self.waves.rows(self.output_shapes(name))
 
     def output_shapes(self, name: str) -> NDArray[Any]:
-        """An output of the modes of each harmonic, (n_h, m); (m,) of a blade alone, the same in all.
-
-        Parameters
-        ----------
-        name : str
-            Name of the output.
-        """
+        """An output of the modes of each harmonic, (n_h, m); (m,) of a blade alone, the same in all."""
         if name not in self._outputs:
             self._outputs[name] = self.modal.wave_outputs(name, self._phases)
         return self._outputs[name]
@@ -573,17 +449,7 @@ class RelativeReceptance:
     def output(self, name: str, coordinates: ComplexArray) -> ComplexArray:
         """An output from modal coordinates of each harmonic.
 
-        Parameters
-        ----------
-        name : str
-            Name of the output.
-        coordinates : (..., n_h, m) complex array
-            Modal coordinates.
-
-        Returns
-        -------
-        (..., n_h) complex array
-            Fourier coefficients of the output, m.
+        `coordinates` (..., n_h, m): modal coordinates. Returns (..., n_h): Fourier coefficients of the output, m.
         """
         shapes = self.output_shapes(name)
         return coordinates @ shapes if shapes.ndim == 1 else (coordinates * shapes).sum(axis=-1)

@@ -429,24 +429,8 @@ def _of_all(parts: Sequence[Array | None]) -> Array | None:
 def interfaces_of(model: ReducedModel) -> tuple[ContactInterface, ...]:
     """The contact interfaces of a model, one by one: `with_interfaces` puts them together again.
 
-    Parameters
-    ----------
-    model : ReducedModel
-        The model.
-
-    Returns
-    -------
-    tuple of ContactInterface
-        Those whose left nodes do not move with the wave are against the ground: of an interface inside a sector the
-        displacement of one side relative to the other is known alone.
-
-    Examples
-    --------
-    >>> from rom import ReducedModel, interfaces_of
-    >>> tip, one = np.outer([0.0, 0.0, 1.0], np.ones(1)), np.ones(1)
-    >>> model = ReducedModel(np.eye(1), np.eye(1), tip, np.zeros((1, 3)), one, {"tip": one}, tip, n_blades=4)
-    >>> [(each.name, len(each.position)) for each in interfaces_of(model)]
-    [('shroud', 1)]
+    Those whose left nodes do not move with the wave are against the ground: of an interface inside a sector
+    the displacement of one side relative to the other is known alone.
     """
     found, first = [], 0
     for name, count in model.interfaces.items():
@@ -534,32 +518,8 @@ def _check_symmetric(name: str, matrix: Array, skew: bool = False) -> None:
 def expand_to_mesh(model: ReducedModel, coordinates: NDArray[Any]) -> NDArray[Any]:
     """Displacements of all mesh nodes from reduced coordinates, u = basis q.
 
-    Parameters
-    ----------
-    model : ReducedModel
-        A model with its basis.
-    coordinates : (..., n) array
-        Reduced coordinates q, real or complex.
-
-    Returns
-    -------
-    (..., n_nodes, 3) array
-        Displacements in m. The mesh vertices are the first nodes, in their own order; mid-side nodes follow.
-
-    Raises
-    ------
-    ReducedModelError
-        The model was stored without its basis, or the basis is not that of a mesh.
-
-    Examples
-    --------
-    >>> from rom import ReducedModel, expand_to_mesh
-    >>> up, one = np.array([[0.0], [0.0], [1.0]]), np.ones(1)
-    >>> basis = np.vstack([0 * up, up])  # node 0 is held, node 1 moves along z
-    >>> model = ReducedModel(np.eye(1), np.eye(1), up, np.zeros((1, 3)), one, {"tip": one}, basis=basis)
-    >>> print(expand_to_mesh(model, [0.002]))
-    [[0.    0.    0.   ]
-     [0.    0.    0.002]]
+    `coordinates` (..., n): reduced coordinates q, real or complex. Returns (..., n_nodes, 3): displacements in m. The
+    mesh vertices are the first nodes, in their own order; mid-side nodes follow.
     """
     if model.basis is None:
         raise ReducedModelError(

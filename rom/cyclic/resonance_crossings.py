@@ -13,23 +13,7 @@ BACKWARD, FORWARD, STANDING = "backward", "forward", "standing"
 def excited_nodal_diameter(engine_order: int, n_blades: int | None) -> int:
     """The nodal diameter that an engine order excites: min(EO mod N_b, N_b - EO mod N_b).
 
-    Parameters
-    ----------
-    engine_order : int
-        Engine order EO.
-    n_blades : int or None
-        Number of blades N_b; None for a single structure, which has nodal diameter 0 only.
-
-    Returns
-    -------
-    int
-        Nodal diameter, 0 to N_b / 2.
-
-    Examples
-    --------
-    >>> from rom import excited_nodal_diameter
-    >>> [excited_nodal_diameter(order, 72) for order in (0, 4, 36, 68, 76)]
-    [0, 4, 36, 4, 4]
+    `n_blades`: number of blades N_b; None for a single structure, which has nodal diameter 0 only.
     """
     if n_blades is None:
         return 0
@@ -43,23 +27,8 @@ def wave_direction(engine_order: int, n_blades: int | None) -> str:
     A disturbance at rest passes the blades against the rotation: backward. From half the number of blades on the
     blades sample it as a wave of fewer nodal diameters in the other direction.
 
-    Parameters
-    ----------
-    engine_order : int
-        Engine order EO.
-    n_blades : int or None
-        Number of blades N_b; None for a single structure.
-
-    Returns
-    -------
-    str
-        "backward" for 0 < EO mod N_b < N_b / 2, "forward" above N_b / 2, "standing" at 0 and N_b / 2.
-
-    Examples
-    --------
-    >>> from rom import wave_direction
-    >>> [wave_direction(order, 72) for order in (4, 36, 68, 76)]
-    ['backward', 'standing', 'forward', 'backward']
+    `n_blades`: number of blades N_b; None for a single structure. Returns "backward" for 0 < EO mod N_b < N_b / 2,
+    "forward" above N_b / 2, "standing" at 0 and N_b / 2.
     """
     rest = 0 if n_blades is None else engine_order % n_blades
     if n_blades is None or 2 * rest in (0, n_blades):
@@ -73,40 +42,19 @@ class ResonanceCrossing:
 
     Springs only raise natural frequencies (Rayleigh), so whatever linear springs below those of stuck contacts stand
     for the contacts, the natural frequency of this number lies between `free_hz` and `stuck_hz`.
-
-    Attributes
-    ----------
-    engine_order : int
-        Engine order EO.
-    nodal_diameter : int
-        Its nodal diameter.
-    wave : str
-        "backward", "forward" or "standing", as in `wave_direction`.
-    mode : int
-        Number of the mode in this nodal diameter, from 1.
-    free_hz, stuck_hz : float
-        Natural frequencies with free and with stuck contacts, Hz.
-    range_distance : float
-        0 where a part of free_hz to stuck_hz lies in the frequency range; otherwise the distance of the nearer limit
-        from the nearer end of the range, relative to that end, below 0 under the range.
-    margin : float or None
-        At a steady speed n the same from the excitation frequency EO n / 60; None at rest and for engine order 0.
-
-    Examples
-    --------
-    >>> from rom import ResonanceCrossing
-    >>> crossing = ResonanceCrossing(4, 4, "backward", 1, 200.0, 220.0, range_distance=0.0, margin=-0.1)
-    >>> crossing.in_range, crossing.speeds_rpm
-    (True, (3000.0, 3300.0))
     """
 
-    engine_order: int
-    nodal_diameter: int
-    wave: str
-    mode: int
+    engine_order: int  # engine order EO
+    nodal_diameter: int  # its nodal diameter
+    wave: str  # "backward", "forward" or "standing", as in `wave_direction`
+    mode: int  # number of the mode in this nodal diameter, from 1
+    # free_hz, stuck_hz: natural frequencies with free and with stuck contacts, Hz
     free_hz: float
     stuck_hz: float
+    # 0 where a part of free_hz to stuck_hz lies in the frequency range; otherwise the distance of the nearer limit
+    # from the nearer end of the range, relative to that end, below 0 under the range
     range_distance: float
+    # at a steady speed n the same from the excitation frequency EO n / 60; None at rest and for engine order 0
     margin: float | None
 
     @property
@@ -132,33 +80,9 @@ def resonance_crossings(
 ) -> list[ResonanceCrossing]:
     """Modes that an engine order can bring to resonance in a frequency range, and the nearest ones outside of it.
 
-    Parameters
-    ----------
-    engine_order : int
-        Engine order EO.
-    n_blades : int or None
-        Number of blades; None for a single structure.
-    free_hz, stuck_hz : (m,) array
-        Natural frequencies at the nodal diameter of the engine order with free and stuck contacts, ascending, Hz.
-    range_hz : (float, float)
-        Lowest and highest excitation frequency, Hz.
-    speed_rpm : float
-        Steady speed, rev/min; 0: none.
-
-    Returns
-    -------
-    list of ResonanceCrossing
-        By the number of the mode: those in the range, the next one below it and above it, and at a speed the one
-        with the smallest margin.
-
-    Examples
-    --------
-    >>> from rom import resonance_crossings
-    >>> found = resonance_crossings(70, 72, [100.0, 300.0, 700.0], [150.0, 420.0, 800.0], (200.0, 400.0))
-    >>> [(each.nodal_diameter, each.wave, each.mode, each.range_distance) for each in found]
-    [(2, 'forward', 1, -0.25), (2, 'forward', 2, 0.0), (2, 'forward', 3, 0.75)]
-    >>> found[1].speeds_rpm
-    (257.14285714285717, 360.0)
+    `free_hz`, `stuck_hz` (m,): natural frequencies at the nodal diameter of the engine order with free and stuck
+    contacts, ascending, Hz; `speed_rpm`: steady speed, rev/min; 0: none. Returns those
+    in the range, the next one below it and above it, and at a speed the one with the smallest margin, by mode.
     """
     excitation = engine_order * speed_rpm / 60.0
     diameter, wave = excited_nodal_diameter(engine_order, n_blades), wave_direction(engine_order, n_blades)
@@ -177,27 +101,8 @@ def speed_crossings(speeds_rpm: ArrayLike, natural_hz: ArrayLike, engine_order: 
 
     Between two speeds the squared frequency is linear in the squared speed, as for a stiffness K + n^2 K_n.
 
-    Parameters
-    ----------
-    speeds_rpm : (k,) array
-        Speeds, rev/min, ascending.
-    natural_hz : (k,) array
-        Natural frequency at these speeds, Hz.
-    engine_order : int
-        Engine order EO.
-
-    Returns
-    -------
-    list of (float, float)
-        Speed, rev/min, and frequency, Hz, of each crossing.
-
-    Examples
-    --------
-    >>> from rom import speed_crossings
-    >>> [(round(n, 6), round(f, 6)) for n, f in speed_crossings([0.0, 6000.0], [80.0, 100.0], 1)]
-    [(6000.0, 100.0)]
-    >>> speed_crossings([0.0, 6000.0], [80.0, 100.0], 0)
-    []
+    `speeds_rpm` (k,): speeds, rev/min, ascending; `natural_hz` (k,): natural frequency at these speeds, Hz. Returns
+    speed, rev/min, and frequency, Hz, of each crossing.
     """
     x, f = np.asarray(speeds_rpm, float) ** 2, np.asarray(natural_hz, float) ** 2
     above = f - (engine_order / 60.0) ** 2 * x
@@ -214,24 +119,7 @@ def speed_crossings(speeds_rpm: ArrayLike, natural_hz: ArrayLike, engine_order: 
 
 
 def signed_distance(limits: tuple[float, float], span: tuple[float, float]) -> float:
-    """Signed distance of an interval from a span, relative to the nearer end of the span; 0 where they meet.
-
-    Parameters
-    ----------
-    limits, span : (float, float)
-        Lower and upper ends, above 0.
-
-    Returns
-    -------
-    float
-        Below 0 under the span.
-
-    Examples
-    --------
-    >>> from rom import signed_distance
-    >>> signed_distance((50.0, 90.0), (100.0, 200.0)), signed_distance((250.0, 300.0), (100.0, 200.0))
-    (-0.09999999999999998, 0.25)
-    """
+    """Signed distance of an interval from a span, relative to the nearer end of the span; 0 where they meet."""
     if limits[0] > span[1]:
         return limits[0] / span[1] - 1.0
     return min(limits[1] / span[0] - 1.0, 0.0)

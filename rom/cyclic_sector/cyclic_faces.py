@@ -21,29 +21,13 @@ ON_AXIS = 1e-7  # of the largest radius
 
 @dataclass(frozen=True)
 class CyclicFaces:
-    """Cut faces at which a sector is joined to its neighbours; the right face is at the +y side.
+    """Cut faces at which a sector is joined to its neighbours; the right face is at the +y side."""
 
-    Attributes
-    ----------
-    right, left : (k,) arrays
-        Nodes of the full model, paired: left node i turned by one pitch is right node i.
-    axis : (a,) array
-        Nodes on the engine axis, which belong to both faces.
-    n_sectors : int
-        Number of sectors of the ring.
-
-    Examples
-    --------
-    >>> from rom import CyclicFaces
-    >>> faces = CyclicFaces(np.array([0]), np.array([1]), np.array([], dtype=int), n_sectors=4)
-    >>> (faces.turn @ [0.0, 0.0, 1.0]).round(12).tolist()  # a quarter of a turn, from z towards y
-    [0.0, 1.0, 0.0]
-    """
-
+    # right, left (k,): nodes of the full model, paired: left node i turned by one pitch is right node i
     right: NDArray[np.int64]
     left: NDArray[np.int64]
-    axis: NDArray[np.int64]
-    n_sectors: int
+    axis: NDArray[np.int64]  # (a,) nodes on the engine axis, which belong to both faces
+    n_sectors: int  # number of sectors of the ring
 
     @property
     def turn(self) -> NDArray[np.float64]:
@@ -56,13 +40,7 @@ class CyclicFaces:
         return np.concatenate([self.left, self.right, self.axis])
 
     def held(self, full: FullModel) -> NDArray[np.bool_]:
-        """Dofs (N,) that are clamped; what is clamped on one face is clamped on the other.
-
-        Parameters
-        ----------
-        full : FullModel
-            The full model.
-        """
+        """Dofs (N,) that are clamped; what is clamped on one face is clamped on the other."""
         held = np.zeros(full.n_dofs, dtype=bool)
         held[full.fixed] = True
         by_node = held.reshape(-1, 3)
@@ -80,42 +58,7 @@ def turn_about_axis(angle: float) -> NDArray[np.float64]:
 def cyclic_faces(
     full: FullModel, sector: SectorMesh, right: str = "cyclic_right", left: str = "cyclic_left"
 ) -> CyclicFaces:
-    """Pair the nodes of the cut faces of a sector.
-
-    Parameters
-    ----------
-    full : FullModel
-        The full model of the sector.
-    sector : SectorMesh
-        Its mesh.
-    right, left : str
-        Names of the node sets of the faces.
-
-    Returns
-    -------
-    CyclicFaces
-        The pairs; the nodes on the axis apart.
-
-    Raises
-    ------
-    RomParameterError
-        A set is missing or empty, or the faces do not match under the pitch; the message says by how much, and which
-        number of sectors would fit.
-
-    Examples
-    --------
-    The faces of the shroud match too, where nothing is between the neighbours:
-
-    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
-    >>> from rom import Material, assemble, cyclic_faces
-    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02, contact_grid=(1, 1)))
-    >>> full = assemble(sector, Material(2e11, 0.3, 7800.0), element="hex8")
-    >>> faces = cyclic_faces(full, sector, "face_right", "face_left")
-    >>> turned = full.positions[faces.left] @ faces.turn.T
-    >>> len(faces.left) > 0, bool(np.allclose(turned, full.positions[faces.right], atol=1e-9))
-    (True, True)
-    """
+    """Pair the nodes of the cut faces of a sector."""
     found = discretise(sector, full.element)
     sets = []
     for name in (right, left):

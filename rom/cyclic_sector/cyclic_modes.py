@@ -42,29 +42,14 @@ _SEED = 20261123
 
 @dataclass(frozen=True)
 class CyclicModes:
-    """Modes of a sector with n nodal diameters.
+    """Modes of a sector with n nodal diameters."""
 
-    Attributes
-    ----------
-    nodal_diameter : int
-        Number of nodal diameters n. Sector j + 1 is ahead of sector j by the phase n phi: with exp(i w t) the wave
-        runs towards -y, against the rotation.
-    omega : (m,) array
-        Natural frequencies, rad/s, ascending; rigid motions have 0.
-    shapes : (N, m) array
-        Displacements of the nodes, node-major x, y, z, with the mass of a sector normalised to 1; complex but for
-        n = 0 and half the number of sectors.
-
-    Examples
-    --------
-    >>> from rom import CyclicModes
-    >>> modes = CyclicModes(3, np.array([2e3 * np.pi]), np.zeros((6, 1), complex))
-    >>> modes.frequency_hz.round(6).tolist()
-    [1000.0]
-    """
-
+    # number of nodal diameters n. Sector j + 1 is ahead of sector j by the phase n phi: with exp(i w t) the wave runs
+    # towards -y, against the rotation
     nodal_diameter: int
-    omega: NDArray[np.float64]
+    omega: NDArray[np.float64]  # (m,) natural frequencies, rad/s, ascending; rigid motions have 0
+    # (N, m) displacements of the nodes, node-major x, y, z, with the mass of a sector normalised to 1; complex but
+    # for n = 0 and half the number of sectors
     shapes: NDArray[Any]
 
     @property
@@ -76,91 +61,14 @@ class CyclicModes:
 def cyclic_modes(
     full: FullModel, faces: CyclicFaces, nodal_diameter: int, count: int, *, backend: str = "auto"
 ) -> CyclicModes:
-    """Lowest modes of a sector that is joined to its neighbours at its cut faces.
-
-    Parameters
-    ----------
-    full : FullModel
-        The full model of the sector; a disk that nothing holds has rigid motions.
-    faces : CyclicFaces
-        The cut faces.
-    nodal_diameter : int
-        Number of nodal diameters n, from 0 to half the number of sectors.
-    count : int
-        Number of modes.
-    backend : str
-        Backend of the factorisation, see `factorise`.
-
-    Returns
-    -------
-    CyclicModes
-        The modes.
-
-    Raises
-    ------
-    RomParameterError
-        There is no such nodal diameter.
-    FactorisationError
-        The structure is not stable.
-
-    Examples
-    --------
-    A ring of shrouds in one piece: neighbours in opposite phase are stiffer than all in phase.
-
-    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
-    >>> from rom import Material, assemble, cyclic_faces, cyclic_modes
-    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02, contact_grid=(1, 1)))
-    >>> full = assemble(sector, Material(2e11, 0.3, 7800.0), element="hex8")
-    >>> faces = cyclic_faces(full, sector, "face_right", "face_left")
-    >>> low, high = (cyclic_modes(full, faces, n, 2).frequency_hz[0] for n in (0, 20))
-    >>> bool(low < high)
-    True
-    """
+    """Lowest modes of a sector that is joined to its neighbours at its cut faces."""
     return modes_by_nodal_diameter(full, faces, (nodal_diameter,), count, backend=backend)[0]
 
 
 def modes_by_nodal_diameter(
     full: FullModel, faces: CyclicFaces, nodal_diameters: Sequence[int], count: int, *, backend: str = "auto"
 ) -> tuple[CyclicModes, ...]:
-    """Lowest modes of a sector at several nodal diameters, with one factor of its inside: see `cyclic_modes`.
-
-    Parameters
-    ----------
-    full : FullModel
-        The full model of the sector.
-    faces : CyclicFaces
-        The cut faces.
-    nodal_diameters : sequence of int
-        Numbers of nodal diameters, from 0 to half the number of sectors.
-    count : int
-        Number of modes of each.
-    backend : str
-        Backend of the factorisation, see `factorise`.
-
-    Returns
-    -------
-    tuple of CyclicModes
-        The modes, in the order of the nodal diameters.
-
-    Raises
-    ------
-    RomParameterError
-        There is no such nodal diameter.
-    FactorisationError
-        The structure is not stable.
-
-    Examples
-    --------
-    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
-    >>> from rom import Material, assemble, cyclic_faces, modes_by_nodal_diameter
-    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02, contact_grid=(1, 1)))
-    >>> full = assemble(sector, Material(2e11, 0.3, 7800.0), element="hex8")
-    >>> faces = cyclic_faces(full, sector, "face_right", "face_left")
-    >>> [modes.nodal_diameter for modes in modes_by_nodal_diameter(full, faces, (0, 5, 20), 2)]
-    [0, 5, 20]
-    """
+    """Lowest modes of a sector at several nodal diameters, with one factor of its inside: see `cyclic_modes`."""
     with one_blas_thread():
         sector = CondensedSector(full, faces, backend)
         return tuple(WaveProblem(sector, diameter).modes(count) for diameter in nodal_diameters)
@@ -277,33 +185,6 @@ def static_motion(full: FullModel, faces: CyclicFaces) -> csr_matrix:
 
     A disk that nothing holds is supported without reactions: a load alike on all sectors, without a force along the
     axis or a moment about it, cannot move it, and one node is held along x and y.
-
-    Parameters
-    ----------
-    full : FullModel
-        The full model of the sector.
-    faces : CyclicFaces
-        The cut faces.
-
-    Returns
-    -------
-    (N, f) CSR matrix
-        T, for `stiffen_by_rotation` and `centrifugal_displacement`.
-
-    Examples
-    --------
-    A disk spins freely: the displacements of both faces are the same, turned by the pitch.
-
-    >>> from geometry import BladeParameters, DiskParameters, MeshParameters, ShroudParameters, build_sector
-    >>> from rom import Material, assemble, centrifugal_displacement, cyclic_faces, static_motion
-    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> disk, steel = DiskParameters(bore_radius=0.1, rim_width=0.03, bore="free"), Material(2e11, 0.3, 7800.0)
-    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02), disk)
-    >>> full = assemble(sector, {"": steel, "disk": steel}, element="hex8")
-    >>> faces = cyclic_faces(full, sector)
-    >>> moved = centrifugal_displacement(full, motion=static_motion(full, faces)).reshape(-1, 3)
-    >>> bool(np.allclose(moved[faces.left] @ faces.turn.T, moved[faces.right], atol=1e-9 * abs(moved).max()))
-    True
     """
     sector = CondensedSector(full, faces)
     motion = WaveProblem(sector, 0).constraint

@@ -37,53 +37,23 @@ HELD = 1e-12  # relative length of a motion that counts as none
 
 @dataclass(frozen=True)
 class InterfaceOptions:
-    """Of which waves the motions of the cut faces are taken, and how many.
+    """Of which waves the motions of the cut faces are taken, and how many."""
 
-    Attributes
-    ----------
-    nodal_diameters : tuple of int or None
-        Nodal diameters of the waves; None: 0, 2, 8, 32 ... and half of the number of
-        sectors.
-    modes : int
-        Modes of each nodal diameter.
-    tolerance : float
-        Singular values, relative to the largest one, below which motions are left out.
-    checked : bool
-        Whether the frequencies of one more nodal diameter are computed, for `wave_errors`.
-
-    Examples
-    --------
-    >>> from rom import InterfaceOptions
-    >>> InterfaceOptions().sampled(72)
-    (0, 2, 8, 36)
-    """
-
+    # nodal diameters of the waves; None: 0, 2, 8, 32 ... and half of the number of sectors
     nodal_diameters: tuple[int, ...] | None = None
-    modes: int = 20
-    tolerance: float = 1e-5
-    checked: bool = True
+    modes: int = 20  # modes of each nodal diameter
+    tolerance: float = 1e-5  # singular values, relative to the largest one, below which motions are left out
+    checked: bool = True  # whether the frequencies of one more nodal diameter are computed, for `wave_errors`
 
     def sampled(self, n_sectors: int) -> tuple[int, ...]:
-        """The nodal diameters for a number of sectors.
-
-        Parameters
-        ----------
-        n_sectors : int
-            Number of sectors of the ring.
-        """
+        """The nodal diameters for a number of sectors."""
         if self.nodal_diameters is not None:
             return self.nodal_diameters
         half = n_sectors // 2
         return tuple(sorted({0, half, *(2 * 4**k for k in range(20) if BELOW_HALF * 2 * 4**k < half)}))
 
     def unsampled(self, n_sectors: int) -> int | None:
-        """The nodal diameter n farthest from the sampled ones on a scale of log(n + 1); None where all are sampled.
-
-        Parameters
-        ----------
-        n_sectors : int
-            Number of sectors of the ring.
-        """
+        """The nodal diameter n farthest from the sampled ones on a scale of log(n + 1); None: all are sampled."""
         sampled = self.sampled(n_sectors)
         others = np.setdiff1d(np.arange(n_sectors // 2 + 1), sampled)
         if not len(others):
@@ -102,51 +72,7 @@ def interface_motion(
     *,
     backend: str = "auto",
 ) -> BoundaryChoice:
-    """Boundary dofs of a sector with those of its cut faces, for `reduce_sector`.
-
-    Parameters
-    ----------
-    full : FullModel
-        The full model.
-    sector : SectorMesh
-        Its mesh.
-    faces : CyclicFaces
-        The cut faces.
-    boundary : BoundaryChoice
-        The other boundary dofs.
-    options : InterfaceOptions, optional
-        Which motions of the faces are kept.
-    backend : str
-        Backend of the factorisation, see `factorise`.
-
-    Returns
-    -------
-    BoundaryChoice
-        `boundary` with the motions of the faces.
-
-    Raises
-    ------
-    RomParameterError
-        There is no such nodal diameter, or a node of contact, load or the tip is one of a cut face.
-    FactorisationError
-        The structure is not stable.
-
-    Examples
-    --------
-    The shrouds joined but for one contact node, the middle one of the face:
-
-    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
-    >>> from rom import BoundaryChoice, CyclicFaces, Material, assemble, cyclic_faces, interface_motion
-    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02, contact_grid=(1, 1)))
-    >>> full = assemble(sector, Material(2e11, 0.3, 7800.0), element="hex8")
-    >>> faces = cyclic_faces(full, sector, "face_right", "face_left")
-    >>> joined = ~np.isin(faces.right, full.vertex_node[sector.right.nodes])
-    >>> faces = CyclicFaces(faces.right[joined], faces.left[joined], faces.axis, 40)
-    >>> choice = interface_motion(full, sector, faces, BoundaryChoice(contact_dofs="nodal"))
-    >>> choice.interface.nodes.size == 2 * faces.left.size
-    True
-    """
+    """Boundary dofs of a sector with those of its cut faces, for `reduce_sector`."""
     options = options or InterfaceOptions()
     dofs = choose_boundary_dofs(full, sector, replace(boundary, interface=_untouched(faces)))
     forces = [dofs.motion(len(full.positions)).toarray().T]

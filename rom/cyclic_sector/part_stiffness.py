@@ -62,21 +62,8 @@ def part_stiffness(
 def strain_rows(stiffness: NDArray[np.float64]) -> NDArray[np.float64]:
     """Rows whose squares add up to the strain energy of a part: S with S^T S = K.
 
-    Parameters
-    ----------
-    stiffness : (n, n) array
-        Stiffness K of the part, symmetric, with no negative eigenvalues but round-off.
-
-    Returns
-    -------
-    (r, n) array
-        S; motions without strain have no row.
-
-    Examples
-    --------
-    >>> from rom import strain_rows
-    >>> print(abs(strain_rows(np.array([[4.0, -4.0], [-4.0, 4.0]]))).round(6))  # a spring between two coordinates
-    [[2. 2.]]
+    `stiffness` (n, n): stiffness K of the part, symmetric, with no negative eigenvalues but round-off. Returns (r,
+    n): S; motions without strain have no row.
     """
     values, vectors = np.linalg.eigh((stiffness + stiffness.T) / 2.0)
     kept = values > _NONE * values[-1]
@@ -93,37 +80,8 @@ def blade_stiffness(
     With (1 + delta)^2 times this part the frequencies of the blade, clamped at the rim and at rest, are (1 + delta)
     times as high: a mistuned blade.
 
-    Parameters
-    ----------
-    full : FullModel
-        The full model.
-    sector : SectorMesh
-        Its mesh.
-    material : Material or mapping of str to Material
-        Its material, or its materials as in `assemble`.
-    basis : (N, n) array
-        Mesh displacements of the reduced coordinates, `ReducedModel.basis`.
-    rim_radius : float
-        Outer radius of the disk, m: its elements have no node beyond it. All others are those of the blade.
-
-    Returns
-    -------
-    (n, n) array
-        The stiffness, N/m for coordinates in m.
-
-    Examples
-    --------
-    Of a blade the lowest part of which is called its disk:
-
-    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
-    >>> from rom import Material, ReductionOptions, assemble, blade_stiffness, reduce_sector
-    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> sector, steel = build_sector(blade, shroud, MeshParameters(size=0.02)), Material(2e11, 0.3, 7800.0)
-    >>> full = assemble(sector, steel, element="hex8")
-    >>> model = reduce_sector(full, sector, ReductionOptions(modes=4)).model
-    >>> own = blade_stiffness(full, sector, steel, model.basis, rim_radius=0.34)
-    >>> bool(np.linalg.eigvalsh(model.stiffness - own)[0] > -1e-9 * np.abs(own).max())  # the rest is that of the disk
-    True
+    `basis` (N, n): mesh displacements of the reduced coordinates, `ReducedModel.basis`. Returns (n, n): the
+    stiffness, N/m for coordinates in m.
     """
     return part_stiffness(full, sector, material, basis, within_rim(full, rim_radius), disk=False)
 
@@ -134,39 +92,8 @@ def mode_families(
 ) -> ModeFamilies:
     """Rows of a reduced model that tell the families of its modes.
 
-    Parameters
-    ----------
-    full : FullModel
-        The full model.
-    sector : SectorMesh
-        Its mesh.
-    material : Material or mapping of str to Material
-        Its material, or its materials as in `assemble`.
-    basis : (N, n) array
-        Mesh displacements of the reduced coordinates, `ReducedModel.basis`.
-    rim_radius : float
-        Outer radius of the disk, m: its elements have no node beyond it. The airfoil is what stands on it, up to the
-        contact faces.
-
-    Returns
-    -------
-    ModeFamilies
-        The rows.
-
-    Examples
-    --------
-    Of a blade the lowest part of which is called its disk:
-
-    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
-    >>> from rom import Material, ReductionOptions, assemble, mode_families, reduce_sector
-    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> sector, steel = build_sector(blade, shroud, MeshParameters(size=0.02)), Material(2e11, 0.3, 7800.0)
-    >>> full = assemble(sector, steel, element="hex8")
-    >>> model = reduce_sector(full, sector, ReductionOptions(modes=4)).model
-    >>> families = mode_families(full, sector, steel, model.basis, rim_radius=0.34)
-    >>> frequency, names, share = families.modes(model, phase=0.0, count=2)
-    >>> names, bool(0.5 < share.min() and share.max() < 1.0)
-    (['1D', '2D'], True)
+    `basis` (N, n): mesh displacements of the reduced coordinates, `ReducedModel.basis`; `rim_radius`: outer radius of
+    the disk, m: its elements have no node beyond it. The airfoil is what stands on it, up to the contact faces.
     """
     positions = full.positions
     inside = within_rim(full, rim_radius)

@@ -54,28 +54,12 @@ RIGID = 1e-4  # of the highest frequency: below, a motion is rigid and has no re
 
 @dataclass(frozen=True)
 class WaveErrors:
-    """Relative errors of natural frequencies at several nodal diameters.
+    """Relative errors of natural frequencies at several nodal diameters."""
 
-    Attributes
-    ----------
-    nodal_diameters : tuple of int
-        The k nodal diameters.
-    sampled : tuple of bool
-        Whether the motions of the cut faces were taken from this nodal diameter, among others.
-    errors : (k, m) array
-        Reduced over exact frequency of each mode, less 1; 0 for rigid motions.
-
-    Examples
-    --------
-    >>> from rom import WaveErrors
-    >>> found = WaveErrors((0, 1), (True, False), np.array([[1e-5, 2e-4], [3e-5, 1e-3]]))
-    >>> found.largest, found.largest_unsampled
-    (0.001, 0.001)
-    """
-
-    nodal_diameters: tuple[int, ...]
+    nodal_diameters: tuple[int, ...]  # the k nodal diameters
+    # whether the motions of the cut faces were taken from this nodal diameter, among others
     sampled: tuple[bool, ...]
-    errors: NDArray[np.float64]
+    errors: NDArray[np.float64]  # (k, m) reduced over exact frequency of each mode, less 1; 0 for rigid motions
 
     @property
     def largest(self) -> float:
@@ -96,40 +80,6 @@ def wave_errors(model: ReducedModel, interface: InterfaceMotion | None, count: i
     `interface_motion` leaves the frequencies of the whole mesh at the nodal diameters that it sampled and at one that
     it did not, the one farthest from the others. The errors are those of the motions of the cut faces and of the
     fixed-interface modes together, without that of the mesh.
-
-    Parameters
-    ----------
-    model : ReducedModel
-        The reduced model.
-    interface : InterfaceMotion
-        Its cut faces: `interface` of the choice that `interface_motion` made.
-    count : int
-        Number of lowest frequencies that are compared, at most as many as were computed.
-
-    Returns
-    -------
-    WaveErrors
-        The errors.
-
-    Raises
-    ------
-    RomParameterError
-        No frequencies of the whole mesh are known.
-
-    Examples
-    --------
-    >>> from geometry import BladeParameters, DiskParameters, MeshParameters, ShroudParameters, build_sector
-    >>> from rom import Material, ReductionOptions, assemble, cyclic_faces, interface_motion
-    >>> from rom import reduce_sector, wave_errors
-    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02), DiskParameters(0.1, 0.03))
-    >>> steel = Material(2e11, 0.3, 7800.0)
-    >>> full = assemble(sector, {"": steel, "disk": steel}, element="hex8")
-    >>> choice = interface_motion(full, sector, cyclic_faces(full, sector))
-    >>> model = reduce_sector(full, sector, ReductionOptions(modes=60), choice).model
-    >>> found = wave_errors(model, choice.interface, count=4)
-    >>> found.nodal_diameters, found.largest < 1e-3
-    ((0, 2, 8, 20, 4), True)
     """
     references = () if interface is None else interface.references
     if not references or model.n_blades is None:
@@ -165,48 +115,9 @@ def wave_reference(
 ) -> FullReference:
     """The reference of a sector of a bladed disk at one nodal diameter, for frequencies up to `highest_hz`.
 
-    Parameters
-    ----------
-    full : FullModel
-        The full model.
-    sector : SectorMesh
-        Its mesh, with the sets `cyclic_right` and `cyclic_left`.
-    nodal_diameter : int
-        Number of nodal diameters n. The waves of other nodal diameters are not in the reference.
-    highest_hz : float
-        Highest frequency of interest, Hz.
-    boundary : BoundaryChoice
-        Excitation and contact dofs.
-    backend : str
-        Backend of the factorisation, see `factorise`.
-    with_face : bool
-        As in `full_reference`.
-
-    Returns
-    -------
-    FullReference
-        The reference; `flexibility` (6 n_c, 6 n_c) is that of the wave, complex but for n = 0 and half the number of
-        sectors, and None where a rigid motion has no static response.
-
-    Raises
-    ------
-    RomParameterError
-        There are too many modes in the range, or there is no such nodal diameter.
-    FactorisationError
-        The structure is not stable.
-
-    Examples
-    --------
-    >>> from geometry import BladeParameters, DiskParameters, MeshParameters, ShroudParameters, build_sector
-    >>> from rom import Material, assemble, cyclic_faces, cyclic_modes, natural_frequencies, wave_reference
-    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02), DiskParameters(0.1, 0.03))
-    >>> steel = Material(2e11, 0.3, 7800.0)
-    >>> full = assemble(sector, {"": steel, "disk": steel}, element="hex8")
-    >>> reference = wave_reference(full, sector, nodal_diameter=3, highest_hz=1000.0)
-    >>> found = natural_frequencies(reference.model, 2 * np.pi * 3 / 40, count=2)
-    >>> np.allclose(found, cyclic_modes(full, cyclic_faces(full, sector), 3, 2).frequency_hz, rtol=1e-6)
-    True
+    `highest_hz`: highest frequency of interest, Hz. Of the reference `flexibility` (6 n_c, 6 n_c) is that of
+    the wave, complex but for n = 0 and half the number of sectors, and None where a rigid motion has no static
+    response.
     """
     faces = cyclic_faces(full, sector)
     require_at_rest(full, faces.nodes)

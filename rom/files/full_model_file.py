@@ -23,24 +23,6 @@ def save_full_model(path: str | Path, full: FullModel) -> None:
     """Write a full model to an HDF5 file, exactly.
 
     The file is written in place; an interrupted call leaves a partial file.
-
-    Parameters
-    ----------
-    path : str or path
-        The file.
-    full : FullModel
-        The full model.
-
-    Examples
-    --------
-    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
-    >>> from rom import Material, assemble, opened, save_full_model
-    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02))
-    >>> save_full_model("full.h5", assemble(sector, Material(2e11, 0.3, 7800.0), element="hex8"))
-    >>> with opened("full.h5") as file:
-    ...     print(file.attrs["element"], file.attrs["speed_rpm"])
-    hex8 0.0
     """
     with new_hdf5(path) as file:
         file.attrs["format"] = _FORMAT
@@ -54,33 +36,7 @@ def save_full_model(path: str | Path, full: FullModel) -> None:
 
 
 def load_full_model(path: str | Path) -> FullModel:
-    """Read a full model written by `save_full_model`.
-
-    Parameters
-    ----------
-    path : str or path
-        The file.
-
-    Returns
-    -------
-    FullModel
-        The full model, bit for bit.
-
-    Raises
-    ------
-    FullModelFileError
-        The file is missing or does not hold a full model.
-
-    Examples
-    --------
-    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
-    >>> from rom import Material, assemble, load_full_model, save_full_model
-    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> full = assemble(build_sector(blade, shroud, MeshParameters(size=0.02)), Material(2e11, 0.3, 7800.0), "hex8")
-    >>> save_full_model("full.h5", full)
-    >>> abs(load_full_model("full.h5").stiffness - full.stiffness).nnz
-    0
-    """
+    """Read a full model written by `save_full_model`."""
     try:
         with opened(path) as file:
             if file.attrs.get("format") != _FORMAT:

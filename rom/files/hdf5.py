@@ -64,30 +64,6 @@ def new_hdf5(path: str | os.PathLike[str]) -> Iterator[Any]:
 
     HDF5 itself does not survive a full disk: it fails again in its clean-up and in the end crashes the process.
     Therefore it writes to a file object whose writes always succeed; a failure is raised once, at the end.
-
-    Parameters
-    ----------
-    path : str or path
-        The file.
-
-    Yields
-    ------
-    h5py.File
-        The open file.
-
-    Raises
-    ------
-    OSError
-        The file cannot be written.
-
-    Examples
-    --------
-    >>> from rom import new_hdf5, opened
-    >>> with new_hdf5("blade.h5") as file:
-    ...     file.attrs["n_blades"] = 40
-    >>> with opened("blade.h5") as file:
-    ...     print(file.attrs["n_blades"])
-    40
     """
     import h5py
 
@@ -157,32 +133,7 @@ class _ErrorKeepingFile(io.RawIOBase):
 
 @contextmanager
 def opened(path: str | os.PathLike[str]) -> Iterator["h5py.File"]:
-    """Context manager: the HDF5 file `path`, open for reading, without links into other files.
-
-    Parameters
-    ----------
-    path : str or path
-        The file.
-
-    Yields
-    ------
-    h5py.File
-        The open file.
-
-    Raises
-    ------
-    ValueError
-        The file holds a link into another file. For a damaged file any of `UNREADABLE` is raised.
-
-    Examples
-    --------
-    >>> from rom import new_hdf5, opened
-    >>> with new_hdf5("areas.h5") as file:
-    ...     file["area"] = np.ones((4, 3))
-    >>> with opened("areas.h5") as file:
-    ...     print(file["area"].shape)
-    (4, 3)
-    """
+    """Context manager: the HDF5 file `path`, open for reading, without links into other files."""
     import h5py
 
     with h5py.File(path, "r") as file:
@@ -195,30 +146,6 @@ def stored_array(dataset: Any) -> np.ndarray:
 
     A dataset can claim terabytes that were never written: reading them would fill the memory with zeros. It can also
     take its data from other files.
-
-    Parameters
-    ----------
-    dataset : h5py.Dataset
-        The dataset.
-
-    Returns
-    -------
-    array
-        Its numbers.
-
-    Raises
-    ------
-    ValueError
-        The dataset claims far more than the file holds, takes its data from other files, or holds no numbers.
-
-    Examples
-    --------
-    >>> from rom import new_hdf5, opened, stored_array
-    >>> with new_hdf5("areas.h5") as file:
-    ...     file["area"] = np.ones((4, 3))
-    >>> with opened("areas.h5") as file:
-    ...     print(stored_array(file["area"]).sum())
-    12.0
     """
     if dataset.shape is None:
         raise ValueError(f"{dataset.name}: empty, allowed: numbers")
@@ -229,19 +156,7 @@ def stored_array(dataset: Any) -> np.ndarray:
 
 
 def why_unreadable(error: BaseException) -> str:
-    """Message of an exception of `UNREADABLE`: the system's own, or its first line; HDF5 adds internals on others.
-
-    Parameters
-    ----------
-    error : BaseException
-        The exception.
-
-    Examples
-    --------
-    >>> from rom import why_unreadable
-    >>> why_unreadable(ValueError("area: empty, allowed: numbers"))
-    'area: empty, allowed: numbers'
-    """
+    """Message of an exception of `UNREADABLE`: the system's own, or its first line; HDF5 adds internals on others."""
     if isinstance(error, OSError) and error.errno:  # an error of the system, wrapped by HDF5 in its own words
         return os.strerror(error.errno)
     return str(error).strip("'\"").splitlines()[0] if str(error) else type(error).__name__

@@ -21,23 +21,6 @@ def save_sector(path: str | Path, sector: SectorMesh) -> None:
     Further pairs of faces stand in the group `pairs`, numbered; their names are attributes.
 
     The file is written in place; an interrupted call leaves a partial file.
-
-    Parameters
-    ----------
-    path : str or path
-        The file.
-    sector : SectorMesh
-        The mesh.
-
-    Examples
-    --------
-    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
-    >>> from rom import opened, save_sector
-    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> save_sector("sector.h5", build_sector(blade, shroud, MeshParameters(size=0.02)))
-    >>> with opened("sector.h5") as file:
-    ...     print(*sorted(file), file.attrs["n_blades"])
-    blocks left node_sets points right surfaces 40
     """
     with new_hdf5(path) as file:
         file.attrs["format"] = FORMAT
@@ -71,33 +54,7 @@ def _write_faces(group: Any, pair: SectorMesh | FacePair) -> None:
 
 
 def load_sector(path: str | Path) -> SectorMesh:
-    """Read a sector written by `save_sector`.
-
-    Parameters
-    ----------
-    path : str or path
-        The file.
-
-    Returns
-    -------
-    SectorMesh
-        The mesh.
-
-    Raises
-    ------
-    SectorFileError
-        The file is missing or does not hold a sector.
-
-    Examples
-    --------
-    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
-    >>> from rom import load_sector, save_sector
-    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02))
-    >>> save_sector("sector.h5", sector)
-    >>> np.array_equal(load_sector("sector.h5").points, sector.points)
-    True
-    """
+    """Read a sector written by `save_sector`."""
     try:
         with opened(path) as file:
             if file.attrs.get("format") != FORMAT:

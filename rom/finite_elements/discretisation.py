@@ -247,24 +247,7 @@ def element_warnings(mesh: ElementMesh) -> tuple[str, ...]:
     Elements with linear shape functions bend far too stiffly. Elements are not connected along an edge where one has
     a mid-side node and the neighbour none, or another.
 
-    Parameters
-    ----------
-    mesh : SectorMesh or ImportedMesh
-        The mesh.
-
-    Returns
-    -------
-    tuple of str
-        One line for each such kind of element, and one for hanging nodes; empty where there is none.
-
-    Examples
-    --------
-    >>> from geometry import ElementBlock, ImportedMesh
-    >>> from rom import element_warnings
-    >>> tetrahedron = ElementBlock("tet4", np.array([[0, 1, 2, 3]]))
-    >>> mesh = ImportedMesh("tet.inp", np.eye(4, 3), np.arange(1, 5), (tetrahedron,), (np.array([1]),))
-    >>> print(*element_warnings(mesh))
-    1 tet4 elements bend far too stiffly (linear shape functions): frequencies come out too high, use tet10
+    Returns one line for each such kind of element, and one for hanging nodes; empty where there is none.
     """
     counts = {kind: sum(len(block) for block in mesh.blocks if block.kind == kind) for kind in _BETTER}
     lines = [

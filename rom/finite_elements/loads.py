@@ -34,39 +34,8 @@ Vector = NDArray[np.float64] | NDArray[np.complex128]
 def pressure_force(full: FullModel, sector: SectorMesh, surface: ElementSides, pressure: float | Array) -> Array:
     """Nodal forces of a pressure on a surface, f_a = -int N_a p n dA with the outward normal n.
 
-    Parameters
-    ----------
-    full : FullModel
-        The full model.
-    sector : SectorMesh
-        Its mesh.
-    surface : ElementSides
-        The loaded sides of its elements.
-    pressure : float or (V,) array
-        Pressure, N/m^2, uniform or at the points of the mesh; positive towards the body.
-
-    Returns
-    -------
-    (N,) array
-        Nodal forces, N.
-
-    Raises
-    ------
-    RomParameterError
-        The surface is empty, or a pressure on it is not a finite number.
-
-    Examples
-    --------
-    The pressure on the outer surface of the shroud presses it towards the engine axis:
-
-    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector, sides_on
-    >>> from rom import Material, assemble, pressure_force
-    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02))
-    >>> full = assemble(sector, Material(2e11, 0.3, 7800.0), element="hex8")
-    >>> top = sides_on(sector.blocks, sector.node_sets["tip_surface"])
-    >>> bool(pressure_force(full, sector, top, 1e5).reshape(-1, 3)[:, 2].sum() < 0.0)
-    True
+    `pressure` (V,): N/m^2, uniform or at the points of the mesh; positive towards the body. Returns (N,): nodal
+    forces, N.
     """
     nodal = _at_points("pressure", pressure, (), len(sector.points))
     return _integrated(discretise(sector, full.element), surface, "pressure", nodal)
@@ -75,40 +44,8 @@ def pressure_force(full: FullModel, sector: SectorMesh, surface: ElementSides, p
 def traction_force(full: FullModel, sector: SectorMesh, surface: ElementSides, traction: Array) -> Array:
     """Nodal forces of a force per area on a surface, f_a = int N_a t dA.
 
-    Parameters
-    ----------
-    full : FullModel
-        The full model.
-    sector : SectorMesh
-        Its mesh.
-    surface : ElementSides
-        The loaded sides of its elements.
-    traction : (3,) or (V, 3) array
-        Force per area in x, y and z, N/m^2, uniform or at the points of the mesh.
-
-    Returns
-    -------
-    (N,) array
-        Nodal forces, N.
-
-    Raises
-    ------
-    RomParameterError
-        The surface is empty, or a traction on it is not a finite number.
-
-    Examples
-    --------
-    The forces add up to the traction times the area:
-
-    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector, sides_on
-    >>> from rom import Material, assemble, traction_force
-    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02))
-    >>> full = assemble(sector, Material(2e11, 0.3, 7800.0), element="hex8")
-    >>> face = sides_on(sector.blocks, sector.node_sets["face_right"])  # 1 cm^2
-    >>> force = traction_force(full, sector, face, np.array([1e5, 0.0, 0.0]))
-    >>> print(force.reshape(-1, 3).sum(axis=0).round(3))
-    [10.  0.  0.]
+    `traction` (V, 3): force per area in x, y and z, N/m^2, uniform or at the points of the mesh. Returns (N,): nodal
+    forces, N.
     """
     nodal = _at_points("traction", traction, (3,), len(sector.points))
     return _integrated(discretise(sector, full.element), surface, "traction", nodal)
@@ -147,41 +84,8 @@ def _integrated(discretisation: Discretisation, surface: ElementSides, name: str
 def thermal_force(full: FullModel, sector: SectorMesh, material: Materials, temperature: float | Array) -> Array:
     """Nodal forces of a temperature field, f_a = int B_a^T D alpha T dV = int beta T grad N_a dV.
 
-    Parameters
-    ----------
-    full : FullModel
-        The full model.
-    sector : SectorMesh
-        Its mesh.
-    material : Material or mapping of str to Material
-        Its material, or its materials as in `assemble`.
-    temperature : float or (V,) array
-        Temperature less that of the stress-free state, K, uniform or at the points of the mesh.
-
-    Returns
-    -------
-    (N,) array
-        Nodal forces, N.
-
-    Raises
-    ------
-    RomParameterError
-        The temperature is not finite, or a material is not given.
-
-    Examples
-    --------
-    A free body expands without stress, K u = f with u = alpha T x:
-
-    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
-    >>> from rom import Material, assemble, thermal_force
-    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02))
-    >>> steel = Material(2e11, 0.3, 7800.0, expansion=12e-6)
-    >>> full = assemble(sector, steel, element="hex8")
-    >>> force = thermal_force(full, sector, steel, 100.0)
-    >>> expanded = 12e-6 * 100.0 * full.positions.ravel()
-    >>> bool(np.allclose(full.stiffness @ expanded, force, atol=1e-9 * abs(force).max()))
-    True
+    `temperature` (V,): temperature less that of the stress-free state, K, uniform or at the points of the mesh.
+    Returns (N,): nodal forces, N.
     """
     nodal = temperature_at_points(temperature, len(sector.points))
     discretisation = discretise(sector, full.element)
@@ -228,36 +132,8 @@ def _at_quadrature(block: DiscreteBlock, part: slice, nodal: Array) -> Array:
 def nodal_force(full: FullModel, nodes: ArrayLike, forces: ArrayLike) -> Vector:
     """The vector of forces on nodes; forces on one node add up.
 
-    Parameters
-    ----------
-    full : FullModel
-        The full model.
-    nodes : (k,) sequence of int
-        Nodes of the full model; of a mesh vertex v that is ``full.vertex_node[v]``.
-    forces : (3,) or (k, 3) sequence
-        Forces x, y, z on each of the nodes, N, real or complex; one for all nodes, or one for each.
-
-    Returns
-    -------
-    (N,) array
-        The force on each dof, N. What acts on clamped dofs goes into the support.
-
-    Raises
-    ------
-    RomParameterError
-        A node is not one of the model, or a force is not finite.
-
-    Examples
-    --------
-    A force of 1 N shared by two nodes:
-
-    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
-    >>> from rom import Material, assemble, nodal_force
-    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02, contact_grid=(1, 1)))
-    >>> full = assemble(sector, Material(2e11, 0.3, 7800.0), element="hex8")
-    >>> print(nodal_force(full, [3, 5], [0.0, 0.5, 0.0]).sum())
-    1.0
+    `forces`: forces x, y, z on each of the nodes, N, real or complex; one for all nodes, or one for each. Returns
+    (N,): the force on each dof, N. What acts on clamped dofs goes into the support.
     """
     chosen = np.asarray(nodes, dtype=np.int64).reshape(-1)
     values = np.asarray(forces)
@@ -273,30 +149,7 @@ def nodal_force(full: FullModel, nodes: ArrayLike, forces: ArrayLike) -> Vector:
 def nearest_vertices(full: FullModel, positions: ArrayLike) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """The mesh vertices nearest to some points, as nodes of the full model.
 
-    Parameters
-    ----------
-    full : FullModel
-        The full model.
-    positions : (k, 3) sequence of float
-        Points, m.
-
-    Returns
-    -------
-    nodes : (k,) array
-        Nodes of the full model.
-    distance : (k,) array
-        Distances to them, m.
-
-    Examples
-    --------
-    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
-    >>> from rom import Material, assemble, nearest_vertices
-    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02, contact_grid=(1, 1)))
-    >>> full = assemble(sector, Material(2e11, 0.3, 7800.0), element="hex8")
-    >>> nodes, distance = nearest_vertices(full, [[0.0, 0.0, 0.401]])
-    >>> full.positions[nodes].round(6).tolist(), distance.round(6).tolist()
-    ([[0.0, 0.0, 0.4]], [0.001])
+    `positions`: points, m. Returns `nodes` (k,): nodes of the full model; `distance` (k,): distances to them, m.
     """
     from scipy.spatial import cKDTree
 

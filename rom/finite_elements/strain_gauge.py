@@ -23,40 +23,8 @@ _FARTHEST = 0.01  # distance of the gauge from the mesh, of the size of the mesh
 def strain_row(full: FullModel, sector: SectorMesh, at: ArrayLike, direction: ArrayLike) -> Array:
     """Row o with the strain o @ u = d . eps(u) d at a point, d of length 1; the small strain of the element there.
 
-    Parameters
-    ----------
-    full : FullModel
-        The full model.
-    sector : SectorMesh
-        Its mesh.
-    at : (3,) sequence of float
-        The point, m; one outside of the mesh is moved to the nearest point of an element.
-    direction : (3,) sequence of float
-        The direction of the gauge, of any length.
-
-    Returns
-    -------
-    (N,) array
-        The row, 1/m.
-
-    Raises
-    ------
-    RomParameterError
-        The point is far from the mesh, or the direction is zero.
-
-    Examples
-    --------
-    A stretch by 1 per mille along z, and its contraction across:
-
-    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
-    >>> from rom import Material, assemble, strain_row
-    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02, contact_grid=(1, 1)))
-    >>> full = assemble(sector, Material(2e11, 0.3, 7800.0), element="hex8")
-    >>> stretched = (full.positions * [-0.3e-3, -0.3e-3, 1e-3]).ravel()
-    >>> row = strain_row(full, sector, at=[0.0, 0.004, 0.34], direction=[0.0, 0.0, 1.0])
-    >>> print(round(float(row @ stretched), 9))
-    0.001
+    `at`: the point, m; one outside of the mesh is moved to the nearest point of an element. Returns (N,): the row,
+    1/m.
     """
     point, along = np.asarray(at, dtype=float), np.asarray(direction, dtype=float)
     if along.shape != (3,) or not np.all(np.isfinite(along)) or not np.any(along):

@@ -47,14 +47,7 @@ def _best() -> str | None:
 
 
 def processor() -> dict[str, str]:
-    """Description of the first processor by the names that Linux gives; empty where it cannot be read.
-
-    Examples
-    --------
-    >>> from rom import processor
-    >>> all(isinstance(value, str) for value in processor().values())
-    True
-    """
+    """Description of the first processor by the names that Linux gives; empty where it cannot be read."""
     described = {}
     try:
         with _PROCESSOR.open() as lines:

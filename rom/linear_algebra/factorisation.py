@@ -205,16 +205,7 @@ class TwoHalves:
 
 
 class Factor(Protocol):
-    """A factorised symmetric, or Hermitian, positive definite matrix A.
-
-    Examples
-    --------
-    >>> from rom import factorise
-    >>> from scipy.sparse import csr_matrix
-    >>> factor = factorise(csr_matrix(np.diag([2.0, 4.0])), backend="superlu")
-    >>> factor.backend, factor.solve(np.array([2.0, 2.0])).tolist()
-    ('superlu', [1.0, 0.5])
-    """
+    """A factorised symmetric, or Hermitian, positive definite matrix A."""
 
     @property
     def backend(self) -> str:
@@ -227,15 +218,7 @@ class Factor(Protocol):
     def solve(self, rhs: NDArray[Any]) -> NDArray[Any]:
         """Solve A x = rhs.
 
-        Parameters
-        ----------
-        rhs : (n,) or (n, k) array
-            One or more right-hand sides; not changed.
-
-        Returns
-        -------
-        (n,) or (n, k) array
-            The solutions.
+        `rhs` (n, k): one or more right-hand sides; not changed. Returns (n, k): the solutions.
         """
 
 
@@ -250,35 +233,7 @@ class Analysis(Protocol):
 
 
 def factorise(matrix: csr_matrix, backend: str = "auto") -> Factor:
-    """Factorise a symmetric, or complex Hermitian, positive definite sparse matrix.
-
-    Parameters
-    ----------
-    matrix : (n, n) CSR matrix
-        The matrix.
-    backend : {"auto", "cholmod", "superlu"}
-        The library; "auto" takes the first that is installed.
-
-    Returns
-    -------
-    Factor
-        The factor.
-
-    Raises
-    ------
-    FactorisationError
-        The matrix is singular or indefinite; SuperLU detects only exact singularity.
-    ValueError
-        The backend is unknown or not installed.
-
-    Examples
-    --------
-    >>> from rom import factorise
-    >>> from scipy.sparse import csr_matrix
-    >>> stiffness = csr_matrix(np.array([[2.0, -1.0], [-1.0, 1.0]]))  # two springs of 1 N/m in series
-    >>> print(factorise(stiffness).solve(np.array([0.0, 1.0])).round(12))
-    [1. 2.]
-    """
+    """Factorise a symmetric, or complex Hermitian, positive definite sparse matrix."""
     return analyse(matrix, backend).factor()
 
 

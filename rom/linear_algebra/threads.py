@@ -34,16 +34,7 @@ _THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS
 
 @contextmanager
 def one_blas_thread() -> Iterator[None]:
-    """Context manager or decorator: limit BLAS to one thread in this process.
-
-    Examples
-    --------
-    >>> from rom import one_blas_thread
-    >>> from threadpoolctl import threadpool_info
-    >>> with one_blas_thread():
-    ...     {library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"}
-    {1}
-    """
+    """Context manager or decorator: limit BLAS to one thread in this process."""
     libraries = _blas_libraries()
     require_memory(_MORE)
     with libraries.limit(limits=1, user_api="blas"):
@@ -70,21 +61,6 @@ def require_memory(megabytes: int) -> None:
     """Make sure that this process can get so much more memory: libraries in C crash or loop for ever without it.
 
     Nothing is used: only room in the address space is asked for (ulimit -v and -d).
-
-    Parameters
-    ----------
-    megabytes : int
-        What is to come, MB of 1024^2 bytes.
-
-    Raises
-    ------
-    MemoryError
-        There is no such room; the message names the limit.
-
-    Examples
-    --------
-    >>> from rom import require_memory
-    >>> require_memory(1)
     """
     try:
         mmap.mmap(-1, megabytes * _MEGABYTE, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS).close()
@@ -104,16 +80,7 @@ def _limits() -> str:
 
 @contextmanager
 def one_blas_thread_in_children() -> Iterator[None]:
-    """Context manager: processes started inside the block limit BLAS to one thread before they load it.
-
-    Examples
-    --------
-    >>> import os
-    >>> from rom import one_blas_thread_in_children
-    >>> with one_blas_thread_in_children():
-    ...     os.environ["OPENBLAS_NUM_THREADS"]
-    '1'
-    """
+    """Context manager: processes started inside the block limit BLAS to one thread before they load it."""
     before = {name: os.environ.get(name) for name in _THREAD_VARIABLES}
     os.environ.update(dict.fromkeys(_THREAD_VARIABLES, "1"))
     try:

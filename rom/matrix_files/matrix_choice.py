@@ -14,69 +14,34 @@ _MOST_BLADES = 10_000
 
 @dataclass(frozen=True)
 class MatrixChoice:
-    """Files with stiffness, mass and nodes of one sector, and how they become a model.
+    """Files with stiffness, mass and nodes of one sector, and how they become a model."""
 
-    Attributes
-    ----------
-    stiffness, mass : str or path
-        Files with the matrices, see `read_matrix`.
-    nodes : str or path
-        Table of the nodes, see `read_nodes`.
-    n_blades : int
-        Number of blades of the ring.
-    dofs : str or path or None
-        Dofs of the rows, see `read_dofs`. None: those that the files of the matrices name, or three a node in the
-        order of the table of nodes.
-    stiffness_name, mass_name : str or None
-        Names of the matrices in files that hold several.
-    unit : str
-        A name in `UNIT_SYSTEMS`: "mm" goes with N, t, "in" with lbf, lbf s^2/in.
-    axis : str or (3,) sequence of float
-        Engine axis in the axes of the nodes: "x", "-x", "y", "-y", "z", "-z", or a vector.
-    axis_point : (3,) sequence of float
-        A point on the engine axis, in the unit of the nodes.
-    sets : mapping of str to str
-        Names of the sets `root`, `contact_right`, `contact_left` and `tip` in the table, where they are others.
-    tolerance : float or None
-        Largest distance between the nodes of a pair of contact nodes in the face, in the unit of the nodes. None: a
-        quarter of the distance between contact nodes.
-    speed_rpm : float
-        Speed about whose static equilibrium the stiffness holds, rev/min.
-    centrifugal : str or path or None
-        File with the centrifugal force at 1 rad/s, one number for each row; None: it is computed from the mass.
-    transformation : str or path or None
-        Of a reduced model: displacements of the nodes (rows as in `dofs`) for unit coordinates (columns).
-    reduced : bool
-        Whether the matrices are those of a reduced model.
-
-    Raises
-    ------
-    RomParameterError
-        A value is not one of those allowed.
-
-    Examples
-    --------
-    >>> from rom import MatrixChoice
-    >>> MatrixChoice("blade.sti", "blade.mas", "nodes.csv", n_blades=40, unit="mm").speed_rpm
-    0.0
-    """
-
+    # stiffness, mass: files with the matrices, see `read_matrix`
     stiffness: str | os.PathLike[str]
     mass: str | os.PathLike[str]
-    nodes: str | os.PathLike[str]
-    n_blades: int
+    nodes: str | os.PathLike[str]  # table of the nodes, see `read_nodes`
+    n_blades: int  # number of blades of the ring
+    # dofs of the rows, see `read_dofs`. None: those that the files of the matrices name, or three a node in the order
+    # of the table of nodes
     dofs: str | os.PathLike[str] | None = None
+    # stiffness_name, mass_name: names of the matrices in files that hold several
     stiffness_name: str | None = None
     mass_name: str | None = None
-    unit: str = "m"
+    unit: str = "m"  # a name in `UNIT_SYSTEMS`: "mm" goes with N, t, "in" with lbf, lbf s^2/in
+    # engine axis in the axes of the nodes: "x", "-x", "y", "-y", "z", "-z", or a vector
     axis: str | Sequence[float] = "x"
-    axis_point: Sequence[float] = (0.0, 0.0, 0.0)
+    axis_point: Sequence[float] = (0.0, 0.0, 0.0)  # a point on the engine axis, in the unit of the nodes
+    # names of the sets `root`, `contact_right`, `contact_left` and `tip` in the table, where they are others
     sets: Mapping[str, str] = field(default_factory=dict)
+    # largest distance between the nodes of a pair of contact nodes in the face, in the unit of the nodes. None: a
+    # quarter of the distance between contact nodes
     tolerance: float | None = None
-    speed_rpm: float = 0.0
+    speed_rpm: float = 0.0  # speed about whose static equilibrium the stiffness holds, rev/min
+    # file with the centrifugal force at 1 rad/s, one number for each row; None: it is computed from the mass
     centrifugal: str | os.PathLike[str] | None = None
+    # of a reduced model: displacements of the nodes (rows as in `dofs`) for unit coordinates (columns)
     transformation: str | os.PathLike[str] | None = None
-    reduced: bool = False
+    reduced: bool = False  # whether the matrices are those of a reduced model
 
     def __post_init__(self) -> None:
         for name in self.sets:
@@ -90,11 +55,5 @@ class MatrixChoice:
             )
 
     def set_name(self, name: str) -> str:
-        """Name in the table of one of the four sets.
-
-        Parameters
-        ----------
-        name : str
-            "root", "contact_right", "contact_left" or "tip".
-        """
+        """Name in the table of one of the four sets."""
         return self.sets.get(name, name)

@@ -88,34 +88,7 @@ def write_matrices(
 ) -> list[Path]:
     """Write real matrices for other programs.
 
-    Parameters
-    ----------
-    path : str or path
-        The file. Formats with one matrix a file put its name before the suffix: `blade.mtx` becomes
-        `blade_stiffness.mtx` and so on.
-    content : mapping of str to (n, m) array or sparse matrix
-        The matrices by name; vectors become one column.
-    file_format : {"matrix-market", "abaqus", "op4", "mat", "mat-7.3"}
-        The format. Abaqus takes square symmetric matrices only, row k becomes dof 1 of node k; names in OP4 files are
-        cut to 8 characters.
-
-    Returns
-    -------
-    list of Path
-        The files.
-
-    Raises
-    ------
-    MatrixFileError
-        The format is unknown, or a package that it needs is missing.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from rom import read_matrix, write_matrices
-    >>> files = write_matrices("blade.mtx", {"K": np.array([[2.0, -1.0], [-1.0, 1.0]])}, "matrix-market")
-    >>> files[0].name, read_matrix(files[0]).matrix.toarray().tolist()
-    ('blade_K.mtx', [[2.0, -1.0], [-1.0, 1.0]])
+    `content` (n, m): the matrices by name; vectors become one column.
     """
     target = Path(path)
     if file_format not in FORMATS:

@@ -37,28 +37,11 @@ _ABSENT = ("centrifugal force: the mass coupled to nodes without rows is not in 
 
 @dataclass(frozen=True)
 class MatrixModel:
-    """A sector made of matrices.
+    """A sector made of matrices."""
 
-    Attributes
-    ----------
-    full : FullModel
-        Stiffness, mass and centrifugal force, SI units, in the axes of the ring.
-    sector : SectorMesh
-        Its nodes and contact faces; it has no elements.
-    notes : tuple of str
-        What was completed, left out or found suspicious, one line each.
-
-    Examples
-    --------
-    >>> import dataclasses
-    >>> from rom import MatrixModel
-    >>> [field.name for field in dataclasses.fields(MatrixModel)]
-    ['full', 'sector', 'notes']
-    """
-
-    full: FullModel
-    sector: SectorMesh
-    notes: tuple[str, ...]
+    full: FullModel  # stiffness, mass and centrifugal force, SI units, in the axes of the ring
+    sector: SectorMesh  # its nodes and contact faces; it has no elements
+    notes: tuple[str, ...]  # what was completed, left out or found suspicious, one line each
 
 
 @dataclass(frozen=True)
@@ -103,38 +86,7 @@ def read_matrix_pair(choice: MatrixChoice) -> tuple[csr_matrix, csr_matrix, DofL
 def model_from_matrices(choice: MatrixChoice) -> MatrixModel:
     """The full model of a sector from the files of another program.
 
-    Parameters
-    ----------
-    choice : MatrixChoice
-        The files and what they mean.
-
-    Returns
-    -------
-    MatrixModel
-        The model, ready for `reduce_sector` with `contact_dofs = "nodal"`.
-
-    Raises
-    ------
-    MatrixFileError
-        A file cannot be read, or the files do not fit each other; the message is one line.
-    RomParameterError
-        A value of the choice does not fit the files.
-
-    Examples
-    --------
-    Two masses, each on springs along x, y and z, of neighbouring blades:
-
-    >>> from pathlib import Path
-    >>> from scipy.io import mmwrite
-    >>> from scipy.sparse import identity
-    >>> from rom import MatrixChoice, model_from_matrices
-    >>> mmwrite("K.mtx", 1e6 * identity(6))
-    >>> mmwrite("M.mtx", identity(6))
-    >>> rows = ["1,0,0.05,1,contact_right,0,1,0,1e-4", "2,0,-0.05,1,contact_left tip,0,-1,0,1e-4"]
-    >>> _ = Path("nodes.csv").write_text("\\n".join(["node,x,y,z,sets,nx,ny,nz,area", *rows]))
-    >>> model = model_from_matrices(MatrixChoice("K.mtx", "M.mtx", "nodes.csv", n_blades=63, tolerance=1e-2))
-    >>> model.full.n_dofs, model.full.isotropic_mass, len(model.sector.right.nodes)
-    (6, True, 1)
+    Returns the model, ready for `reduce_sector` with `contact_dofs = "nodal"`.
     """
     found = sector_nodes(choice)
     stiffness, mass, labels, notes = read_matrix_pair(choice)

@@ -93,48 +93,21 @@ def whole_numbers(path: str | os.PathLike[str], columns: Columns, name: str) -> 
 
 @dataclass(frozen=True)
 class NodeTable:
-    """Nodes of a model from elsewhere, in its units and axes.
+    """Nodes of a model from elsewhere, in its units and axes."""
 
-    Attributes
-    ----------
-    path : str
-        The file.
-    labels : (n,) array
-        Numbers of the nodes.
-    points : (n, 3) array
-        Coordinates.
-    sets : mapping of str to (k,) array
-        Rows by the name of the set, in the order of the table.
-    normals : (n, 3) array or None
-        Outward normals; NaN where the table is empty.
-    area : (n,) array or None
-        Areas that the nodes stand for; NaN where the table is empty.
-    axes : (n, 3, 3) array or None
-        Rows: the axes of the displacements of each node; None: those of the coordinates.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from rom import NodeTable
-    >>> NodeTable("nodes.csv", np.array([7]), np.zeros((1, 3)), {"tip": np.array([0])}).rows_of([7]).tolist()
-    [0]
-    """
-
-    path: str
-    labels: NDArray[np.int64]
-    points: NDArray[np.float64]
-    sets: Mapping[str, NDArray[np.int64]]
-    normals: NDArray[np.float64] | None = None
-    area: NDArray[np.float64] | None = None
+    path: str  # the file
+    labels: NDArray[np.int64]  # (n,) numbers of the nodes
+    points: NDArray[np.float64]  # (n, 3) coordinates
+    sets: Mapping[str, NDArray[np.int64]]  # (k,) rows by the name of the set, in the order of the table
+    normals: NDArray[np.float64] | None = None  # (n, 3) outward normals; NaN where the table is empty
+    area: NDArray[np.float64] | None = None  # (n,) areas that the nodes stand for; NaN where the table is empty
+    # (n, 3, 3) rows: the axes of the displacements of each node; None: those of the coordinates
     axes: NDArray[np.float64] | None = None
 
     def rows_of(self, labels: NDArray[np.int64] | list[int]) -> NDArray[np.int64]:
         """Rows of nodes by number; -1 for one that the table does not have.
 
-        Parameters
-        ----------
-        labels : (k,) array
-            Numbers of nodes.
+        `labels` (k,): numbers of nodes.
         """
         order = np.argsort(self.labels, kind="stable")
         place = np.minimum(np.searchsorted(self.labels[order], labels), len(order) - 1)
@@ -143,34 +116,7 @@ class NodeTable:
 
 
 def read_nodes(path: str | os.PathLike[str]) -> NodeTable:
-    """Read a table of nodes.
-
-    Parameters
-    ----------
-    path : str or path
-        CSV with the columns node, x, y, z and any of sets (names, separated by spaces), area, nx, ny, nz (outward
-        normal) and e1x, e1y, e1z, e2x, e2y, e2z (first two axes of the displacements of a node; empty: those of x, y
-        and z).
-
-    Returns
-    -------
-    NodeTable
-        The nodes.
-
-    Raises
-    ------
-    MatrixFileError
-        The table is damaged; the message is one line.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from rom import read_nodes
-    >>> _ = Path("nodes.csv").write_text("node,x,y,z,sets\\n7,0,0,0.4,tip contact_right\\n9,0,0,0.3,root\\n")
-    >>> nodes = read_nodes("nodes.csv")
-    >>> nodes.labels.tolist(), sorted(nodes.sets)
-    ([7, 9], ['contact_right', 'root', 'tip'])
-    """
+    """Read a table of nodes."""
     columns = read_table(path, ("node", "x", "y", "z"), ("sets", "area", *_NORMAL, *_AXES))
     labels = whole_numbers(path, columns, "node")
     if not len(labels):
@@ -197,30 +143,9 @@ def read_nodes(path: str | os.PathLike[str]) -> NodeTable:
 def read_dofs(path: str | os.PathLike[str]) -> DofLabels:
     """Read the dofs of the rows of a matrix.
 
-    Parameters
-    ----------
-    path : str or path
-        CSV with the columns node and component (1, 2, 3 or x, y, z: displacements; 4, 5, 6 or rx, ry, rz: rotations;
-        0: a generalised coordinate, whose node is of no account), one line for each row of the matrix in their order
-        or with the column row, from 1; or a file .dof of CalculiX.
-
-    Returns
-    -------
-    DofLabels
-        Node and component of each row.
-
-    Raises
-    ------
-    MatrixFileError
-        The table is damaged, or a dof is given twice.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from rom import read_dofs
-    >>> _ = Path("dofs.csv").write_text("row,node,component\\n2,7,x\\n1,7,3\\n")
-    >>> read_dofs("dofs.csv").pairs.tolist()
-    [[7, 3], [7, 1]]
+    `path`: CSV with the columns node and component (1, 2, 3 or x, y, z: displacements; 4, 5, 6 or rx, ry, rz:
+    rotations; 0: a generalised coordinate, whose node is of no account), one line for each row of the matrix in their
+    order or with the column row, from 1; or a file .dof of CalculiX.
     """
     if Path(path).suffix.lower() == ".dof" and Path(path).is_file():
         return checked_dofs(path, read_calculix_dofs(path))

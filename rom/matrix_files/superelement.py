@@ -33,47 +33,8 @@ def model_from_superelement(
     The displacement u = T q of the nodes follows from the transformation T; without one each coordinate is a
     displacement of a node, as the dofs say, or a generalised coordinate, as modes are.
 
-    Parameters
-    ----------
-    choice : MatrixChoice
-        The files and what they mean; `reduced` is true.
-    boundary : BoundaryChoice
-        Direction of the excitation and where it acts: at the tip, or at the node nearest to a position among those
-        whose displacements are known.
-
-    Returns
-    -------
-    ReducedModel
-        The model. Its basis has the displacements of the nodes whose displacements are known.
-    tuple of str
-        What was completed or found suspicious, one line each.
-
-    Raises
-    ------
-    MatrixFileError
-        A file cannot be read, or the files do not fit each other; the message is one line.
-    RomParameterError
-        A value of the choice does not fit the files.
-    ReducedModelError
-        The matrices are not those of a reduced model.
-
-    Examples
-    --------
-    Two contact nodes with their displacements as coordinates, and one mode:
-
-    >>> from pathlib import Path
-    >>> from scipy.io import mmwrite
-    >>> from scipy.sparse import identity
-    >>> from rom import MatrixChoice, model_from_superelement
-    >>> mmwrite("K.mtx", 1e6 * identity(7))
-    >>> mmwrite("M.mtx", identity(7))
-    >>> rows = ["1,0,0.05,1,contact_right,0,1,0,1e-4", "2,0,-0.05,1,contact_left tip,0,-1,0,1e-4"]
-    >>> _ = Path("nodes.csv").write_text("\\n".join(["node,x,y,z,sets,nx,ny,nz,area", *rows]))
-    >>> _ = Path("dofs.csv").write_text("node,component\\n1,x\\n1,y\\n1,z\\n2,x\\n2,y\\n2,z\\n,0\\n")
-    >>> files = {"stiffness": "K.mtx", "mass": "M.mtx", "nodes": "nodes.csv", "dofs": "dofs.csv"}
-    >>> model, notes = model_from_superelement(MatrixChoice(**files, n_blades=63, tolerance=1e-2, reduced=True))
-    >>> model.size, model.n_contacts
-    (7, 1)
+    The basis of the model has the displacements of the nodes whose displacements are known. Returns too what was
+    completed or found suspicious, one line each.
     """
     found = sector_nodes(choice)
     stiffness, mass, motion, notes = _matrices(choice, found)

@@ -287,36 +287,7 @@ def choose_boundary_dofs(full: FullModel, sector: SectorMesh, choice: BoundaryCh
 
 
 def check_reducible(sector: SectorMesh, choice: BoundaryChoice = AT_TIP) -> None:
-    """Check, without matrices, that a sector has the contact dofs, loads and outputs that a reduction needs.
-
-    Parameters
-    ----------
-    sector : SectorMesh
-        The mesh, of elements that are taken as they are.
-    choice : BoundaryChoice
-        The boundary dofs; its `interface` is told from the cut faces of the sector.
-
-    Raises
-    ------
-    RomParameterError
-        An element is turned inside out, the contact faces have no such contact dofs, a boundary node is clamped or
-        lies on a cut face, or a load or output asks for what the mesh does not have.
-
-    Examples
-    --------
-    A blade of 8-node hexahedra with more contact nodes than its faces can tell apart:
-
-    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
-    >>> from rom import BoundaryChoice, RomParameterError, check_reducible
-    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02))
-    >>> check_reducible(sector)
-    >>> try:
-    ...     check_reducible(sector, BoundaryChoice(mortar_grid=(9, 9)))
-    ... except RomParameterError as error:
-    ...     print(error.parameter)
-    contact_dofs
-    """
+    """Check, without matrices, that a sector has the contact dofs, loads and outputs that a reduction needs."""
     from scipy.sparse import csr_matrix
 
     nodes = discretise(sector)

@@ -220,47 +220,16 @@ def averaged_dofs(sector: SectorMesh, element: str | None, kind: str, grid: Grid
 
 @dataclass(frozen=True)
 class ContactNodes:
-    """Where the contact nodes of all interfaces are, in the order of the interfaces.
+    """Where the contact nodes of all interfaces are, in the order of the interfaces."""
 
-    Attributes
-    ----------
-    interfaces : mapping of str to int
-        Interfaces by name with their numbers of nodes.
-    position : (n_c, 3) array
-        Positions of the right nodes, m.
-    area : (n_c,) array or None
-        Areas that they stand for, m^2; None: not known.
-    frame : (n_c, 3, 3) array or None
-        Directions t1, t2, n, in rows; None: not known.
-
-    Examples
-    --------
-    >>> from rom import ContactNodes
-    >>> line = np.outer([-1.0, 0.0, 1.0], [1.0, 0.0, 0.0])
-    >>> nodes = ContactNodes({"shroud": 3}, line, np.array([5.0, 8.0, 5.0]) / 9.0, np.tile(np.eye(3), (3, 1, 1)))
-    >>> nodes.coordinates[0].round(3).tolist()  # Gauss points of a line from -1 to 1
-    [-0.775, 0.0, 0.775]
-    """
-
-    interfaces: Mapping[str, int]
-    position: NDArray[np.float64]
-    area: NDArray[np.float64] | None = None
-    frame: NDArray[np.float64] | None = None
+    interfaces: Mapping[str, int]  # interfaces by name with their numbers of nodes
+    position: NDArray[np.float64]  # (n_c, 3) positions of the right nodes, m
+    area: NDArray[np.float64] | None = None  # (n_c,) areas that they stand for, m^2; None: not known
+    frame: NDArray[np.float64] | None = None  # (n_c, 3, 3) directions t1, t2, n, in rows; None: not known
 
     @classmethod
     def of(cls, model: ReducedModel) -> ContactNodes:
-        """Those of a reduced model.
-
-        Parameters
-        ----------
-        model : ReducedModel
-            The model.
-
-        Returns
-        -------
-        ContactNodes
-            Its contact nodes.
-        """
+        """Those of a reduced model."""
         return cls(model.interfaces, model.contact_position, model.contact_area, model.contact_frame)
 
     def split(self) -> Mapping[str, ContactNodes]:
@@ -297,34 +266,7 @@ class ContactNodes:
 def contact_nodes(sector: SectorMesh, kind: str) -> ContactNodes:
     """Contact nodes of a sector with a kind of contact dofs.
 
-    Parameters
-    ----------
-    sector : SectorMesh
-        The mesh.
-    kind : {"mortar", "patch", "nodal"}
-        Kind of contact dofs.
-
-    Returns
-    -------
-    ContactNodes
-        Positions, frames and areas, which add up to those of the faces.
-
-    Raises
-    ------
-    RomParameterError
-        The mesh does not have these contact dofs.
-
-    Examples
-    --------
-    The areas of the Gauss points add up to contact length times thickness of the shroud, 1 cm^2:
-
-    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
-    >>> from rom import contact_nodes
-    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02, contact_grid=(3, 2)))
-    >>> nodes = contact_nodes(sector, "mortar")
-    >>> len(nodes.area), round(1e4 * float(nodes.area.sum()), 6)
-    (6, 1.0)
+    Returns positions, frames and areas, which add up to those of the faces.
     """
     if kind == "nodal":
         faces = [view.right for view in sector.views.values()]

@@ -112,34 +112,7 @@ def stuck_springs(full: FullModel, sector: SectorMesh, kind: str = "mortar") -> 
     Each pair of faces is as stiff as the layer of elements under it. No part of a model: `stiffen_by_rotation`
     takes them so that bodies that contacts alone hold have a static displacement, that of stuck contacts.
 
-    Parameters
-    ----------
-    full : FullModel
-        The full model.
-    sector : SectorMesh
-        Its mesh.
-    kind : {"mortar", "patch", "nodal"}
-        Kind of contact dofs.
-
-    Returns
-    -------
-    (N, N) CSR matrix or None
-        Stiffness, N/m; None where the clamped nodes hold every body.
-
-    Raises
-    ------
-    RomParameterError
-        The mesh does not have these contact dofs.
-
-    Examples
-    --------
-    A blade that is clamped needs none:
-
-    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
-    >>> from rom import Material, assemble, stuck_springs
-    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02, contact_grid=(1, 1)))
-    >>> stuck_springs(assemble(sector, Material(2e11, 0.3, 7800.0), element="hex8"), sector)
+    Returns stiffness, N/m; None where the clamped nodes hold every body.
     """
     from scipy.sparse import diags
 

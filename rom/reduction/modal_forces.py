@@ -19,37 +19,7 @@ def with_modal_forces(
     The force f = M sum_m a_m phi_m has the modal force a_m on the mass-normalised mode phi_m and none on the others.
     The sign of a mode is that with which the largest of its outputs, by magnitude, is positive.
 
-    Parameters
-    ----------
-    model : ReducedModel
-        The reduced model.
-    modal : mapping of int to complex
-        Modal forces a_m of 1 N of excitation, N / sqrt(kg), by number of the mode; 1 is the lowest.
-    harmonic : int
-        Harmonic of the excitation that they act in.
-    added : bool
-        Whether they are added to the force that the model has in this harmonic, or take its place.
-
-    Returns
-    -------
-    ReducedModel
-        The model with this excitation.
-
-    Raises
-    ------
-    ReducedModelError
-        The model has fewer modes.
-
-    Examples
-    --------
-    A modal force of 3 on the mode of 4 kg, phi = 1/2:
-
-    >>> from rom import ReducedModel, modal_model, with_modal_forces
-    >>> n, one = np.array([[0.0], [0.0], [1.0]]), np.ones(1)
-    >>> model = ReducedModel(4 * np.eye(1), 4e6 * np.eye(1), n, np.zeros((1, 3)), one, {"tip": one}, n_blades=40)
-    >>> excited = with_modal_forces(model, {1: 3.0})
-    >>> excited.force_excitation.tolist(), abs(modal_model(excited, damping_ratio=0.01).force).tolist()
-    ([6.0], [3.0])
+    `modal`: modal forces a_m of 1 N of excitation, N / sqrt(kg), by number of the mode; 1 is the lowest.
     """
     from scipy.linalg import eigh
 

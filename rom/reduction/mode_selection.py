@@ -69,47 +69,7 @@ def reduce_to_tolerance(
     store_basis: bool = True,
     backend: str = "auto",
 ) -> Reduction:
-    """Reduce a sector with the fewest fixed-interface modes whose truncation error stays within a tolerance.
-
-    Parameters
-    ----------
-    full : FullModel or callable
-        The full model, or a function that makes it, as in `reduce_sector`.
-    sector : SectorMesh
-        The mesh of the full model.
-    tolerance : float
-        Largest relative error of the natural frequencies in the range, and of the receptances of contact nodes and
-        outputs over it, with free, sliding and stuck contacts (`LinearError`).
-    operations : sequence of LinearOperation
-        The tolerance holds in each of them.
-    boundary : BoundaryChoice
-        Excitation and contact dofs.
-    store_basis, backend : bool, str
-        As in `ReductionOptions`.
-
-    Returns
-    -------
-    Reduction
-        The reduced model with its estimated error.
-
-    Raises
-    ------
-    RomParameterError
-        The tolerance is not between 0 and 1, or 1000 modes do not reach it.
-    FactorisationError
-        The structure is not held or not stable.
-
-    Examples
-    --------
-    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
-    >>> from rom import LinearOperation, Material, assemble, reduce_to_tolerance
-    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02, contact_grid=(1, 1)))
-    >>> full = assemble(sector, Material(2e11, 0.3, 7800.0), element="hex8")
-    >>> operation = LinearOperation((100.0, 1000.0), 0.5, np.array([1e7]), np.array([1e7]), damping_ratio=0.01)
-    >>> reduce_to_tolerance(full, sector, 0.01, [operation]).error <= 0.01
-    True
-    """
+    """Reduce a sector with the fewest fixed-interface modes whose truncation error stays within a tolerance."""
     require_between("rom", "tolerance", tolerance, 0.0, 1.0, "must be a number above 0 and below 1")
     parts = partition_at_boundary(full, sector, boundary, backend)
     residual = residual_vectors(parts)
@@ -150,33 +110,8 @@ def reduction_errors(
 ) -> tuple[LinearError, ...] | None:
     """Estimated modal truncation errors of a reduced model in each contact condition of an operation.
 
-    Parameters
-    ----------
-    model, augmented : ReducedModel
-        The reduced and the augmented model of a `Reduction`.
-    highest_mode_hz : float
-        Of the same `Reduction`, Hz.
-    operation : LinearOperation
-        Operating conditions.
-
-    Returns
-    -------
-    tuple of LinearError or None
-        One for each contact condition; None where modes that were left out may lie in the range, so that residual
-        modes do not stand for them.
-
-    Examples
-    --------
-    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
-    >>> from rom import LinearOperation, Material, ReductionOptions, assemble, reduce_sector, reduction_errors
-    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02, contact_grid=(1, 1)))
-    >>> full = assemble(sector, Material(2e11, 0.3, 7800.0), element="hex8")
-    >>> made = reduce_sector(full, sector, ReductionOptions(modes=8), augment=True)
-    >>> operation = LinearOperation((100.0, 1000.0), 0.5, np.array([1e7]), np.array([1e7]), damping_ratio=0.01)
-    >>> errors = reduction_errors(made.model, made.augmented, made.highest_mode_hz, operation)
-    >>> [(error.condition, error.worst < 0.1) for error in errors]
-    [('free', True), ('sliding', True), ('stuck', True)]
+    `highest_mode_hz`: of the same `Reduction`, Hz. Returns one for each contact condition; None where modes that were
+    left out may lie in the range, so that residual modes do not stand for them.
     """
     if highest_mode_hz < _BEYOND * operation.frequency_hz[1]:
         return None

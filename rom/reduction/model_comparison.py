@@ -27,35 +27,15 @@ _BETWEEN = 7  # frequencies of a receptance spread evenly over the range, its en
 
 @dataclass(frozen=True)
 class LinearOperation:
-    """Operating conditions in which linear models are compared.
+    """Operating conditions in which linear models are compared."""
 
-    Attributes
-    ----------
-    frequency_hz : (float, float)
-        Range (low, high) of the excitation frequency, Hz.
-    phase : float
-        Inter-blade phase angle, rad.
-    normal, tangential : (n_c,) array
-        Contact springs of the nodes, N/m.
-    damping_ratio : float or tuple of float, optional
-        As in `modal_model`.
-    rayleigh : (float, float), optional
-        As in `modal_model`.
-
-    Examples
-    --------
-    >>> from rom import LinearOperation
-    >>> operation = LinearOperation((100.0, 200.0), phase=0.0, normal=np.array([3e6]), tangential=np.array([1e6]))
-    >>> list(operation.contact_conditions())
-    ['free', 'sliding', 'stuck']
-    """
-
-    frequency_hz: tuple[float, float]
-    phase: float
+    frequency_hz: tuple[float, float]  # range (low, high) of the excitation frequency, Hz
+    phase: float  # inter-blade phase angle, rad
+    # normal, tangential (n_c,): contact springs of the nodes, N/m
     normal: NDArray[np.float64]
     tangential: NDArray[np.float64]
-    damping_ratio: float | tuple[float, ...] | None = None
-    rayleigh: tuple[float, float] | None = None
+    damping_ratio: float | tuple[float, ...] | None = None  # as in `modal_model`
+    rayleigh: tuple[float, float] | None = None  # as in `modal_model`
 
     def contact_conditions(self) -> dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]:
         """Normal and tangential springs (n_c,) of the contact conditions `free`, `sliding` and `stuck`.
@@ -73,71 +53,31 @@ class LinearOperation:
 
 @dataclass(frozen=True)
 class LinearResponse:
-    """Natural frequencies and receptances of one model in one contact condition.
+    """Natural frequencies and receptances of one model in one contact condition."""
 
-    Attributes
-    ----------
-    condition : str
-        Contact condition: `free`, `sliding` or `stuck`.
-    first_mode : int
-        Number of the first frequency in `natural_hz`, 1 for the lowest of all.
-    natural_hz : (k,) array
-        Natural frequencies from the first one in the range to the first one above it; infinite where the model has
-        none.
-    sample_hz : (f,) array
-        Frequencies of the receptances: the resonances, the ends of the range and some between.
-    contact : (f, 3 n_c, 3 n_c) complex array
-        Relative displacement of the contact nodes for relative forces there, m/N.
-    output : (f, n_o) complex array
-        Displacements of the outputs for 1 N of excitation, m/N.
-
-    Examples
-    --------
-    >>> from rom import LinearOperation, ReducedModel, linear_responses
-    >>> n, one, none = np.array([[0.0], [0.0], [1.0]]), np.ones(1), np.zeros(1)
-    >>> model = ReducedModel(np.eye(1), 1e6 * np.eye(1), n, np.zeros((1, 3)), one, {"tip": one})
-    >>> (free,) = linear_responses(model, LinearOperation((100.0, 200.0), 0.0, none, none, damping_ratio=0.01))
-    >>> free.condition, free.natural_hz.round(3).tolist(), round(float(abs(free.output).max()), 9)  # 1 / (c w) m/N
-    ('free', [159.155], 5e-05)
-    """
-
-    condition: str
-    first_mode: int
+    condition: str  # contact condition: `free`, `sliding` or `stuck`
+    first_mode: int  # number of the first frequency in `natural_hz`, 1 for the lowest of all
+    # (k,) natural frequencies from the first one in the range to the first one above it; infinite where the model has
+    # none
     natural_hz: NDArray[np.float64]
+    # (f,) frequencies of the receptances: the resonances, the ends of the range and some between
     sample_hz: NDArray[np.float64]
+    # (f, 3 n_c, 3 n_c) relative displacement of the contact nodes for relative forces there, m/N
     contact: NDArray[np.complex128]
-    output: NDArray[np.complex128]
+    output: NDArray[np.complex128]  # (f, n_o) displacements of the outputs for 1 N of excitation, m/N
 
 
 @dataclass(frozen=True)
 class LinearError:
-    """Relative errors of one model in one contact condition.
+    """Relative errors of one model in one contact condition."""
 
-    Attributes
-    ----------
-    condition : str
-        Contact condition: `free`, `sliding` or `stuck`.
-    natural_hz : (k,) array
-        Signed errors of the natural frequencies.
-    contact, output : float
-        Largest relative error of the receptances over the sampled frequencies, in the spectral norm of the matrix and
-        the length of the vector of outputs.
-    within : (k,) bool array
-        Which natural frequencies lie in the range; where it holds none in any condition, the first one above it.
-
-    Examples
-    --------
-    >>> from rom import LinearError
-    >>> natural, within = np.array([0.001, -0.02]), np.array([True, False])
-    >>> error = LinearError("free", natural, contact=0.005, output=0.01, within=within)
-    >>> error.frequency, error.worst
-    (0.001, 0.01)
-    """
-
-    condition: str
-    natural_hz: NDArray[np.float64]
+    condition: str  # contact condition: `free`, `sliding` or `stuck`
+    natural_hz: NDArray[np.float64]  # (k,) signed errors of the natural frequencies
+    # contact, output: largest relative error of the receptances over the sampled frequencies, in the spectral norm of
+    # the matrix and the length of the vector of outputs
     contact: float
     output: float
+    # (k,) which natural frequencies lie in the range; where it holds none in any condition, the first one above it
     within: NDArray[np.bool_]
 
     @property
@@ -155,38 +95,7 @@ class LinearError:
 def linear_responses(
     model: ReducedModel, operation: LinearOperation, like: Sequence[LinearResponse] | None = None
 ) -> tuple[LinearResponse, ...]:
-    """Linear responses of a model in each contact condition of an operation.
-
-    Parameters
-    ----------
-    model : ReducedModel
-        The model.
-    operation : LinearOperation
-        Frequency range, phase, springs and damping.
-    like : sequence of LinearResponse, optional
-        Responses of another model whose modes and sample frequencies are to be used.
-
-    Returns
-    -------
-    tuple of LinearResponse
-        One for each contact condition.
-
-    Raises
-    ------
-    ReducedModelError
-        The model has no static response, or its damping is refused.
-
-    Examples
-    --------
-    A spring of three times the stiffness of the blade doubles its frequency:
-
-    >>> from rom import LinearOperation, ReducedModel, linear_responses
-    >>> n, one, none = np.array([[0.0], [0.0], [1.0]]), np.ones(1), np.zeros(1)
-    >>> model = ReducedModel(np.eye(1), 1e6 * np.eye(1), n, np.zeros((1, 3)), one, {"tip": one})
-    >>> operation = LinearOperation((100.0, 400.0), 0.0, np.array([3e6]), none, damping_ratio=0.01)
-    >>> [(each.condition, each.natural_hz.round(3).tolist()) for each in linear_responses(model, operation)]
-    [('free', [159.155]), ('sliding', [318.31])]
-    """
+    """Linear responses of a model in each contact condition of an operation."""
     damping = operation.damping_ratio
     if isinstance(damping, tuple):
         damping = damping[: model.size]  # a small model may have fewer modes than ratios are given
@@ -215,33 +124,7 @@ def linear_errors(
 ) -> tuple[LinearError, ...]:
     """Errors of linear responses against exact ones.
 
-    Parameters
-    ----------
-    found : sequence of LinearResponse
-        Responses made with `linear_responses(model, operation, exact)`.
-    exact : sequence of LinearResponse
-        Responses of the reference.
-    frequency_hz : (float, float)
-        Range (low, high), Hz.
-
-    Returns
-    -------
-    tuple of LinearError
-        One for each contact condition.
-
-    Examples
-    --------
-    A blade 4.04 % too stiff has a frequency 2 % too high:
-
-    >>> from rom import LinearOperation, ReducedModel, linear_errors, linear_responses
-    >>> n, one, none = np.array([[0.0], [0.0], [1.0]]), np.ones(1), np.zeros(1)
-    >>> exact = ReducedModel(np.eye(1), 1e6 * np.eye(1), n, np.zeros((1, 3)), one, {"tip": one})
-    >>> stiff = ReducedModel(np.eye(1), 1.0404e6 * np.eye(1), n, np.zeros((1, 3)), one, {"tip": one})
-    >>> operation = LinearOperation((100.0, 200.0), 0.0, none, none, damping_ratio=0.01)
-    >>> reference = linear_responses(exact, operation)
-    >>> (error,) = linear_errors(linear_responses(stiff, operation, reference), reference, operation.frequency_hz)
-    >>> round(error.frequency, 9)
-    0.02
+    `frequency_hz`: range (low, high), Hz.
     """
     low, high = frequency_hz
     within = [(response.natural_hz >= low) & (response.natural_hz <= high) for response in exact]
@@ -318,34 +201,8 @@ def _receptances(
 def coriolis_error(model: ReducedModel, operation: LinearOperation) -> float | None:
     """Largest relative change of a natural frequency in the range by the Coriolis forces, in any contact condition.
 
-    Parameters
-    ----------
-    model : ReducedModel
-        The model at its speed.
-    operation : LinearOperation
-        Range, phase and springs.
-
-    Returns
-    -------
-    float or None
-        The change, that of the first frequency above the range where the range holds none, 0 at rest; None where the
-        model does not say its speed or has no Coriolis matrix.
-
-    Raises
-    ------
-    ReducedModelError
-        The mass is not positive definite.
-
-    Examples
-    --------
-    Equal springs in a frame that turns with W = 0.1 w_0: (1 + 0.1^2)^(1/2) + 0.1 - 1
-
-    >>> from rom import LinearOperation, ReducedModel, coriolis_error
-    >>> g, one, none = np.array([[0.0, -2.0], [2.0, 0.0]]), np.ones(2), np.zeros(1)
-    >>> turning = {"coriolis": g, "speed_rpm": 3000.0 / np.pi}  # W = 100 rad/s
-    >>> model = ReducedModel(np.eye(2), 1e6 * np.eye(2), np.eye(3, 2), np.zeros((1, 3)), one, {"tip": one}, **turning)
-    >>> round(coriolis_error(model, LinearOperation((100.0, 200.0), 0.0, none, none)), 6)
-    0.104988
+    Returns the change, that of the first frequency above the range where the range holds none, 0 at rest; None where
+    the model does not say its speed or has no Coriolis matrix.
     """
     if model.speed_rpm == 0.0:
         return 0.0

@@ -48,55 +48,22 @@ BEYOND = 3.0  # highest mode over the highest frequency of interest, at least
 
 @dataclass(frozen=True)
 class FullReference:
-    """Reference for the reduced models of one full model.
+    """Reference for the reduced models of one full model."""
 
-    Attributes
-    ----------
-    model : ReducedModel
-        Responds like the full model at the boundary dofs.
-    flexibility : (6 n_c, 6 n_c) array or None
-        Displacements of right, then left contact dofs for unit forces there, m/N; solved on the mesh itself. Of a
-        sector of a disk those in the wave of the reference, complex; None where nothing holds a body. Inside a sector
-        and against the ground as in `ContactInterface.rows`; (3 n_c, 3 n_c) where no interface is between neighbours.
-    modes : int
-        Free natural modes of the full model in `model`.
-    face : ReducedModel or None
-        The same with other contact dofs: a mortar so fine that its springs are as good as spread over the face. None
-        where it was not asked for or the mesh has no node sets of the faces.
-    face_grid : (int, int)
-        Contact nodes of each pair of faces of `face` along t1 and along the radius.
-
-    Examples
-    --------
-    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
-    >>> from rom import Material, assemble, full_reference
-    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02, contact_grid=(1, 1)))
-    >>> full = assemble(sector, Material(2e11, 0.3, 7800.0), element="hex8")
-    >>> reference = full_reference(full, sector, highest_hz=1000.0, with_face=True)
-    >>> reference.flexibility.shape, reference.with_mortar((2, 2)).n_contacts
-    ((6, 6), 4)
-    """
-
-    model: ReducedModel
+    model: ReducedModel  # responds like the full model at the boundary dofs
+    # (6 n_c, 6 n_c) displacements of right, then left contact dofs for unit forces there, m/N; solved on the mesh
+    # itself. Of a sector of a disk those in the wave of the reference, complex; None where nothing holds a body.
+    # Inside a sector and against the ground as in `ContactInterface.rows`; (3 n_c, 3 n_c) where no interface is
+    # between neighbours
     flexibility: NDArray[Any] | None
-    modes: int
+    modes: int  # free natural modes of the full model in `model`
+    # the same with other contact dofs: a mortar so fine that its springs are as good as spread over the face. None
+    # where it was not asked for or the mesh has no node sets of the faces
     face: ReducedModel | None = None
-    face_grid: Grid = (0, 0)
+    face_grid: Grid = (0, 0)  # contact nodes of each pair of faces of `face` along t1 and along the radius
 
     def with_mortar(self, grid: Grid) -> ReducedModel:
-        """The model of `face` with a mortar of another, coarser grid.
-
-        Parameters
-        ----------
-        grid : (int, int)
-            Contact nodes along t1 and along the radius, at most those of `face_grid`.
-
-        Raises
-        ------
-        ReducedModelError
-            There is no `face`.
-        """
+        """The model of `face` with a mortar of another, coarser grid."""
         if self.face is None:
             raise ReducedModelError("face: missing, allowed: a reference made with it")
         rows, shares = coarser_mortar(self.face_grid, grid)
@@ -129,46 +96,7 @@ def full_reference(
 ) -> FullReference:
     """The reference of a full model for frequencies up to `highest_hz`.
 
-    Parameters
-    ----------
-    full : FullModel
-        The full model.
-    sector : SectorMesh
-        Its mesh.
-    highest_hz : float
-        Highest frequency of interest, Hz.
-    boundary : BoundaryChoice
-        Excitation and contact dofs; the outputs are those of `reduce_sector`.
-    backend : str
-        Backend of the factorisation, see `factorise`.
-    with_face : bool
-        Whether to make the model with springs spread over the face too, which takes one more static solution for each
-        of its contact dofs.
-
-    Returns
-    -------
-    FullReference
-        The reference.
-
-    Raises
-    ------
-    RomParameterError
-        There are too many modes in the range.
-    FactorisationError
-        The structure is not held or not stable.
-
-    Examples
-    --------
-    The static contact flexibility of a Craig-Bampton model is that of the full model:
-
-    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
-    >>> from rom import Material, ReductionOptions, assemble, full_reference, reduce_sector, static_error
-    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02, contact_grid=(1, 1)))
-    >>> full = assemble(sector, Material(2e11, 0.3, 7800.0), element="hex8")
-    >>> reduced = reduce_sector(full, sector, ReductionOptions(modes=0)).model
-    >>> static_error(reduced, full_reference(full, sector, highest_hz=1000.0).flexibility) < 1e-8
-    True
+    `highest_hz`: highest frequency of interest, Hz.
     """
     require_at_rest(full)
     dofs = choose_boundary_dofs(full, sector, boundary)
@@ -192,32 +120,7 @@ def require_at_rest(full: FullModel, joined: ArrayLike = ()) -> None:
 def held_frequencies(full: FullModel, count: int) -> NDArray[np.float64]:
     """The lowest natural frequencies of a full model that is held at its root, with free contacts.
 
-    Parameters
-    ----------
-    full : FullModel
-        The full model.
-    count : int
-        How many.
-
-    Returns
-    -------
-    (count,) array
-        Natural frequencies, Hz, ascending.
-
-    Raises
-    ------
-    FactorisationError
-        The structure is not held or not stable.
-
-    Examples
-    --------
-    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
-    >>> from rom import Material, assemble, held_frequencies
-    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02, contact_grid=(1, 1)))
-    >>> full = assemble(sector, Material(2e11, 0.3, 7800.0), element="hex8")
-    >>> held_frequencies(full, 2).shape
-    (2,)
+    Returns (count,): natural frequencies, Hz, ascending.
     """
     free = np.setdiff1d(np.arange(full.n_dofs), full.fixed)
     stiffness, mass = (matrix[free][:, free] for matrix in (full.stiffness, full.mass))
@@ -353,25 +256,8 @@ def static_error(model: ReducedModel, flexibility: NDArray[Any], phase: float = 
 
     Only round-off for a reduced model whose boundary dofs hold the contact dofs.
 
-    Parameters
-    ----------
-    model : ReducedModel
-        The model.
-    flexibility : (6 n_c, 6 n_c) array
-        The exact flexibility, m/N, as in `FullReference`.
-    phase : float
-        Inter-blade phase angle, rad, of a sector of a disk.
-
-    Examples
-    --------
-    A model twice as stiff as it should be has half the flexibility:
-
-    >>> from rom import ReducedModel, static_error
-    >>> n, one = np.array([[0.0], [0.0], [1.0]]), np.ones(1)
-    >>> model = ReducedModel(np.eye(1), 2e6 * np.eye(1), n, np.zeros((1, 3)), one, {"tip": one}, contact_left=n)
-    >>> rows = np.vstack([n, n])
-    >>> round(static_error(model, rows @ rows.T / 1e6), 9)
-    0.5
+    `flexibility` (6 n_c, 6 n_c): the exact flexibility, m/N, as in `FullReference`; `phase`: inter-blade phase angle,
+    rad, of a sector of a disk.
     """
     left = model.contact_left
     rows: NDArray[Any] = model.contact_right if left is None else np.vstack([model.contact_right, left])

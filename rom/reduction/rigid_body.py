@@ -27,37 +27,12 @@ COORDINATES = 6
 
 @dataclass(frozen=True)
 class RigidBody:
-    """A rigid body.
+    """A rigid body."""
 
-    Attributes
-    ----------
-    mass : float
-        Mass, kg.
-    centre : (3,) array
-        Centre of mass, m.
-    inertia : (3,) array
-        Moments of inertia about the axes x, y, z through the centre, kg m^2: principal axes.
-    springs : (6,) array
-        Stiffness of what locates it along and about x, y, z, N/m and N m/rad; 0 by default.
-
-    Raises
-    ------
-    ReducedModelError
-        Mass or inertia is not above 0, or a spring is below 0.
-
-    Examples
-    --------
-    A point beside the centre moves when the body turns:
-
-    >>> from rom import RigidBody
-    >>> body = RigidBody(0.02, np.zeros(3), np.full(3, 1e-6))
-    >>> body.rows(np.array([[0.0, 0.01, 0.0]]), np.eye(3)[None]).round(3)[0] @ np.eye(6)[5]  # about z
-    np.float64(-0.01)
-    """
-
-    mass: float
-    centre: ArrayLike
-    inertia: ArrayLike
+    mass: float  # mass, kg
+    centre: ArrayLike  # (3,) centre of mass, m
+    inertia: ArrayLike  # (3,) moments of inertia about the axes x, y, z through the centre, kg m^2: principal axes
+    # (6,) stiffness of what locates it along and about x, y, z, N/m and N m/rad; 0 by default
     springs: ArrayLike = (0.0,) * COORDINATES
 
     def __post_init__(self) -> None:
@@ -75,12 +50,7 @@ class RigidBody:
     def rows(self, position: Array, frame: Array) -> Array:
         """Displacement t1, t2, n of points for unit coordinates, (3 n, 6).
 
-        Parameters
-        ----------
-        position : (n, 3) array
-            Points, m.
-        frame : (n, 3, 3) array
-            Directions t1, t2, n at each.
+        `position` (n, 3): points, m; `frame` (n, 3, 3): directions t1, t2, n at each.
         """
         arm = position - np.asarray(self.centre, dtype=float)
         turning = np.cross(np.eye(3)[None], arm[:, None, :])  # row a: of a rotation about axis a
@@ -95,28 +65,7 @@ class RigidBody:
 
 
 def with_rigid_body(model: ReducedModel, body: RigidBody) -> ReducedModel:
-    """The model with the coordinates of a rigid body behind its own; no contact touches it yet.
-
-    Parameters
-    ----------
-    model : ReducedModel
-        The model.
-    body : RigidBody
-        The body, one in each sector.
-
-    Returns
-    -------
-    ReducedModel
-        The model.
-
-    Examples
-    --------
-    >>> from rom import ReducedModel, RigidBody, with_rigid_body
-    >>> n, one = np.outer([0.0, 0.0, 1.0], np.ones(1)), np.ones(1)
-    >>> model = ReducedModel(np.eye(1), np.eye(1), n, np.zeros((1, 3)), one, {"tip": one})
-    >>> with_rigid_body(model, RigidBody(0.1, np.array([0.0, 0.0, 0.3]), np.full(3, 1e-6))).size
-    7
-    """
+    """The model with the coordinates of a rigid body behind its own; no contact touches it yet."""
     if model.wave_blocks:
         raise ReducedModelError("rigid body: given with nodal_diameter/N, allowed: a model with one set of matrices")
 
@@ -172,37 +121,8 @@ def platform_damper(
     The flanks rise towards the plane midway between two blades, where the ridge of the roof would be. The section of
     the wedge is the triangle below it, of base b and height h; its centre lies h / 3 above the base.
 
-    Parameters
-    ----------
-    sector : SectorMesh
-        The mesh.
-    form : {"wedge", "cylinder"}
-        Form of the damper.
-    mass : float
-        Mass, kg.
-    radius : float, optional
-        Radius of its centre of mass, m; by default that of the form.
-    inertia : (3,) array, optional
-        Moments of inertia about x, the circumference and the radius, kg m^2; by default those of the form.
-    axial_stiffness : float
-        Stiffness of what locates it along x, N/m.
-    pair : str
-        Name of the pair of faces of the platforms.
-
-    Returns
-    -------
-    RigidBody
-        The damper.
-
-    Examples
-    --------
-    >>> from geometry import BladeParameters, MeshParameters, PlatformParameters, ShroudParameters, build_sector
-    >>> from rom import platform_damper
-    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> platform, mesh = PlatformParameters(0.32, 0.006, flank_angle=35.0), MeshParameters(size=0.005)
-    >>> wedge = platform_damper(build_sector(blade, shroud, mesh, platform=platform), "wedge", 0.01)
-    >>> round(float(np.hypot(*wedge.centre[1:])), 4)
-    0.3181
+    `mass`: kg; `radius`: radius of its centre of mass, m; by default that of the form; `inertia` (3,): moments of
+    inertia about x, the circumference and the radius, kg m^2; by default those of the form.
     """
     view, middle = sector.seen_from(pair), pi / sector.n_blades
     across = np.array([0.0, -cos(middle), sin(middle)])  # from the plane midway towards the blade
@@ -232,39 +152,8 @@ def with_damper(model: ReducedModel, body: RigidBody, *, pair: str = "platform",
     The pair of faces of the platforms becomes two contact interfaces, of the own platform against the damper inside
     the sector, and of the next one's against it. The faces are mirror images in the plane midway between two blades.
 
-    Parameters
-    ----------
-    model : ReducedModel
-        The model of a ring, with an interface of the pair of faces and its contact frames.
-    body : RigidBody
-        The damper.
-    pair : str
-        Name of the pair of faces.
-    line : bool
-        Whether only the middle line of the faces along the first tangent touches, as of a cylinder.
-
-    Returns
-    -------
-    ReducedModel
-        The model with the interfaces "damper_right" and "damper_left" in place of the pair, and with the
-        displacements of the damper as outputs "damper_x", "damper_y" and "damper_z".
-
-    Raises
-    ------
-    ReducedModelError
-        The model has no such interface between neighbours, no contact frames, or the faces have no middle line.
-
-    Examples
-    --------
-    >>> from geometry import BladeParameters, MeshParameters, PlatformParameters, ShroudParameters, build_sector
-    >>> from rom import Material, ReductionOptions, assemble, platform_damper, reduce_sector, with_damper
-    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> platform, mesh = PlatformParameters(0.32, 0.006, flank_angle=35.0), MeshParameters(0.005, contact_grid=(2, 2))
-    >>> sector = build_sector(blade, shroud, mesh, platform=platform)
-    >>> full = assemble(sector, Material(2e11, 0.3, 7800.0), element="hex8")
-    >>> model = reduce_sector(full, sector, ReductionOptions(modes=4)).model
-    >>> dict(with_damper(model, platform_damper(sector, "wedge", 0.01)).interfaces)
-    {'shroud': 4, 'damper_right': 4, 'damper_left': 4}
+    Returns the model with the interfaces "damper_right" and "damper_left" in place of the pair, and with the
+    displacements of the damper as outputs "damper_x", "damper_y" and "damper_z".
     """
     if pair not in model.interfaces:
         raise ReducedModelError(f"contact/interfaces: no {pair}, allowed: {', '.join(model.interfaces)}")

@@ -125,33 +125,11 @@ def _longest(values: Array, change: Array) -> Array:
 
 @dataclass(frozen=True)
 class FatigueLimits:
-    """Limits of a material.
+    """Limits of a material."""
 
-    Attributes
-    ----------
-    endurance_limit : float
-        Amplitude of a fully reversed cycle that it endures, Pa.
-    tensile_strength : float
-        Ultimate tensile strength, Pa: end of the Goodman line.
-    yield_strength : float or None
-        Yield strength, Pa; None: no yield line.
-
-    Raises
-    ------
-    RomParameterError
-        A limit is not a number above 0, or the endurance limit or the yield strength is above the tensile strength.
-
-    Examples
-    --------
-    >>> from rom import FatigueLimits
-    >>> limits = FatigueLimits(endurance_limit=300e6, tensile_strength=900e6)
-    >>> round(float(limits.goodman_margin(120e6, 250e6)), 5)
-    1.47541
-    """
-
-    endurance_limit: float
-    tensile_strength: float
-    yield_strength: float | None = None
+    endurance_limit: float  # amplitude of a fully reversed cycle that it endures, Pa
+    tensile_strength: float  # ultimate tensile strength, Pa: end of the Goodman line
+    yield_strength: float | None = None  # yield strength, Pa; None: no yield line
 
     def __post_init__(self) -> None:
         positive = "must be a number above 0 (Pa)"
@@ -167,44 +145,23 @@ class FatigueLimits:
 
         A mean below 0 (compression) counts as 0. Without stress the margin is infinite.
 
-        Parameters
-        ----------
-        amplitude, mean : array
-            Amplitude Sa and signed mean Sm, Pa.
+        `amplitude`, `mean`: amplitude Sa and signed mean Sm, Pa.
         """
         return _inverse(np.asarray(amplitude) / self.endurance_limit + np.maximum(mean, 0.0) / self.tensile_strength)
 
     def yield_margin(self, amplitude: Any, mean: Any) -> Array:
-        """Factor up to the yield line, amplitude plus size of the mean = Sy (Langer); infinite without a limit.
-
-        Parameters
-        ----------
-        amplitude, mean : array
-            Amplitude Sa and signed mean Sm, Pa.
-        """
+        """Factor up to the yield line, amplitude plus size of the mean = Sy (Langer); infinite without a limit."""
         largest = np.asarray(amplitude) + np.abs(mean)
         if self.yield_strength is None:
             return np.full(np.shape(largest), np.inf)
         return _inverse(largest / self.yield_strength)
 
     def margin(self, amplitude: Any, mean: Any) -> Array:
-        """The smaller of both: margin in the Haigh diagram along a line from the origin.
-
-        Parameters
-        ----------
-        amplitude, mean : array
-            Amplitude Sa and signed mean Sm, Pa.
-        """
+        """The smaller of both: margin in the Haigh diagram along a line from the origin."""
         return np.minimum(self.goodman_margin(amplitude, mean), self.yield_margin(amplitude, mean))
 
     def amplitude_margin(self, amplitude: Any, mean: Any) -> Array:
-        """Factor by which the amplitude alone may grow at this mean; 0 where the mean alone is beyond the limits.
-
-        Parameters
-        ----------
-        amplitude, mean : array
-            Amplitude Sa and signed mean Sm, Pa.
-        """
+        """Factor by which the amplitude alone may grow at this mean; 0 where the mean alone is beyond the limits."""
         allowed = self.endurance_limit * (1.0 - np.maximum(mean, 0.0) / self.tensile_strength)
         if self.yield_strength is not None:
             allowed = np.minimum(allowed, self.yield_strength - np.abs(mean))
@@ -220,27 +177,11 @@ def _inverse(used: Array) -> Array:
 
 @dataclass(frozen=True)
 class StressCycle:
-    """Amplitude and mean of the stress cycles of s points.
+    """Amplitude and mean of the stress cycles of s points."""
 
-    Attributes
-    ----------
-    amplitude : (s,) array
-        Von Mises amplitude, Pa.
-    mean : (s,) array
-        Signed von Mises mean, Pa; below 0 in compression.
-    largest : (s,) array
-        Largest von Mises stress of the cycle, Pa.
-
-    Examples
-    --------
-    >>> from rom import stress_cycle
-    >>> float(stress_cycle(np.array([[[5.0, 0, 0, 0, 0, 0]], [[2.0, 0, 0, 0, 0, 0]]])).largest[0])
-    7.0
-    """
-
-    amplitude: Array
-    mean: Array
-    largest: Array
+    amplitude: Array  # (s,) von Mises amplitude, Pa
+    mean: Array  # (s,) signed von Mises mean, Pa; below 0 in compression
+    largest: Array  # (s,) largest von Mises stress of the cycle, Pa
 
 
 def stress_cycle(harmonics: NDArray[Any]) -> StressCycle:
@@ -249,24 +190,7 @@ def stress_cycle(harmonics: NDArray[Any]) -> StressCycle:
     One harmonic is evaluated in closed form but for `largest`, more of them at 64 instants of the period for each
     harmonic: `amplitude` is then within -0.3 % and +0.01 %.
 
-    Parameters
-    ----------
-    harmonics : (H+1, s, 6) array
-        Components xx, yy, zz, xy, yz, zx of the coefficients, Pa; harmonic 0 real-valued.
-
-    Returns
-    -------
-    StressCycle
-        Amplitude and mean of each point.
-
-    Examples
-    --------
-    A cycle between -1 and 5 MPa of tension:
-
-    >>> from rom import stress_cycle
-    >>> cycle = stress_cycle(1e6 * np.array([[[2.0, 0, 0, 0, 0, 0]], [[3.0j, 0, 0, 0, 0, 0]]]))
-    >>> float(cycle.amplitude[0]), float(cycle.mean[0])
-    (3000000.0, 2000000.0)
+    `harmonics` (H+1, s, 6): components xx, yy, zz, xy, yz, zx of the coefficients, Pa; harmonic 0 real-valued.
     """
     static, moving = np.real(harmonics[0]), np.asarray(harmonics[1:])
     moving = moving[: 1 + max(np.flatnonzero(np.any(moving != 0.0, axis=(1, 2))), default=-1)]

@@ -94,30 +94,8 @@ def _inner_angles(corners: Array, pairs: IntArray) -> Array:
 def singular_vertices(sector: SectorMesh, reentrant_degrees: float = REENTRANT) -> Mapping[str, IntArray]:
     """Vertices of a sector at which the stress does not converge, by the cause.
 
-    Parameters
-    ----------
-    sector : SectorMesh
-        The mesh, with its node sets `root`, `contact_right`, `contact_left` and, where it has them, `face_right` and
-        `face_left`.
-    reentrant_degrees : float
-        Angle inside the body above which an edge is re-entrant, degrees.
-
-    Returns
-    -------
-    mapping of str to (k,) array
-        Sorted rows of `sector.points` for "re-entrant edge", "clamped edge", "contact edge", "material interface".
-
-    Examples
-    --------
-    The airfoil is clamped at the hub, and it meets the shroud in a sharp corner:
-
-    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
-    >>> from rom import singular_vertices
-    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02))
-    >>> places = singular_vertices(sector)
-    >>> print(list(places), sector.points[places["re-entrant edge"], 2].min() > 0.38)
-    ['re-entrant edge', 'clamped edge', 'contact edge', 'material interface'] True
+    `reentrant_degrees`: angle inside the body above which an edge is re-entrant, degrees. Returns (k,): sorted rows
+    of `sector.points` for "re-entrant edge", "clamped edge", "contact edge", "material interface".
     """
     surface = BoundarySurface.of(sector.blocks, sector.points)
     sharp = surface.edges[np.degrees(surface.angle) > reentrant_degrees]
@@ -163,27 +141,12 @@ def _interfaces(sector: SectorMesh, surface: BoundarySurface) -> IntArray:
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What is near each place of a recovery.
+    """What is near each place of a recovery."""
 
-    Attributes
-    ----------
-    cause : (s,) array
-        Number in `causes` of a singular place within one element or 2 % of the size of the body; -1: none.
-    causes : tuple of str
-        The causes, in the order of precedence.
-    size : (s,) array
-        Size of the elements at the place: diagonal of the largest of their bounding boxes, m.
-
-    Examples
-    --------
-    >>> from rom import Surroundings
-    >>> Surroundings(np.array([-1, 0]), ("clamped edge",), np.ones(2)).regular.tolist()
-    [True, False]
-    """
-
+    # (s,) number in `causes` of a singular place within one element or 2 % of the size of the body; -1: none
     cause: IntArray
-    causes: tuple[str, ...]
-    size: Array
+    causes: tuple[str, ...]  # the causes, in the order of precedence
+    size: Array  # (s,) size of the elements at the place: diagonal of the largest of their bounding boxes, m
 
     @property
     def regular(self) -> NDArray[np.bool_]:
@@ -194,14 +157,8 @@ class Surroundings:
     def of(cls, recovery: StressRecovery, positions: Array, singular: Mapping[str, IntArray]) -> Surroundings:
         """Surroundings of the places of a recovery.
 
-        Parameters
-        ----------
-        recovery : StressRecovery
-            The recovery.
-        positions : (n, 3) array
-            Nodes, m.
-        singular : mapping of str to (k,) array
-            Singular nodes by their cause; the first cause takes precedence.
+        `positions` (n, 3): nodes, m; `singular` (k,): singular nodes by their cause; the first cause takes
+        precedence.
         """
         cause = np.full(len(recovery.node), len(singular))
         size = np.zeros(len(recovery.node))
@@ -234,30 +191,9 @@ def _mark_near(cause: IntArray, positions: Array, node: IntArray, marks: IntArra
 def hot_spots(values: Array, positions: Array, size: Array, chosen: NDArray[np.bool_], count: int) -> Sequence[int]:
     """Places of the largest values, each at least three elements away from the higher ones.
 
-    Parameters
-    ----------
-    values : (s,) array
-        The field.
-    positions : (s, 3) array
-        Where it is known, m.
-    size : (s,) array
-        Size of the elements there, m.
-    chosen : (s,) array of bool
-        The places that count.
-    count : int
-        Number of hot spots at most.
-
-    Returns
-    -------
-    sequence of int
-        Places, the highest first; fewer than `count` where there are no more.
-
-    Examples
-    --------
-    >>> from rom import hot_spots
-    >>> line = np.column_stack([np.arange(9.0), np.zeros(9), np.zeros(9)])
-    >>> hot_spots(np.array([3.0, 5, 4, 1, 1, 1, 1, 2, 1]), line, np.ones(9), np.ones(9, bool), 2)
-    [1, 7]
+    `values` (s,): the field; `positions` (s, 3): where it is known, m; `size` (s,): size of the elements there, m;
+    `chosen` (s,): the places that count. Returns places, the highest first; fewer than `count` where there are no
+    more.
     """
     left = np.where(chosen & np.isfinite(values), values, -np.inf)
     found: list[int] = []

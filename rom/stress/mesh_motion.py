@@ -114,33 +114,13 @@ class SectorStatics:
 
 @dataclass(frozen=True)
 class SolvedPoint:
-    """A solved point of a response curve.
+    """A solved point of a response curve."""
 
-    Attributes
-    ----------
-    omega : float
-        Excitation frequency, rad/s.
-    phase : float
-        Inter-blade phase angle psi, rad.
-    force : float
-        Amplitude of the excitation, N.
-    contact_force : (H+1, n_c, 3) complex array
-        f^(h) on the right nodes in the contact frame, N.
-    harmonic_factors : tuple of (int, complex)
-        Harmonics of the excitation, as in `RelativeReceptance`.
-
-    Examples
-    --------
-    >>> from rom import SolvedPoint
-    >>> SolvedPoint(1000.0, 0.0, 1.0, np.zeros((2, 9, 3), complex)).harmonics
-    (0, 1)
-    """
-
-    omega: float
-    phase: float
-    force: float
-    contact_force: Complex
-    harmonic_factors: tuple[tuple[int, complex], ...] = ()
+    omega: float  # excitation frequency, rad/s
+    phase: float  # inter-blade phase angle psi, rad
+    force: float  # amplitude of the excitation, N
+    contact_force: Complex  # (H+1, n_c, 3) f^(h) on the right nodes in the contact frame, N
+    harmonic_factors: tuple[tuple[int, complex], ...] = ()  # harmonics of the excitation, as in `RelativeReceptance`
 
     @property
     def harmonics(self) -> tuple[int, ...]:

@@ -30,62 +30,28 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class OperatingStress:
-    """Stress at s places of a mesh: a node, or one for each material that meets at a node.
+    """Stress at s places of a mesh: a node, or one for each material that meets at a node."""
 
-    Attributes
-    ----------
-    positions : (s, 3) array
-        Places, m.
-    displacement : (H+1, s, 3) complex array
-        Displacement of the places, m.
-    harmonics : (H+1, s, 6) complex array
-        Stress xx, yy, zz, xy, yz, zx, Pa; harmonic 0 is the static part.
-    cycle : StressCycle
-        Amplitude, signed mean and largest value.
-    spread : (s,) array
-        Deviation of the elements at a place from their average, summed over the harmonics from 1 on, Pa.
-    static_spread : (s,) array
-        The same of harmonic 0, Pa.
-    surroundings : Surroundings
-        Singular places and sizes of elements.
-    material : (s,) array
-        Number of the material of each place in `materials`.
-    materials : tuple of str
-        Names of the materials.
-    cells : tuple of (int, (E, b) array)
-        Cell type of VTK and places of its nodes, for each block of the mesh.
-    surface : (s,) bool array
-        Places at corners of the surface.
-    expansion_error : float
-        Largest difference of the harmonics from 1 on as the reduced model alone gives them, relative to their largest
-        value, outside of singular places.
-    model_error : float
-        The same of the statically corrected harmonics, which are those given, from the full model's; nan where that
-        was not solved.
-    residual : float
-        Largest relative residual of the full model's solution; nan where it was not solved.
-
-    Examples
-    --------
-    >>> from rom import OperatingStress
-    >>> "cycle" in OperatingStress.__dataclass_fields__
-    True
-    """
-
-    positions: Array
-    displacement: NDArray[np.complex128]
-    harmonics: NDArray[np.complex128]
-    cycle: StressCycle
+    positions: Array  # (s, 3) places, m
+    displacement: NDArray[np.complex128]  # (H+1, s, 3) displacement of the places, m
+    harmonics: NDArray[np.complex128]  # (H+1, s, 6) stress xx, yy, zz, xy, yz, zx, Pa; harmonic 0 is the static part
+    cycle: StressCycle  # amplitude, signed mean and largest value
+    # (s,) deviation of the elements at a place from their average, summed over the harmonics from 1 on, Pa
     spread: Array
-    static_spread: Array
-    surroundings: Surroundings
-    material: IntArray
-    materials: tuple[str, ...]
+    static_spread: Array  # (s,) the same of harmonic 0, Pa
+    surroundings: Surroundings  # singular places and sizes of elements
+    material: IntArray  # (s,) number of the material of each place in `materials`
+    materials: tuple[str, ...]  # names of the materials
+    # (E, b) cell type of VTK and places of its nodes, for each block of the mesh
     cells: tuple[tuple[int, IntArray], ...]
-    surface: NDArray[np.bool_]
+    surface: NDArray[np.bool_]  # (s,) places at corners of the surface
+    # largest difference of the harmonics from 1 on as the reduced model alone gives them, relative to their largest
+    # value, outside of singular places
     expansion_error: float
+    # the same of the statically corrected harmonics, which are those given, from the full model's; nan where that was
+    # not solved
     model_error: float
-    residual: float
+    residual: float  # largest relative residual of the full model's solution; nan where it was not solved
 
 
 def nodal_stress(
@@ -100,38 +66,8 @@ def nodal_stress(
     In each element the stress at the quadrature points is projected on linear functions and extrapolated to the
     nodes, then averaged over the elements at a node.
 
-    Parameters
-    ----------
-    sector : SectorMesh
-        The mesh.
-    material : Material or mapping of str to Material
-        Its material, or its materials by name.
-    displacement : (N,) or (n, 3) array
-        Displacement of the nodes of the full model, m; complex for a harmonic.
-    element : str or None
-        Element of the full model.
-    temperature : float or (V,) array, optional
-        Temperature above the stress-free state, K; its free expansion causes no stress.
-
-    Returns
-    -------
-    stress : NodalStress
-        Stress at s places.
-    node : (s,) array
-        Node of each place.
-
-    Examples
-    --------
-    Uniform strain of 0.1 % along x with Poisson's ratio 0 is a stress of 200 MPa:
-
-    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
-    >>> from rom import Material, assemble, nodal_stress
-    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> sector, soft = build_sector(blade, shroud, MeshParameters(size=0.02)), Material(2e11, 0.0, 7800.0)
-    >>> x = assemble(sector, soft, element="hex8").positions * (1e-3, 0.0, 0.0)
-    >>> stress, node = nodal_stress(sector, soft, x, element="hex8")
-    >>> print((stress.values.max(axis=0) / 1e6).round(6) + 0.0)
-    [200.   0.   0.   0.   0.   0.]
+    `displacement` (n, 3): displacement of the nodes of the full model, m; complex for a harmonic. Returns `stress`:
+    stress at s places; `node` (s,): node of each place.
     """
     heated = None if temperature is None else temperature_at_points(temperature, len(sector.points))
     recovery = StressRecovery.of(discretise(sector, element), material, None, heated)
@@ -154,54 +90,7 @@ def operating_stress(
 ) -> OperatingStress:
     """Stress on the mesh at a solved point of a response curve.
 
-    Parameters
-    ----------
-    full : FullModel
-        The full model at its speed.
-    sector : SectorMesh
-        Its mesh.
-    materials : Material or mapping of str to Material
-        Its material, or its materials by name.
-    reduced : (ReducedModel, ModalModel or SectorModes)
-        The reduced model with its basis, and its modes with damping.
-    boundary : BoundaryChoice
-        Excitation and contact dofs of the reduced model.
-    point : SolvedPoint
-        Frequency, excitation and contact forces.
-    large_displacements : bool
-        Whether the equilibrium at speed is one at large displacements, of exact Cauchy stress, else of small strains.
-    temperature : float or (V,) array, optional
-        Temperature above the stress-free state, K, that the static force of the loads is of.
-    check : bool
-        Whether the harmonics are compared with a solution of the full model under the same forces.
-    faces : CyclicFaces, optional
-        Cut faces of a sector of a bladed disk. The stress at a node of a cut face is that of this sector's elements.
-
-    Returns
-    -------
-    OperatingStress
-        The stress and its errors.
-
-    Raises
-    ------
-    FactorisationError
-        The structure is not held.
-
-    Examples
-    --------
-    A point without contact forces, far below resonance:
-
-    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
-    >>> from rom import (BoundaryChoice, Material, ReductionOptions, SolvedPoint, assemble, modal_model,
-    ...                  operating_stress, reduce_sector)
-    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    >>> sector, steel = build_sector(blade, shroud, MeshParameters(size=0.02)), Material(2e11, 0.3, 7800.0)
-    >>> full, nodal = assemble(sector, steel, element="hex8"), BoundaryChoice(contact_dofs="nodal")
-    >>> model = reduce_sector(full, sector, ReductionOptions(modes=8), nodal).model
-    >>> point = SolvedPoint(100.0, 0.0, 10.0, np.zeros((2, model.n_contacts, 3), complex))
-    >>> reduced = model, modal_model(model, damping_ratio=0.01)
-    >>> operating_stress(full, sector, steel, reduced, nodal, point).model_error < 1e-4
-    True
+    `temperature` (V,): temperature above the stress-free state, K, that the static force of the loads is of.
     """
     motion = MeshMotion(full, sector, reduced, boundary, faces)
     base = motion.at_speed() if large_displacements and full.speed_rpm != 0.0 else None

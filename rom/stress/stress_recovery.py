@@ -118,24 +118,9 @@ def components(tensor: NDArray[Any]) -> NDArray[Any]:
 def von_mises(stress: NDArray[Any]) -> NDArray[np.float64]:
     """Von Mises stress of tensors, sqrt(3/2 s:s) with the deviator s.
 
-    Parameters
-    ----------
-    stress : (..., 6) array
-        Components xx, yy, zz, xy, yz, zx. Of complex amplitudes the Hermitian norm sqrt(3/2 s:s*) is taken, which is
-        at least the amplitude of the cycle and equal to it where the components are in phase.
-
-    Returns
-    -------
-    (...) array
-        Von Mises stress, in the unit of the components.
-
-    Examples
-    --------
-    Tension, and pure shear:
-
-    >>> from rom import von_mises
-    >>> von_mises(np.array([[5.0, 0, 0, 0, 0, 0], [0, 0, 0, 1.0, 0, 0]])).round(6).tolist()
-    [5.0, 1.732051]
+    `stress` (..., 6): components xx, yy, zz, xy, yz, zx. Of complex amplitudes the Hermitian norm sqrt(3/2 s:s*) is
+    taken, which is at least the amplitude of the cycle and equal to it where the components are in phase. Returns
+    (...): von Mises stress, in the unit of the components.
     """
     return np.linalg.norm(deviator(stress), axis=-1)
 
@@ -150,24 +135,11 @@ def deviator(stress: NDArray[Any]) -> NDArray[Any]:
 
 @dataclass(frozen=True)
 class NodalStress:
-    """Stress at s places: a node, or one for each material that meets at a node.
+    """Stress at s places: a node, or one for each material that meets at a node."""
 
-    Attributes
-    ----------
-    values : (..., s, 6) array
-        Components xx, yy, zz, xy, yz, zx, Pa; complex for a harmonic.
-    spread : (..., s) array
-        Root mean square, over the elements at a place, of the von Mises stress of their deviations from the average,
-        Pa: an estimate of the error of the mesh. At a place of a single element it is that of its other nodes.
-
-    Examples
-    --------
-    >>> from rom import NodalStress
-    >>> NodalStress(np.zeros((4, 6)), np.zeros(4)).values.shape
-    (4, 6)
-    """
-
-    values: NDArray[Any]
+    values: NDArray[Any]  # (..., s, 6) components xx, yy, zz, xy, yz, zx, Pa; complex for a harmonic
+    # (..., s) root mean square, over the elements at a place, of the von Mises stress of their deviations from the
+    # average, Pa: an estimate of the error of the mesh. At a place of a single element it is that of its other nodes
     spread: Array
 
 
