@@ -31,105 +31,35 @@ _FREQUENCY_WEIGHT, _OTHER_KIND = 10.0, 0.1  # _OTHER_KIND: a minimum for a maxim
 
 @dataclass(frozen=True)
 class PeakMotion:
-    """The motion at an extreme amplitude of a traced curve.
+    """The motion at an extreme amplitude of a traced curve."""
 
-    Attributes
-    ----------
-    frequency_hz : float
-        Frequency, Hz.
-    amplitude_m : float
-        Amplitude of the output, m.
-    branch : int
-        0: the main branch; k: detached branch k.
-    maximum : bool
-        Whether the amplitude is a maximum; the lower end of an isolated branch is a minimum.
-    coordinates : (H+1, m) complex array
-        Modal coordinates of the m modes of the structure.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`:
-
-    >>> from nonlinear import peak_motions
-    >>> motion = peak_motions(curve, modal, excitation)[0]
-    >>> bool(motion.amplitude_m == curve.peak.amplitude_m), motion.branch, motion.maximum
-    (True, 0, True)
-    """
-
-    frequency_hz: float
-    amplitude_m: float
-    branch: int
-    maximum: bool
+    frequency_hz: float  # frequency, Hz
+    amplitude_m: float  # amplitude of the output, m
+    branch: int  # 0: the main branch; k: detached branch k
+    maximum: bool  # whether the amplitude is a maximum; the lower end of an isolated branch is a minimum
+    # (H+1, m) modal coordinates of the m modes of the structure
     coordinates: ComplexArray = field(repr=False, compare=False)
 
 
 @dataclass(frozen=True)
 class PeakAgreement:
-    """A resonance of a nonlinear mode with the extreme of the traced curve that is nearest to it.
+    """A resonance of a nonlinear mode with the extreme of the traced curve that is nearest to it."""
 
-    Attributes
-    ----------
-    mode : int
-        Place of the mode in the sequence given.
-    resonance : ModeResonance
-        The resonance.
-    peak : PeakMotion or None
-        The extreme; None where there is none near.
-    amplitude_deviation, frequency_deviation : float
-        Of the resonance from the peak, relative to the peak; NaN without a peak.
-    other_motion : float
-        Share of the output in harmonic 1 at the peak that other modes carry; NaN without a peak.
-    other_mode : int
-        Number of the free mode of the structure with the largest part in it, from 1; 0 without a peak.
-    peak_shares : (H-1,) array
-        Sizes of the harmonics 2 .. H at the peak relative to harmonic 1.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`:
-
-    >>> from nonlinear import compare_with_peaks, nonlinear_mode
-    >>> mode = nonlinear_mode(modal, contact, 3, (0.1, 3.0), options)
-    >>> pairs, missed = compare_with_peaks([mode], curve, modal, excitation)
-    >>> abs(pairs[0].amplitude_deviation) < 2e-3, missed
-    (True, ())
-    """
-
-    mode: int
-    resonance: ModeResonance
-    peak: PeakMotion | None
+    mode: int  # place of the mode in the sequence given
+    resonance: ModeResonance  # the resonance
+    peak: PeakMotion | None  # the extreme; None where there is none near
+    # amplitude_deviation, frequency_deviation: of the resonance from the peak, relative to the peak; NaN without a
+    # peak
     amplitude_deviation: float
     frequency_deviation: float
-    other_motion: float
-    other_mode: int
+    other_motion: float  # share of the output in harmonic 1 at the peak that other modes carry; NaN without a peak
+    other_mode: int  # number of the free mode of the structure with the largest part in it, from 1; 0 without a peak
+    # (H-1,) sizes of the harmonics 2 .. H at the peak relative to harmonic 1
     peak_shares: Array = field(repr=False, compare=False)
 
 
 def peak_motions(curve: ResponseCurve, modal: RingModes, excitation: Excitation) -> tuple[PeakMotion, ...]:
-    """The motions at the peaks of all branches of a curve, and at the lower ends of its detached branches.
-
-    Parameters
-    ----------
-    curve : ResponseCurve
-        The traced curve.
-    modal : rom.ModalModel or rom.SectorModes
-        The m modes of the structure with which it was traced.
-    excitation : Excitation
-        Its excitation.
-
-    Returns
-    -------
-    tuple of PeakMotion
-        Branch by branch.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`:
-
-    >>> from nonlinear import peak_motions
-    >>> len(peak_motions(curve, modal, excitation))
-    1
-    """
+    """The motions at the peaks of all branches of a curve, and at the lower ends of its detached branches."""
     found = []
     for branch, part in enumerate((curve, *curve.detached)):
         places = [(peak.index, True) for peak in part.peaks if peak.located]
@@ -149,33 +79,8 @@ def compare_with_peaks(
     A resonance whose force grows with the amplitude is a maximum of the curve, one whose force falls is the lower end
     of an isolated branch. The nearest are paired first, each peak with one resonance.
 
-    Parameters
-    ----------
-    modes : sequence of NonlinearMode
-        Modes of the nodal diameter of the excitation.
-    curve : ResponseCurve
-        The traced curve.
-    modal : rom.ModalModel or rom.SectorModes
-        The modes of the structure with which both were computed.
-    excitation : Excitation
-        The excitation; resonances are those of its harmonic 1.
-
-    Returns
-    -------
-    agreements : tuple of PeakAgreement
-        One for each resonance in the frequency range of the curve or with a peak near; by mode, the largest first.
-    missed : tuple of PeakMotion
-        Maxima of the curve that no resonance is near to.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`:
-
-    >>> from nonlinear import compare_with_peaks, nonlinear_mode
-    >>> mode = nonlinear_mode(modal, contact, 3, (0.1, 3.0), options)
-    >>> pairs, missed = compare_with_peaks([mode], curve, modal, excitation)
-    >>> [round(pair.frequency_deviation, 3) for pair in pairs]
-    [0.002]
+    Returns `agreements`: one for each resonance in the frequency range of the curve or with a peak near; by mode, the
+    largest first; `missed`: maxima of the curve that no resonance is near to.
     """
     force = excitation.force * abs(dict(excitation.factors).get(1, 1.0))
     peaks = peak_motions(curve, modal, excitation)

@@ -26,19 +26,7 @@ MOST_WORK: dict[str, float] = {"branch": 3e4, "stability": 8e4, "detached": 1e4}
 
 
 def least_samples(n_harmonics: int) -> int:
-    """Smallest number of instants per period at which the contact force of H harmonics is sampled: 4 H + 4.
-
-    Parameters
-    ----------
-    n_harmonics : int
-        Number of harmonics H.
-
-    Examples
-    --------
-    >>> from nonlinear import least_samples
-    >>> least_samples(3)
-    16
-    """
+    """Smallest number of instants per period at which the contact force of H harmonics is sampled: 4 H + 4."""
     return 4 * n_harmonics + 4
 
 

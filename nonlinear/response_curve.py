@@ -164,18 +164,7 @@ class Peak:
 def at_range_end(frequency_hz: float, limits_hz: tuple[float, float]) -> bool:
     """Whether a frequency is a limit of the frequency range: the largest amplitude of a curve there is no peak.
 
-    Parameters
-    ----------
-    frequency_hz : float
-        Frequency, Hz.
-    limits_hz : (float, float)
-        The frequency range, Hz.
-
-    Examples
-    --------
-    >>> from nonlinear import at_range_end
-    >>> at_range_end(600.0, (150.0, 600.0)), at_range_end(599.9, (150.0, 600.0))
-    (True, False)
+    `frequency_hz`: frequency, Hz; `limits_hz`: the frequency range, Hz.
     """
     return any(abs(frequency_hz - limit) <= END_TOLERANCE * limit for limit in limits_hz)
 
@@ -306,39 +295,17 @@ class StaticContact:
 
 @dataclass(frozen=True)
 class ResidualExtreme:
-    """A motion with extreme residual tractions; all its numbers are of this one motion.
+    """A motion with extreme residual tractions; all its numbers are of this one motion."""
 
-    Attributes
-    ----------
-    frequency_hz : float
-        Frequency of the peak, Hz.
-    amplitude_m : float
-        Largest displacement of the output over a period as a whole, static part included, m.
-    vibration_m : float
-        Largest displacement about the mean, m.
-    static_m : float
-        Mean (harmonic 0) of the output, m: the residual tractions deflect the blade as well.
-    slider_origin : (n_c, 2) float
-        Slider positions that lead to these tractions, m: `ContactParameters.slider_origin` of the same problem.
-    traction : (n_c, 2) float
-        Mean traction (T1, T2) of the nodes over the period at the peak, N.
-    curve_frequency_hz, curve_amplitude_m : (P,) float
-        The response curve with sliders that start there, Hz and m: largest displacements as a whole.
-
-    Examples
-    --------
-    With the names of the example of `ResidualBounds`:
-
-    >>> bool(abs(found.highest.traction[0, 0]) <= 0.5 * 60.0)  # Coulomb's limit
-    True
-    """
-
-    frequency_hz: float
-    amplitude_m: float
-    vibration_m: float
-    static_m: float
+    frequency_hz: float  # frequency of the peak, Hz
+    amplitude_m: float  # largest displacement of the output over a period as a whole, static part included, m
+    vibration_m: float  # largest displacement about the mean, m
+    static_m: float  # mean (harmonic 0) of the output, m: the residual tractions deflect the blade as well
+    # (n_c, 2) slider positions that lead to these tractions, m: `ContactParameters.slider_origin` of the same problem
     slider_origin: Array
-    traction: Array
+    traction: Array  # (n_c, 2) mean traction (T1, T2) of the nodes over the period at the peak, N
+    # curve_frequency_hz, curve_amplitude_m (P,): the response curve with sliders that start there, Hz and m: largest
+    # displacements as a whole
     curve_frequency_hz: Array
     curve_amplitude_m: Array
 
@@ -348,40 +315,19 @@ class ResidualBounds:
     """Lowest and highest peak of the main branch, and the band of its amplitudes at some frequencies.
 
     A residual traction changes the vibration and deflects the blade as well, so there are two pairs of bounds.
-
-    Attributes
-    ----------
-    lowest, highest : ResidualExtreme
-        The lowest and the highest peak of the displacement as a whole (`ResidualExtreme.amplitude_m`) that the main
-        branch can have.
-    least_vibration, most_vibration : ResidualExtreme
-        The lowest and the highest peak of the vibration alone (`ResidualExtreme.vibration_m`).
-    band_index : (F,) int
-        Indices of some points of the main branch.
-    band_lowest_m, band_highest_m : (F,) float
-        Lowest and highest displacement as a whole at the frequencies of these points that the response reaches from
-        the main branch when the residual tractions change, m.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`.
-
-    A contact that hardly slips has the resonance of its spring, sqrt(1 + 3) / (2 pi) Hz, whatever its traction.
-
-    >>> from dataclasses import replace
-    >>> from nonlinear import forced_response
-    >>> bounds = replace(options, residual_tractions="bounds")
-    >>> pressed = replace(contact, preload=np.array([60.0]))
-    >>> found = forced_response(modal, pressed, excitation, bounds).residual_bounds
-    >>> print(f"{found.lowest.frequency_hz:.3f} to {found.highest.frequency_hz:.3f} Hz")
-    0.318 to 0.318 Hz
     """
 
+    # lowest, highest: the lowest and the highest peak of the displacement as a whole (`ResidualExtreme.amplitude_m`)
+    # that the main branch can have
     lowest: ResidualExtreme
     highest: ResidualExtreme
+    # least_vibration, most_vibration: the lowest and the highest peak of the vibration alone
+    # (`ResidualExtreme.vibration_m`)
     least_vibration: ResidualExtreme
     most_vibration: ResidualExtreme
-    band_index: NDArray[np.int64]
+    band_index: NDArray[np.int64]  # (F,) indices of some points of the main branch
+    # band_lowest_m, band_highest_m (F,): lowest and highest displacement as a whole at the frequencies of these
+    # points that the response reaches from the main branch when the residual tractions change, m
     band_lowest_m: Array
     band_highest_m: Array
 

@@ -34,28 +34,10 @@ class LostStart(NamedTuple):
 
 @dataclass(frozen=True)
 class Extension:
-    """A response curve with branches carried from other problems.
+    """A response curve with branches carried from other problems."""
 
-    Attributes
-    ----------
-    curve : ResponseCurve
-        The curve; the same object if there is nothing new.
-    lost : tuple of LostStart
-        Starts that did not reach the problem of the curve.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`:
-
-    >>> from nonlinear import branch_starts, carry_branches
-    >>> starts = branch_starts(curve, contact, excitation, "itself")
-    >>> extension = carry_branches((modal, contact, excitation, options), curve, starts[:1])
-    >>> extension.curve is curve, extension.lost
-    (True, ())
-    """
-
-    curve: ResponseCurve
-    lost: tuple[LostStart, ...] = ()
+    curve: ResponseCurve  # the curve; the same object if there is nothing new
+    lost: tuple[LostStart, ...] = ()  # starts that did not reach the problem of the curve
 
 
 def extend_response(
@@ -63,32 +45,7 @@ def extend_response(
 ) -> ResponseCurve:
     """The curve with the branches to which solutions of other problems lead.
 
-    Parameters
-    ----------
-    problem : tuple
-        Modal model, contact, excitation and options of the curve, as for `forced_response`.
-    curve : ResponseCurve
-        The curve.
-    starts : sequence of BranchStart
-        Solutions of problems with the same number of contact nodes.
-    progress : callable, optional
-        Called with the frequency (Hz) and the number of points at each new point.
-
-    Returns
-    -------
-    ResponseCurve
-        The curve with all branches, by falling highest amplitude; the same object if there is nothing new.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`.
-
-    Solutions of the curve itself lead to no new branch.
-
-    >>> from nonlinear import branch_starts, extend_response
-    >>> starts = branch_starts(curve, contact, excitation, "itself")
-    >>> extend_response((modal, contact, excitation, options), curve, starts[:1]) is curve
-    True
+    Returns the curve with all branches, by falling highest amplitude; the same object if there is nothing new.
     """
     return carry_branches(problem, curve, starts, progress).curve
 
@@ -100,26 +57,6 @@ def carry_branches(
 
     Each start is carried with few harmonics by continuation in a parameter that goes from its problem to this one.
     What it reaches gets the harmonics of the curve, and is followed if it lies on no known branch.
-
-    Parameters
-    ----------
-    problem : tuple
-        Modal model, contact, excitation and options of the curve, as for `forced_response`.
-    curve : ResponseCurve
-        The curve.
-    starts : sequence of BranchStart
-        Solutions of problems with the same number of contact nodes.
-    progress : callable, optional
-        Called with the frequency (Hz) and the number of points at each new point.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`:
-
-    >>> from nonlinear import branch_starts, carry_branches
-    >>> starts = branch_starts(curve, contact, excitation, "itself")
-    >>> carry_branches((modal, contact, excitation, options), curve, starts[:1]).lost
-    ()
     """
     modal, contact, excitation, options = problem
     if not starts or not curve.points:

@@ -94,27 +94,11 @@ def forced_response(
 
 
 class ResponseStage(NamedTuple):
-    """A response curve as far as it is known at a stage of its solution, see `response_stages`.
+    """A response curve as far as it is known at a stage of its solution, see `response_stages`."""
 
-    Attributes
-    ----------
-    name : str
-        What has been found last: "main branch", "truncation error", "detached branches" or "worst motion".
-    curve : ResponseCurve
-        The curve; what later stages find is missing in it.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`:
-
-    >>> from nonlinear import response_stages
-    >>> stage = next(response_stages(modal, contact, excitation, options))
-    >>> stage.name, stage.curve.worst is None
-    ('main branch', True)
-    """
-
+    # what has been found last: "main branch", "truncation error", "detached branches" or "worst motion"
     name: StageName
-    curve: ResponseCurve
+    curve: ResponseCurve  # the curve; what later stages find is missing in it
 
 
 def response_stages(
@@ -128,40 +112,7 @@ def response_stages(
 
     Who needs the main branch alone takes the first stage; nothing of the others is computed.
 
-    Parameters
-    ----------
-    modal : rom.ModalModel or rom.SectorModes
-        Modes of the blade with free contacts, with their damping.
-    contact : ContactParameters
-        Parameters of the contact nodes.
-    excitation : Excitation
-        Engine order and force.
-    options : SolverOptions
-        Frequency range, harmonics, tolerances.
-    progress : callable, optional
-        Called with the frequency (Hz) and the number of points at each new point, and with 0 points before a further
-        attempt at the main branch. Where it returns True, the branch is given up.
-
-    Yields
-    ------
-    ResponseStage
-        The main branch with its stability, then with its errors, with detached branches, with the worst motion.
-
-    Raises
-    ------
-    ContactError
-        The number of contact nodes differs from that of the model.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`:
-
-    >>> from nonlinear import response_stages
-    >>> [stage.name for stage in response_stages(modal, contact, excitation, options)]
-    ['main branch', 'truncation error', 'detached branches', 'worst motion']
-    >>> first = next(response_stages(modal, contact, excitation, options)).curve
-    >>> first.worst is None, first.peak.amplitude_m == curve.peak.amplitude_m
-    (True, True)
+    Yields the main branch with its stability, then with its errors, with detached branches, with the worst motion.
     """
     if contact.n_contacts != modal.n_contacts:
         raise ContactError(
@@ -354,35 +305,7 @@ def _checked(
 def build_harmonic_balance(
     modal: RingModes, contact: ContactParameters, excitation: Excitation, options: SolverOptions
 ) -> HarmonicBalance:
-    """The balance that `forced_response` solves, for a fixed number of harmonics.
-
-    Parameters
-    ----------
-    modal : rom.ModalModel or rom.SectorModes
-        Modes of the blade with free contacts, with their damping.
-    contact : ContactParameters
-        Parameters of the contact nodes.
-    excitation : Excitation
-        Engine order and force.
-    options : SolverOptions
-        Harmonics, method and contact integration.
-
-    Raises
-    ------
-    ArithmeticError
-        Method "static-first" and no static equilibrium.
-    OptionsError
-        The number of harmonics is "auto".
-
-    Examples
-    --------
-    With the names of the example of `forced_response`:
-
-    >>> from nonlinear import build_harmonic_balance
-    >>> balance = build_harmonic_balance(modal, contact, excitation, options)
-    >>> balance.n_harmonics, balance.n_contacts
-    (1, 1)
-    """
+    """The balance that `forced_response` solves, for a fixed number of harmonics."""
     receptance, element = _parts(modal, contact, excitation, options)
     static = static_displacement(receptance, contact, options) if options.method == "static-first" else None
     return HarmonicBalance(receptance, element, static, odd=has_odd_harmonics_only(receptance, contact))

@@ -297,39 +297,14 @@ def representative_indices(
 
 @dataclass(frozen=True)
 class BranchStart:
-    """A solution of a problem, as a start for another problem.
+    """A solution of a problem, as a start for another problem."""
 
-    Attributes
-    ----------
-    frequency_hz : float
-        Frequency, Hz.
-    displacement : (2H+1, n_c, 3) float
-        Real Fourier coefficients of the relative displacement, m.
-    contact : ContactParameters
-        Contact of the problem that it solves.
-    force : float
-        Excitation amplitude of that problem, N.
-    label : str
-        Name of that problem, such as "contact.interference = -60 um".
-    branch : int
-        Number of the branch that it is taken from.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`:
-
-    >>> from nonlinear import branch_starts
-    >>> top = branch_starts(curve, contact, excitation, "contact.preload = 2 N")[0]
-    >>> top.label, top.branch, top.displacement.shape  # harmonic 0, Re and Im of harmonic 1
-    ('contact.preload = 2 N', 0, (3, 1, 3))
-    """
-
-    frequency_hz: float
-    displacement: Array
-    contact: ContactParameters
-    force: float
-    label: str
-    branch: int = 0
+    frequency_hz: float  # frequency, Hz
+    displacement: Array  # (2H+1, n_c, 3) real Fourier coefficients of the relative displacement, m
+    contact: ContactParameters  # contact of the problem that it solves
+    force: float  # excitation amplitude of that problem, N
+    label: str  # name of that problem, such as "contact.interference = -60 um"
+    branch: int = 0  # number of the branch that it is taken from
 
 
 class SolvedBranch(Protocol):
@@ -368,33 +343,7 @@ class SolvedCurve(SolvedBranch, Protocol):
 def branch_starts(
     curve: SolvedCurve, contact: ContactParameters, excitation: Excitation, label: str
 ) -> list[BranchStart]:
-    """Starts from every branch of a curve: its top, its ends, its folds, and some points evenly along it.
-
-    Parameters
-    ----------
-    curve : ResponseCurve
-        The curve, or an object with the same arrays read from a file.
-    contact : ContactParameters
-        Its contact.
-    excitation : Excitation
-        Its excitation.
-    label : str
-        Name of the problem, such as "contact.interference = -60 um".
-
-    Returns
-    -------
-    list of BranchStart
-        The starts, branch by branch, the top of a branch first.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`:
-
-    >>> from nonlinear import branch_starts
-    >>> starts = branch_starts(curve, contact, excitation, "contact.preload = 2 N")
-    >>> starts[0].frequency_hz == curve.peak.frequency_hz
-    True
-    """
+    """Starts from every branch of a curve: its top, its ends, its folds, and some points evenly along it."""
     starts = []
     for number, branch in enumerate((*curve.detached, curve)):
         frequency = np.asarray(branch.frequency_hz)

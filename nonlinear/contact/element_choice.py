@@ -183,34 +183,7 @@ def evaluation_work(element: ContactElement) -> float:
 
 
 def contact_element(contact: ContactParameters, n_harmonics: int, options: SolverOptions) -> ContactElement:
-    """Build the contact element that the options ask for.
-
-    Parameters
-    ----------
-    contact : ContactParameters
-        Parameters of the nodes; `contact.law` tells two Jenkins elements per node from the friction cone, for all
-        nodes or for each.
-    n_harmonics : int
-        Number of harmonics H; 0: statics.
-    options : SolverOptions
-        `integration` "exact": event-driven; "sampled": AFT with at least `samples` samples.
-
-    Returns
-    -------
-    ContactElement
-        The element.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`:
-
-    >>> from nonlinear import contact_element
-    >>> motion = np.zeros((3, 1, 3))
-    >>> motion[1, 0, 0] = 0.1  # u1 = 0.1 cos(theta), m: kt u1 = 0.3 N is less than mu N0 = 1 N
-    >>> forces = contact_element(contact, 1, options).evaluate(motion)
-    >>> round(float(forces.force[1, 0, 0]), 6)  # N
-    -0.3
-    """
+    """Build the contact element that the options ask for."""
     if n_harmonics == 0:
         return QuasistaticContact(contact)
     if options.integration == "sampled":

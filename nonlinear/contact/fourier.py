@@ -72,23 +72,8 @@ def largest_lengths(harmonics: ComplexArray) -> Array:
 
     The largest of 64 H samples, improved by Newton's method on the derivative of its square.
 
-    Parameters
-    ----------
-    harmonics : (P, H+1, c) complex array
-        Fourier coefficients of its c components.
-
-    Returns
-    -------
-    (P,) array
-        Lengths; of one component the largest abs(x).
-
-    Examples
-    --------
-    A point on a circle of radius 2:
-
-    >>> from nonlinear import largest_lengths
-    >>> print(largest_lengths(np.array([[[0.0, 0.0], [2.0, 2.0j]]])).round(9))
-    [2.]
+    `harmonics` (P, H+1, c): Fourier coefficients of its c components. Returns (P,): lengths; of one component the
+    largest abs(x).
     """
     if harmonics.shape[0] == 0:
         return np.zeros(0)

@@ -327,32 +327,13 @@ class ContactParameters:
 
 @dataclass(frozen=True)
 class ContactForces:
-    """Contact forces of a periodic motion and their Jacobian, as real Fourier coefficients (see `ContactElement`).
+    """Contact forces of a periodic motion and their Jacobian, as real Fourier coefficients (see `ContactElement`)."""
 
-    Attributes
-    ----------
-    force : (2H+1, n_c, 3) float
-        Force on the right node, f_R = -(T1, T2, N - N0), N.
-    jacobian : (n_c, 3, 3, 2H+1, 2H+1) float
-        [k, a, b, i, j] = d force[i, k, a] / d displacement[j, k, b], N/m; empty where it is not kept.
-    state : (n_c,) int
-        Worst state of each node in the period: STICK, SLIP or LIFT_OFF.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`:
-
-    >>> from nonlinear import contact_element
-    >>> motion = np.zeros((3, 1, 3))
-    >>> motion[1, 0, 0] = 0.1  # u1 = 0.1 cos(theta), m: kt u1 = 0.3 N is less than mu N0 = 1 N
-    >>> forces = contact_element(contact, 1, options).evaluate(motion)
-    >>> round(float(forces.jacobian[0, 0, 0, 1, 1]), 6)  # - kt, N/m
-    -3.0
-    """
-
-    force: Array
+    force: Array  # (2H+1, n_c, 3) force on the right node, f_R = -(T1, T2, N - N0), N
+    # (n_c, 3, 3, 2H+1, 2H+1) [k, a, b, i, j] = d force[i, k, a] / d displacement[j, k, b], N/m; empty where it is not
+    # kept
     jacobian: Array
-    state: NDArray[np.int64]
+    state: NDArray[np.int64]  # (n_c,) worst state of each node in the period: STICK, SLIP or LIFT_OFF
 
     def without_jacobian(self) -> "ContactForces":
         """The same forces; a curve of thousands of points has no room for the Jacobian of each."""
@@ -362,35 +343,14 @@ class ContactForces:
 class ContactElement(Protocol):
     """Interface of a contact element: periodic relative displacement in, periodic contact force out.
 
-    Notes
-    -----
     Both are real Fourier coefficients. Rows 0, 1, 2, 3, ... hold harmonic 0, Re h=1, Im h=1, Re h=2, ..., so that
     d(theta) = d_0 + sum_h Re_h cos(h theta) - Im_h sin(h theta): real and imaginary parts of d^(h).
-
-    Examples
-    --------
-    With the names of the example of `forced_response`:
-
-    >>> from nonlinear import contact_element
-    >>> motion = np.zeros((3, 1, 3))
-    >>> motion[1, 0, 0] = 0.1  # u1 = 0.1 cos(theta), m: kt u1 = 0.3 N is less than mu N0 = 1 N
-    >>> forces = contact_element(contact, 1, options).evaluate(motion)
-    >>> forces.force.shape == motion.shape
-    True
     """
 
     def evaluate(self, displacement: Array) -> ContactForces:
         """Evaluate contact forces and Jacobian.
 
-        Parameters
-        ----------
-        displacement : (2H+1, n_c, 3) float
-            Relative displacement in the contact frame (t1, t2, n), m.
-
-        Returns
-        -------
-        ContactForces
-            Forces, Jacobian and worst states.
+        `displacement` (2H+1, n_c, 3): relative displacement in the contact frame (t1, t2, n), m.
         """
         ...
 
@@ -398,36 +358,15 @@ class ContactElement(Protocol):
 def punch_stiffness(young_modulus: float, poisson_ratio: float, area: float) -> tuple[float, float]:
     """Contact stiffnesses of the whole face: a rigid flat circular punch of the area of the face.
 
-    Parameters
-    ----------
-    young_modulus : float
-        E of both bodies, Pa.
-    poisson_ratio : float
-        nu of both bodies.
-    area : float
-        Contact area, m^2.
-
-    Returns
-    -------
-    kn, kt : float
-        Normal and tangential stiffness of the face, N/m.
-
-    Notes
-    -----
     kn = 2 a E*, E* = E / (2 (1 - nu^2)) for two equal bodies, a = sqrt(area / pi);
     kt / kn = 2 (1 - nu) / (2 - nu) (Johnson 1985). The shape of the face and its roughness are left out.
+
+    `young_modulus`: E of both bodies, Pa; `area`: contact area, m^2. Returns `kn, kt`: normal and tangential
+    stiffness of the face, N/m.
 
     References
     ----------
     K. L. Johnson, Contact Mechanics, Cambridge University Press, 1985.
-
-    Examples
-    --------
-    >>> import math
-    >>> from nonlinear import punch_stiffness
-    >>> kn, kt = punch_stiffness(210e9, 0.3, math.pi * 0.01**2)  # radius 10 mm: kn = 0.01 m * E / (1 - nu^2)
-    >>> print(f"{kn:.4g} N/m, {kt / kn:.4f}")
-    2.308e+09 N/m, 0.8235
     """
     radius = np.sqrt(area / np.pi)
     normal = 2.0 * radius * young_modulus / (2.0 * (1.0 - poisson_ratio**2))

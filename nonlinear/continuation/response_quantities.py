@@ -16,26 +16,7 @@ from rom.cyclic.receptance import RelativeReceptance
 
 
 def output_components(outputs: Iterable[str], name: str) -> tuple[str, ...]:
-    """The outputs of a model that make an output: one, or NAME_x, NAME_y, NAME_z of a vector.
-
-    Parameters
-    ----------
-    outputs : iterable of str
-        Names of the outputs of the model.
-    name : str
-        Name of the output, or of the vector.
-
-    Raises
-    ------
-    OptionsError
-        The model has neither.
-
-    Examples
-    --------
-    >>> from nonlinear import output_components
-    >>> output_components(("tip", "tip_x", "tip_y", "tip_z"), "tip")
-    ('tip',)
-    """
+    """The outputs of a model that make an output: one, or NAME_x, NAME_y, NAME_z of a vector."""
     outputs = tuple(outputs)
     if name in outputs:
         return (name,)

@@ -200,34 +200,7 @@ def static_contact(
 ) -> StaticContact:
     """The contact in static equilibrium, before the excitation acts; all blades move alike.
 
-    Parameters
-    ----------
-    modal : rom.ModalModel or rom.SectorModes
-        The modes, with the static forces of the speed.
-    contact : ContactParameters
-        Parameters of the nodes.
-    options : SolverOptions
-        How the contact force is integrated, and the tolerance.
-    nodes : (n,) int, optional
-        Nodes that are asked for, as those of one of several interfaces; None: all.
-
-    Returns
-    -------
-    StaticContact
-        Normal force, open share and gaps.
-
-    Raises
-    ------
-    ArithmeticError
-        No equilibrium is found.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`:
-
-    >>> from nonlinear import static_contact
-    >>> static_contact(modal, contact, options).force_n
-    2.0
+    `nodes` (n,): nodes that are asked for, as those of one of several interfaces; None: all.
     """
     receptance = on_support(RelativeReceptance(modal, 0.0, (0,), 0.0), contact, options)
     displacement = static_displacement(receptance, contact, options)

@@ -76,37 +76,13 @@ class BorderedFactors(Protocol):
 
 @dataclass(frozen=True)
 class LinearisedResidual:
-    """The residual R and its derivatives at one state (x, omega).
+    """The residual R and its derivatives at one state (x, omega)."""
 
-    Attributes
-    ----------
-    balance : HarmonicBalance
-        The equations.
-    omega : float
-        Excitation frequency, rad/s.
-    residual : (n,) float
-        R, m.
-    dR_dp : (n,) float
-        Derivative of R with respect to the parameter of the balance, omega in most, at constant x.
-    contact : ContactForces
-        Contact forces and their Jacobian.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`:
-
-    >>> from nonlinear import build_harmonic_balance
-    >>> balance = build_harmonic_balance(modal, contact, excitation, options)
-    >>> at_rest = balance.evaluate(np.zeros(balance.size), omega=1.0)  # R = -d_lin, 1 / (2 zeta k) at resonance
-    >>> print(f"{np.linalg.norm(at_rest.residual):.3f} m")
-    50.000 m
-    """
-
-    balance: "HarmonicBalance"
-    omega: float
-    residual: Array
-    dR_dp: Array
-    contact: ContactForces
+    balance: "HarmonicBalance"  # the equations
+    omega: float  # excitation frequency, rad/s
+    residual: Array  # (n,) R, m
+    dR_dp: Array  # (n,) derivative of R with respect to the parameter of the balance, omega in most, at constant x
+    contact: ContactForces  # contact forces and their Jacobian
 
     @cached_property
     def coupling(self) -> tuple[Array, NDArray[np.intp]]:
@@ -146,12 +122,7 @@ class LinearisedResidual:
     def factorise(self, column: Array, row: Array, corner: float) -> BorderedFactors:
         """Factors of the bordered Jacobian [dR/dx, c; t, e].
 
-        Parameters
-        ----------
-        column, row : (n,) float
-            c and t.
-        corner : float
-            e.
+        `column`, `row` (n,): c and t.
         """
         if self.residual.size >= SMALLEST_PROBLEM:
             balance, border = self.balance, (column, row, corner)
@@ -171,10 +142,7 @@ class LinearisedResidual:
     def solve(self, right: Array) -> Array:
         """Solution of dR/dx x = b, (n,); NaN or infinity if dR/dx is singular.
 
-        Parameters
-        ----------
-        right : (n,) float
-            b.
+        `right` (n,): b.
         """
         border = np.zeros_like(right)
         return self.factorise(border, border, 1.0).solve(right, 0.0)[0]
@@ -191,38 +159,17 @@ class HarmonicBalance:
 
     The unknown x holds the real Fourier coefficients of d: rows (0, Re 1, Im 1, Re 2, ...) of 3 n_c numbers each,
     metres.
-
-    Attributes
-    ----------
-    receptance : rom.RelativeReceptance
-        The structure: G, d_lin and the harmonics 0 .. H.
-    element : ContactElement
-        The contact forces f(d).
-    frozen_static : (n_c, 3) float or None
-        Given harmonic 0 of d, which is then not balanced: the second step of the classical two-step method.
-    tiny : float
-        Length far below any displacement of interest, m. It keeps relative errors finite where nothing moves.
-    odd : bool
-        There are no even harmonics (see `has_odd_harmonics_only`). They stay zero and are not solved for.
-    defect : (n,) float or None
-        Residual that counts as zero, m: what the solution of another problem leaves of this one (see `Homotopy`).
-
-    Examples
-    --------
-    With the names of the example of `forced_response`:
-
-    >>> from nonlinear import build_harmonic_balance
-    >>> balance = build_harmonic_balance(modal, contact, excitation, options)
-    >>> unknown = balance.unknown(np.ones((3, 1, 3)))
-    >>> unknown.shape == (balance.size,), balance.displacement(unknown).shape
-    (True, (3, 1, 3))
     """
 
-    receptance: RelativeReceptance
-    element: ContactElement
+    receptance: RelativeReceptance  # the structure: G, d_lin and the harmonics 0 .. H
+    element: ContactElement  # the contact forces f(d)
+    # (n_c, 3) given harmonic 0 of d, which is then not balanced: the second step of the classical two-step method
     frozen_static: Array | None = None
+    # length far below any displacement of interest, m. It keeps relative errors finite where nothing moves
     tiny: float = 1e-15
+    # there are no even harmonics (see `has_odd_harmonics_only`). They stay zero and are not solved for
     odd: bool = False
+    # (n,) residual that counts as zero, m: what the solution of another problem leaves of this one (see `Homotopy`)
     defect: Array | None = None
 
     @property
@@ -263,10 +210,7 @@ class HarmonicBalance:
     def displacement(self, unknown: Array) -> Array:
         """Real Fourier coefficients of d, (2H+1, n_c, 3), a frozen harmonic 0 included.
 
-        Parameters
-        ----------
-        unknown : (n,) float
-            x, m.
+        `unknown` (n,): x, m.
         """
         rows = unknown.reshape(-1, self.n_contacts, 3)
         return rows if self.frozen_static is None else np.concatenate([self.frozen_static[None], rows])
@@ -274,30 +218,21 @@ class HarmonicBalance:
     def unknown(self, displacement: Array) -> Array:
         """The unknown x, (n,), of a displacement: the inverse of `displacement`.
 
-        Parameters
-        ----------
-        displacement : (2H+1, n_c, 3) float
-            Real Fourier coefficients of d, m.
+        `displacement` (2H+1, n_c, 3): real Fourier coefficients of d, m.
         """
         return displacement[self.first_row :].reshape(-1)
 
     def forces(self, unknown: Array) -> ContactForces:
         """Contact forces and their Jacobian.
 
-        Parameters
-        ----------
-        unknown : (n,) float
-            x, m.
+        `unknown` (n,): x, m.
         """
         return self.forces_of(self.displacement(unknown))
 
     def forces_of(self, displacement: Array) -> ContactForces:
         """Contact forces of a displacement, a frozen harmonic 0 included.
 
-        Parameters
-        ----------
-        displacement : (2H+1, n_c, 3)
-            Real Fourier coefficients, m.
+        `displacement` (2H+1, n_c, 3): real Fourier coefficients, m.
         """
         forces = self.element.evaluate(displacement)
         if self.odd:
@@ -307,22 +242,14 @@ class HarmonicBalance:
     def with_force(self, force: float) -> "HarmonicBalance":
         """The same balance under another excitation amplitude.
 
-        Parameters
-        ----------
-        force : float
-            Amplitude, N.
+        `force`: amplitude, N.
         """
         return replace(self, receptance=replace(self.receptance, force=force))
 
     def evaluate(self, unknown: Array, omega: float) -> LinearisedResidual:
         """Residual and derivatives.
 
-        Parameters
-        ----------
-        unknown : (n,) float
-            x, m.
-        omega : float
-            Excitation frequency, rad/s.
+        `unknown` (n,): x, m; `omega`: excitation frequency, rad/s.
         """
         contact = self.forces(unknown)
         force = to_complex(contact.force.reshape(contact.force.shape[0], -1))
@@ -336,10 +263,7 @@ class HarmonicBalance:
     def vibration(self, unknown: Array) -> float:
         """2-norm of harmonics 1 .. H, m.
 
-        Parameters
-        ----------
-        unknown : (n,) float
-            x, m.
+        `unknown` (n,): x, m.
         """
         dynamic = unknown[(1 - self.first_row) * 3 * self.n_contacts :]
         return math.sqrt(dynamic @ dynamic)
@@ -352,12 +276,7 @@ class HarmonicBalance:
         vibration a million times smaller than the static displacement is not resolved further: round-off of the
         contact forces does not allow it.
 
-        Parameters
-        ----------
-        residual : (n,) float
-            R, m.
-        unknown : (n,) float
-            x, m.
+        `residual` (n,): R, m; `unknown` (n,): x, m.
         """
         total = math.sqrt(unknown @ unknown) + self.tiny + self.static_resolution
         vibration = max(self.vibration(unknown), SMALLEST_VIBRATION * total)
@@ -367,10 +286,7 @@ class HarmonicBalance:
     def weighted(self, residual: Array) -> Array:
         """A residual (n,) in which a force on a body counts by its displacement on the contacts, not on the support.
 
-        Parameters
-        ----------
-        residual : (n,) float
-            R, m.
+        `residual` (n,): R, m.
         """
         motions = self.floating_motions
         if not motions.shape[1]:

@@ -37,32 +37,11 @@ Vibration = Callable[[Array], ComplexArray]  # (F,) Hz to amplitudes (F, N_b), m
 
 @dataclass(frozen=True)
 class LinearPeak:
-    """The highest amplitude of any blade of a linear ring.
+    """The highest amplitude of any blade of a linear ring."""
 
-    Attributes
-    ----------
-    frequency_hz : float
-        Frequency, Hz.
-    amplitude_m : float
-        Amplitude of the output in the harmonic of the excitation, m.
-    blade : int
-        Number of the blade, 0 ... N_b - 1.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`; a softer blade, stuck, vibrates with F / (c w):
-
-    >>> from nonlinear import LinearRing, Mistuning
-    >>> softer = Mistuning.of(12, frequency=[0.0, 0.0, -0.02] + 9 * [0.0])
-    >>> ring = LinearRing.of(modal, contact, excitation, softer, highest_hz=0.4)
-    >>> peak = ring.peak((0.3, 0.33))
-    >>> print(f"blade {peak.blade}: {peak.amplitude_m:.2f} m at {peak.frequency_hz:.4f} Hz")
-    blade 2: 25.12 m at 0.3167 Hz
-    """
-
-    frequency_hz: float
-    amplitude_m: float
-    blade: int
+    frequency_hz: float  # frequency, Hz
+    amplitude_m: float  # amplitude of the output in the harmonic of the excitation, m
+    blade: int  # number of the blade, 0 ... N_b - 1
 
 
 def highest_peak(vibration: Vibration, bandwidth_hz: float, frequency_hz: tuple[float, float]) -> LinearPeak:

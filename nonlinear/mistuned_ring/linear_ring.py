@@ -36,48 +36,18 @@ BATCH = 64  # frequencies solved together
 
 @dataclass(frozen=True)
 class LinearRing:
-    """Harmonic 1 of a ring with linear contacts, in r coordinates a blade.
+    """Harmonic 1 of a ring with linear contacts, in r coordinates a blade."""
 
-    Attributes
-    ----------
-    mass, damping : (r, r) array
-        T^T T and T^T c T.
-    blade : (r, r) array
-        T^T omega_m^2 T.
-    springs : tuple of three (r, r) arrays
-        T^T R^T k R T, T^T L^T k L T and -exp(i psi) T^T R^T k L T of the tuned springs.
-    force : (r,) complex array
-        T^T F.
-    output : (r,) array
-        The output of the coordinates.
-    mistuning : Mistuning
-        Deviations of all blades; those of friction and interference have no effect.
-    bandwidth_hz : float
-        Smallest half-power bandwidth of the modes of the blade up to the upper end of the range, Hz.
-
-    Examples
-    --------
-    Six blades with springs of 0.01 N/m to their neighbours:
-
-    >>> from nonlinear import ContactParameters, Excitation, LinearRing, Mistuning
-    >>> from rom import ReducedModel, modal_model
-    >>> one, face = np.ones(1), np.eye(3, 1)
-    >>> blade = ReducedModel(np.eye(1), np.eye(1), face, np.zeros((1, 3)), one, {"tip": one}, face, n_blades=6)
-    >>> contact = ContactParameters.shared(1, normal_stiffness=0.0, tangential_stiffness=0.01, friction=1.0)
-    >>> problem = modal_model(blade, damping_ratio=0.01), contact, Excitation(engine_order=1, force=1.0)
-    >>> mistuning = Mistuning.of(6, frequency=[0.01, -0.01, 0.0, -0.01, 0.01, 0.0])
-    >>> ring = LinearRing.of(*problem, mistuning, highest_hz=0.165)
-    >>> ring.vibration([0.16]).shape
-    (1, 6)
-    """
-
+    # mass, damping (r, r): T^T T and T^T c T
     mass: Array
     damping: Array
-    blade: Array
+    blade: Array  # (r, r) T^T omega_m^2 T
+    # (r, r) T^T R^T k R T, T^T L^T k L T and -exp(i psi) T^T R^T k L T of the tuned springs
     springs: tuple[Array, Array, ComplexArray]
-    force: ComplexArray
-    output: Array
-    mistuning: Mistuning
+    force: ComplexArray  # (r,) T^T F
+    output: Array  # (r,) the output of the coordinates
+    mistuning: Mistuning  # deviations of all blades; those of friction and interference have no effect
+    # smallest half-power bandwidth of the modes of the blade up to the upper end of the range, Hz
     bandwidth_hz: float
 
     @classmethod
@@ -94,34 +64,7 @@ class LinearRing:
     ) -> LinearRing:
         """The ring of a blade with its contacts in one linear state.
 
-        Parameters
-        ----------
-        modal : rom.ModalModel
-            Modes of the tuned blade with free contacts, with their damping.
-        contact : ContactParameters
-            Parameters of the nodes of the tuned pair.
-        excitation : Excitation
-            Engine order and force; its harmonic 1 is taken.
-        mistuning : Mistuning
-            Deviations of all blades; those of friction and interference have no effect.
-        highest_hz : float
-            Upper end of the frequencies of interest, Hz.
-        state : {"stuck", "sliding", "free"}
-            Contact springs kn and kt, kn alone, or none.
-        output : str
-            Name of the output.
-
-        Returns
-        -------
-        LinearRing
-            The ring.
-
-        Raises
-        ------
-        MistuningError
-            The number of blades differs from that of the model; a flow or Coriolis forces act, see `LinearSectors`.
-        OptionsError
-            Another state.
+        `highest_hz`: upper end of the frequencies of interest, Hz.
         """
         if mistuning.n_blades != modal.n_blades:
             raise MistuningError(f"mistuning: {mistuning.n_blades} blades, allowed: {modal.n_blades}, as the model")
@@ -144,18 +87,7 @@ class LinearRing:
         )
 
     def with_mistuning(self, mistuning: Mistuning) -> LinearRing:
-        """The same ring with other deviations.
-
-        Parameters
-        ----------
-        mistuning : Mistuning
-            Deviations of all blades.
-
-        Returns
-        -------
-        LinearRing
-            The ring.
-        """
+        """The same ring with other deviations."""
         return replace(self, mistuning=mistuning)
 
     @cached_property
@@ -174,15 +106,7 @@ class LinearRing:
     def vibration(self, frequency_hz: Array | list[float]) -> ComplexArray:
         """Amplitude of the output of all blades, each in its own time.
 
-        Parameters
-        ----------
-        frequency_hz : (F,) sequence of float
-            Excitation frequencies, Hz.
-
-        Returns
-        -------
-        (F, N_b) complex array
-            Amplitudes, m.
+        `frequency_hz`: excitation frequencies, Hz. Returns (F, N_b): amplitudes, m.
         """
         omega = 2.0 * np.pi * np.asarray(frequency_hz, dtype=float)
         parts = [self._solved(omega[first : first + BATCH]) for first in range(0, omega.size, BATCH)]
@@ -198,15 +122,8 @@ class LinearRing:
     def peak(self, frequency_hz: tuple[float, float]) -> LinearPeak:
         """The highest amplitude of any blade between two frequencies.
 
-        Parameters
-        ----------
-        frequency_hz : (float, float)
-            Range, Hz.
-
-        Returns
-        -------
-        LinearPeak
-            Sampled four times in the half-power bandwidth, then solved for around the highest samples.
+        `frequency_hz`: range, Hz. It is sampled four times in the half-power bandwidth, then solved for around the
+        highest samples.
         """
         return highest_peak(self.vibration, self.bandwidth_hz, frequency_hz)
 

@@ -52,63 +52,26 @@ SOFT = 1e-6  # of the squares of frequencies: rigid motions
 
 @dataclass(frozen=True)
 class LinearSectors:
-    """Harmonic 1 of a ring with linear contacts in the motions a of all waves: with a disk, a flow, Coriolis forces.
+    """Harmonic 1 of a ring with linear contacts in motions a of all waves: with a disk, a flow, Coriolis forces."""
 
-    Attributes
-    ----------
-    wave : (A,) int array
-        Wave l of each motion.
-    stiffness, damping, mass : (A, A) complex array
-        Matrices of the tuned ring, the stiffness without the flow, the damping with that and with Coriolis forces.
-    flow : (A, A) complex array or None
-        Stiffness that the flow adds; None without a flow and without Coriolis forces.
-    strain : (p, A) complex array
-        P V: strains of the blade, then those of the contact springs.
-    residual, residual_output : (N, p, p) and (N, p) complex arrays
-        Flexibility of the other modes of each wave, for the strains and for the output, under forces on the strains.
-    force, output : (A,) complex array
-        Force on the motions, and output of each in the sector 0, not divided by N^(1/2).
-    mistuning : Mistuning
-        Deviations of all blades; those of friction and interference have no effect.
-    bandwidth_hz : float
-        Smallest half-power bandwidth of the modes up to the upper end of the range, Hz.
-    n_springs : int
-        Number of strains of the contact springs, the last ones.
-
-    Examples
-    --------
-    Blades of 1 kg on 1 MN/m, on rims of 1 kg that springs of 1 MN/m join, all contacts free:
-
-    >>> from nonlinear import ContactParameters, Excitation, LinearSectors, Mistuning
-    >>> from rom import ReducedModel, modal_model
-    >>> rim = 1e6 * np.array([[2.0, -1.0, -1.0], [-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]]) + 1e5 * np.diag([1.0, 1.0, 0.0])
-    >>> left, right, blade = np.eye(3)
-    >>> face, cut = np.outer([1.0, 0.0, 0.0], blade), {"cyclic_right": right[None], "cyclic_left": left[None]}
-    >>> foot = np.array([[0.5, 0.0, -0.5], [0.0, 0.0, 0.0], [-0.5, 0.0, 0.5]])
-    >>> stiffness = rim + 1e6 * np.outer(blade - left, blade - left)
-    >>> cut["blade_stiffness"] = 1e6 * np.outer(blade - left, blade - left)
-    >>> tip, place = {"tip": blade}, np.zeros((1, 3))
-    >>> model = ReducedModel(np.eye(3), stiffness, face, place, blade, tip, face, n_blades=12, **cut)
-    >>> contact = ContactParameters.shared(1, normal_stiffness=0.0, tangential_stiffness=1e5, friction=1.0)
-    >>> problem = modal_model(model, damping_ratio=0.002), contact, Excitation(engine_order=3, force=1.0)
-    >>> ring = LinearSectors.of(*problem, Mistuning.of(12), highest_hz=160.0)
-    >>> softer = ring.with_mistuning(Mistuning.of(12, frequency=[-0.02] + 11 * [0.0]))
-    >>> bool(softer.peak((100.0, 160.0)).amplitude_m > ring.peak((100.0, 160.0)).amplitude_m)
-    True
-    """
-
-    wave: NDArray[np.intp]
+    wave: NDArray[np.intp]  # (A,) wave l of each motion
+    # stiffness, damping, mass (A, A): matrices of the tuned ring, the stiffness without the flow, the damping with
+    # that and with Coriolis forces
     stiffness: ComplexArray
     damping: ComplexArray
     mass: ComplexArray
-    strain: ComplexArray
+    strain: ComplexArray  # (p, A) P V: strains of the blade, then those of the contact springs
+    # residual, residual_output (N, p): flexibility of the other modes of each wave, for the strains and for the
+    # output, under forces on the strains
     residual: ComplexArray
     residual_output: ComplexArray
+    # force, output (A,): force on the motions, and output of each in the sector 0, not divided by N^(1/2)
     force: ComplexArray
     output: ComplexArray
-    mistuning: Mistuning
-    bandwidth_hz: float
-    n_springs: int
+    mistuning: Mistuning  # deviations of all blades; those of friction and interference have no effect
+    bandwidth_hz: float  # smallest half-power bandwidth of the modes up to the upper end of the range, Hz
+    n_springs: int  # number of strains of the contact springs, the last ones
+    # (A, A) stiffness that the flow adds; None without a flow and without Coriolis forces
     flow: ComplexArray | None = None
 
     @classmethod
@@ -125,35 +88,7 @@ class LinearSectors:
     ) -> LinearSectors:
         """The ring of a sector or a blade with its contacts in one linear state.
 
-        Parameters
-        ----------
-        modal : rom.SectorModes or rom.ModalModel
-            Modes of the tuned sector or blade with free contacts, with their damping.
-        contact : ContactParameters
-            Parameters of the nodes of the tuned pair.
-        excitation : Excitation
-            Engine order and force; its harmonic 1 is taken.
-        mistuning : Mistuning
-            Deviations of all blades; those of friction and interference have no effect.
-        highest_hz : float
-            Upper end of the frequencies of interest, Hz.
-        state : {"stuck", "sliding", "free"}
-            Contact springs kn and kt, kn alone, or none.
-        output : str
-            Name of the output.
-
-        Returns
-        -------
-        LinearSectors
-            The ring.
-
-        Raises
-        ------
-        MistuningError
-            The number of blades differs from that of the model, or blades differ and the model does not know their
-            stiffness.
-        OptionsError
-            Another state.
+        `highest_hz`: upper end of the frequencies of interest, Hz.
         """
         if mistuning.n_blades != modal.n_blades:
             raise MistuningError(f"mistuning: {mistuning.n_blades} blades, allowed: {modal.n_blades}, as the model")
@@ -183,18 +118,7 @@ class LinearSectors:
         )
 
     def with_mistuning(self, mistuning: Mistuning) -> LinearSectors:
-        """The same ring with other deviations.
-
-        Parameters
-        ----------
-        mistuning : Mistuning
-            Deviations of all blades.
-
-        Returns
-        -------
-        LinearSectors
-            The ring.
-        """
+        """The same ring with other deviations."""
         return replace(self, mistuning=mistuning)
 
     @cached_property
@@ -244,15 +168,7 @@ class LinearSectors:
     def vibration(self, frequency_hz: Array | list[float]) -> ComplexArray:
         """Amplitude of the output of all blades, each in its own time.
 
-        Parameters
-        ----------
-        frequency_hz : (F,) sequence of float
-            Excitation frequencies, Hz.
-
-        Returns
-        -------
-        (F, N_b) complex array
-            Amplitudes, m.
+        `frequency_hz`: excitation frequencies, Hz. Returns (F, N_b): amplitudes, m.
         """
         omega = 2.0 * np.pi * np.asarray(frequency_hz, dtype=float)
         if self.flow is not None:
@@ -268,15 +184,8 @@ class LinearSectors:
     def peak(self, frequency_hz: tuple[float, float]) -> LinearPeak:
         """The highest amplitude of any blade between two frequencies.
 
-        Parameters
-        ----------
-        frequency_hz : (float, float)
-            Range, Hz.
-
-        Returns
-        -------
-        LinearPeak
-            Sampled four times in the half-power bandwidth, then solved for around the highest samples.
+        `frequency_hz`: range, Hz. It is sampled four times in the half-power bandwidth, then solved for around the
+        highest samples.
         """
         return highest_peak(self.vibration, self.bandwidth_hz, frequency_hz)
 

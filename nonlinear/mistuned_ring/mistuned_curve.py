@@ -55,36 +55,7 @@ def mistuned_curve(
     of a larger one the curve is that of `mistuned_response`, and time integration tells which of its points persist.
     On a disk, in a flow and with Coriolis forces there is no time integration.
 
-    Parameters
-    ----------
-    modal : rom.ModalModel or rom.SectorModes
-        Modes of the tuned blade with free contacts, with their damping.
-    contact : ContactParameters
-        Parameters of the nodes of the tuned pair.
-    excitation : Excitation
-        Engine order and force.
-    options : SolverOptions
-        Those of the response.
-    mistuning : Mistuning
-        Deviations of all blades of the ring.
-    response : MistunedResponse
-        Its response.
-
-    Returns
-    -------
-    ResponseCurve
-        The curve; harmonics and contacts are in the time of each blade, contacts pair after pair.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`:
-
-    >>> from nonlinear import Mistuning, mistuned_curve, mistuned_response
-    >>> softer = Mistuning.of(12, frequency=[0.0, 0.0, -0.02] + 9 * [0.0])
-    >>> response = mistuned_response(modal, contact, excitation, options, softer)
-    >>> whole = mistuned_curve(modal, contact, excitation, options, softer, response)
-    >>> whole.worst.motion, bool(whole.stable.all())
-    ('periodic', True)
+    Harmonics and contacts are in the time of each blade, contacts pair after pair.
     """
     check_blades(modal, mistuning)
     if modal.joined or not isinstance(modal, ModalModel):

@@ -18,71 +18,31 @@ def whitehead_bound(n_blades: int) -> float:
     It holds for one family of modes with the same damping in all blades (Whitehead 1966): at most, the vibration
     energy of all nodal diameters meets in one blade. Friction contacts and several families may exceed it.
 
-    Parameters
-    ----------
-    n_blades : int
-        Number of blades N_b.
-
-    Returns
-    -------
-    float
-        The bound.
-
     References
     ----------
     D. S. Whitehead, "Effect of mistuning on the vibration of turbo-machine blades induced by wakes", Journal of
     Mechanical Engineering Science 8(1), 1966, pp. 15-21.
-
-    Examples
-    --------
-    >>> from nonlinear import whitehead_bound
-    >>> whitehead_bound(9)
-    2.0
     """
     return 0.5 * (1.0 + math.sqrt(n_blades))
 
 
 class MistuningError(ValueError):
-    """A deviation out of its range; the message names it, its value and what is allowed.
-
-    Examples
-    --------
-    >>> from nonlinear import Mistuning, MistuningError
-    >>> try:
-    ...     Mistuning.of(3, frequency=[0.01, -0.02])
-    ... except MistuningError as error:
-    ...     print(error)
-    frequency: 2 values, allowed: 3, one for each blade
-    """
+    """A deviation out of its range; the message names it, its value and what is allowed."""
 
 
 @dataclass(frozen=True)
 class Mistuning:
-    """Deviations of N_b blades and of the contact pairs between them.
+    """Deviations of N_b blades and of the contact pairs between them."""
 
-    Attributes
-    ----------
-    frequency : (N_b,) array
-        Relative deviation delta_j of the natural frequencies of blade j, clamped and with free contacts: all its
-        frequencies are (1 + delta_j) times the tuned ones, with the tuned mode shapes, damping coefficients, Coriolis
-        forces and coefficients of a flow.
-    friction, stiffness : (N_b,) array
-        Relative deviations of the friction coefficient, and of kn and kt, at the pair of the right face of blade j
-        with the left face of blade j+1.
-    interference : (N_b,) array
-        Added to the interference of that pair, m.
-
-    Examples
-    --------
-    >>> from nonlinear import Mistuning
-    >>> Mistuning.of(3, frequency=[0.01, 0.0, -0.01]).frequency.tolist()
-    [0.01, 0.0, -0.01]
-    """
-
+    # (N_b,) relative deviation delta_j of the natural frequencies of blade j, clamped and with free contacts: all its
+    # frequencies are (1 + delta_j) times the tuned ones, with the tuned mode shapes, damping coefficients, Coriolis
+    # forces and coefficients of a flow
     frequency: Array
+    # friction, stiffness (N_b,): relative deviations of the friction coefficient, and of kn and kt, at the pair of
+    # the right face of blade j with the left face of blade j+1
     friction: Array
     stiffness: Array
-    interference: Array
+    interference: Array  # (N_b,) added to the interference of that pair, m
 
     def __post_init__(self) -> None:
         """Check lengths, finiteness and ranges."""
@@ -110,30 +70,8 @@ class Mistuning:
     ) -> Mistuning:
         """Build from deviations that may be one number for all.
 
-        Parameters
-        ----------
-        n_blades : int
-            Number of blades N_b.
-        frequency, friction, stiffness : float or (N_b,) array
-            Relative deviations.
-        interference : float or (N_b,) array
-            Deviation of the interference, m.
-
-        Returns
-        -------
-        Mistuning
-            The deviations.
-
-        Raises
-        ------
-        MistuningError
-            Another number of values than blades, or one out of its range.
-
-        Examples
-        --------
-        >>> from nonlinear import Mistuning
-        >>> Mistuning.of(2, friction=0.1).friction.tolist()
-        [0.1, 0.1]
+        `frequency`, `friction`, `stiffness` (N_b,): relative deviations; `interference` (N_b,): deviation of the
+        interference, m.
         """
         given = (frequency, friction, stiffness, interference)
         arrays = [np.asarray(values, dtype=float) for values in given]
@@ -157,33 +95,7 @@ class Mistuning:
 
         The same seed gives the same standard normal numbers for each quantity, whatever the other deviations.
 
-        Parameters
-        ----------
-        n_blades : int
-            Number of blades N_b.
-        seed : int
-            Seed of the random numbers.
-        frequency, friction, stiffness : float
-            Standard deviations of the relative deviations.
-        interference : float
-            Standard deviation of the interference, m.
-
-        Returns
-        -------
-        Mistuning
-            The deviations.
-
-        Raises
-        ------
-        MistuningError
-            A deviation drawn is out of its range: the standard deviation is too large.
-
-        Examples
-        --------
-        >>> from nonlinear import Mistuning
-        >>> drawn = Mistuning.sampled(1000, seed=1, frequency=0.01)
-        >>> print(f"{drawn.frequency.std():.4f}", drawn.friction.any())
-        0.0098 False
+        `interference`: standard deviation of the interference, m.
         """
         drawn = np.random.default_rng(seed).standard_normal((4, n_blades))
         scales = np.array([frequency, friction, stiffness, interference])
@@ -201,33 +113,11 @@ class Mistuning:
         return added
 
     def scaled(self, factor: float) -> Mistuning:
-        """The same pattern, with all deviations multiplied by a factor.
-
-        Parameters
-        ----------
-        factor : float
-            The factor; 0 is the tuned ring.
-
-        Returns
-        -------
-        Mistuning
-            The scaled deviations.
-        """
+        """The same pattern, with all deviations multiplied by a factor."""
         return Mistuning(*(factor * getattr(self, field.name) for field in fields(self)))
 
     def contact(self, tuned: ContactParameters) -> ContactParameters:
-        """Contact parameters of all N_b n_c nodes of the ring.
-
-        Parameters
-        ----------
-        tuned : ContactParameters
-            Parameters of the n_c nodes of the tuned pair.
-
-        Returns
-        -------
-        ContactParameters
-            Pair after pair, in each the nodes in the order of `tuned`.
-        """
+        """Contact parameters of all N_b n_c nodes of the ring."""
         n, n_c = self.n_blades, tuned.n_contacts
         stiffer, rougher = np.repeat(1.0 + self.stiffness, n_c), np.repeat(1.0 + self.friction, n_c)
         return replace(

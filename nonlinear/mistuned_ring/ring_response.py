@@ -35,40 +35,14 @@ UNCERTAIN = 5e-3  # relative error of the height expected of a maximum between t
 
 @dataclass(frozen=True)
 class RingPeak:
-    """The highest amplitude of any blade.
+    """The highest amplitude of any blade."""
 
-    Attributes
-    ----------
-    frequency_hz : float
-        Frequency, Hz.
-    amplitude_m : float
-        Amplitude of the vibration of the output about its mean, m.
-    blade : int
-        Number of the blade, 0 ... N_b - 1.
-    blade_amplitude_m : (N_b,) array
-        Amplitudes of all blades there, m.
-    index : int
-        Index among the points of the curve.
-    located : bool
-        Whether the maximum was solved for. False where the largest amplitude lies at an end of the curve.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`; the softest blade vibrates highest:
-
-    >>> from nonlinear import Mistuning, mistuned_response
-    >>> softer = Mistuning.of(12, frequency=[0.0, 0.0, -0.02] + 9 * [0.0])
-    >>> peak = mistuned_response(modal, contact, excitation, options, softer).peak
-    >>> peak.located, peak.blade, bool(peak.amplitude_m > curve.peak.amplitude_m)
-    (True, 2, True)
-    """
-
-    frequency_hz: float
-    amplitude_m: float
-    blade: int
-    blade_amplitude_m: Array
-    index: int
-    located: bool
+    frequency_hz: float  # frequency, Hz
+    amplitude_m: float  # amplitude of the vibration of the output about its mean, m
+    blade: int  # number of the blade, 0 ... N_b - 1
+    blade_amplitude_m: Array  # (N_b,) amplitudes of all blades there, m
+    index: int  # index among the points of the curve
+    located: bool  # whether the maximum was solved for. False where the largest amplitude lies at an end of the curve
 
 
 def ring_output(point: SolutionPoint, output: str) -> ComplexArray:
@@ -204,51 +178,19 @@ class RingContinuation(Continuation):
 
 @dataclass(frozen=True)
 class MistunedResponse:
-    """Forced response of a mistuned ring at P frequencies.
+    """Forced response of a mistuned ring at P frequencies."""
 
-    Attributes
-    ----------
-    frequency_hz : (P,) array
-        Frequencies, Hz, along the curve.
-    amplitude_m : (P, N_b) array
-        Amplitude of the vibration of the output about its mean, blade by blade, m.
-    output : (P, N_b, H+1) complex array
-        Fourier coefficients of the output, each in the time of its own blade, m.
-    relative_displacement : (P, H+1, N_b n_c, 3) complex array
-        Those of the relative displacements of the contact nodes, pair after pair, m.
-    iterations : (P,) int array
-        Newton iterations.
-    peak : RingPeak or None
-        The highest amplitude of any blade; None without points.
-    complete : bool
-        Whether the curve spans the frequency range.
-    message : str
-        How it ended.
-    harmonics : int
-        Number of harmonics H.
-    seconds : float
-        What it took, s.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`, a ring of 12 blades of which each rubs against the ground:
-
-    >>> from nonlinear import Mistuning, mistuned_response
-    >>> response = mistuned_response(modal, contact, excitation, options, Mistuning.of(12, frequency=0.01))
-    >>> response.complete, response.amplitude_m.shape == (response.frequency_hz.size, 12)
-    (True, True)
-    """
-
-    frequency_hz: Array
-    amplitude_m: Array
-    output: ComplexArray
+    frequency_hz: Array  # (P,) frequencies, Hz, along the curve
+    amplitude_m: Array  # (P, N_b) amplitude of the vibration of the output about its mean, blade by blade, m
+    output: ComplexArray  # (P, N_b, H+1) Fourier coefficients of the output, each in the time of its own blade, m
+    # (P, H+1, N_b n_c, 3) those of the relative displacements of the contact nodes, pair after pair, m
     relative_displacement: ComplexArray
-    iterations: NDArray[np.int64]
-    peak: RingPeak | None
-    complete: bool
-    message: str
-    harmonics: int
-    seconds: float
+    iterations: NDArray[np.int64]  # (P,) Newton iterations
+    peak: RingPeak | None  # the highest amplitude of any blade; None without points
+    complete: bool  # whether the curve spans the frequency range
+    message: str  # how it ended
+    harmonics: int  # number of harmonics H
+    seconds: float  # what it took, s
 
     @property
     def envelope_m(self) -> Array:
@@ -267,49 +209,8 @@ def mistuned_response(
 ) -> MistunedResponse:
     """The forced response of a ring of blades that differ, under an excitation that travels around it.
 
-    Parameters
-    ----------
-    modal : rom.ModalModel or rom.SectorModes
-        Modes of the tuned blade, clamped, or of the tuned sector of a disk, with free contacts, with their damping.
-    contact : ContactParameters
-        Parameters of the n_c contact nodes of the tuned pair.
-    excitation : Excitation
-        Engine order and force.
-    options : SolverOptions
-        Frequency range, harmonics, tolerances. For stability and other branches see `mistuned_curve`.
-    mistuning : Mistuning, optional
-        Deviations of all blades of the ring; None: the tuned ring, of which one blade is solved for.
-    progress : callable, optional
-        Called with the frequency (Hz) and the number of points at each new point.
-
-    Returns
-    -------
-    MistunedResponse
-        The branch from one end of the frequency range; where it is not complete, its message says why.
-
-    Raises
-    ------
-    MistuningError
-        The model has another number of blades, or says none, or blades on a disk differ and the model does not know
-        their stiffness.
-    OptionsError
-        The number of harmonics is "auto", or the method "static-first".
-
-    Examples
-    --------
-    Twelve blades, each with contact springs of 0.01 N/m to its neighbours, of which one has a frequency 2 % higher:
-
-    >>> from nonlinear import ContactParameters, Excitation, Mistuning, SolverOptions, mistuned_response
-    >>> from rom import ReducedModel, modal_model
-    >>> one, face = np.ones(1), np.eye(3, 1)
-    >>> blade = ReducedModel(np.eye(1), np.eye(1), face, np.zeros((1, 3)), one, {"tip": one}, face, n_blades=12)
-    >>> values = {"normal_stiffness": 0.0, "tangential_stiffness": 0.01, "friction": 1.0, "preload": 1e3}
-    >>> contact, options = ContactParameters.shared(1, **values), SolverOptions((0.155, 0.165))
-    >>> ring = modal_model(blade, damping_ratio=0.005), contact, Excitation(engine_order=3, force=1.0), options
-    >>> tuned = mistuned_response(*ring).peak.amplitude_m
-    >>> response = mistuned_response(*ring, Mistuning.of(12, frequency=[0.02] + 11 * [0.0]))
-    >>> print(f"{response.peak.amplitude_m / tuned:.3f}")
-    1.490
+    `mistuning`: deviations of all blades of the ring; None: the tuned ring, of which one blade is solved for. Returns
+    the branch from one end of the frequency range; where it is not complete, its message says why.
     """
     if options.method != "coupled":
         raise OptionsError(f'method: {options.method!r}, allowed for a mistuned ring: "coupled"')

@@ -52,46 +52,25 @@ OWN_PHASE = 1e-4  # exponent of a shift of the cycle in time, which is 0, in uni
 
 @dataclass(frozen=True)
 class LimitCycle:
-    """A periodic travelling wave without excitation.
+    """A periodic travelling wave without excitation."""
 
-    Attributes
-    ----------
-    frequency_hz : float
-        Frequency, Hz.
-    amplitude_m : float
-        Largest displacement of the output over a period, static part included, m.
-    vibration_m : float
-        The same without the static part, m.
-    attracting : bool
-        Whether waves of this nodal diameter with another amplitude come to it; else it is a threshold between those
-        that decay and those that grow.
-    growth_rate : float
-        Largest real part of the Floquet exponents of perturbations of the other nodal diameters, and of the same one
-        but for its amplitude and phase, 1/s; NaN where there are none.
-    growth_nodal_diameter : int
-        Nodal diameter of that perturbation relative to the wave, 0 to N_b / 2; -1 where there is none.
-    flow_j, damping_j, friction_j : float
-        Work of the flow, and dissipated by the structure and by friction, J per cycle and blade.
-    coordinates : (H+1, m) complex array
-        Modal coordinates of the m modes of the structure.
-
-    Examples
-    --------
-    >>> from nonlinear import LimitCycle
-    >>> cycle = LimitCycle(400.0, 2e-4, 1.9e-4, True, -0.3, 5, 1e-3, 2e-4, 8e-4, np.zeros((2, 1), complex))
-    >>> cycle.persists
-    True
-    """
-
-    frequency_hz: float
-    amplitude_m: float
-    vibration_m: float
+    frequency_hz: float  # frequency, Hz
+    amplitude_m: float  # largest displacement of the output over a period, static part included, m
+    vibration_m: float  # the same without the static part, m
+    # whether waves of this nodal diameter with another amplitude come to it; else it is a threshold between those
+    # that decay and those that grow
     attracting: bool
+    # largest real part of the Floquet exponents of perturbations of the other nodal diameters, and of the same one
+    # but for its amplitude and phase, 1/s; NaN where there are none
     growth_rate: float
+    # nodal diameter of that perturbation relative to the wave, 0 to N_b / 2; -1 where there is none
     growth_nodal_diameter: int
+    # flow_j, damping_j, friction_j: work of the flow, and dissipated by the structure and by friction, J per cycle
+    # and blade
     flow_j: float
     damping_j: float
     friction_j: float
+    # (H+1, m) modal coordinates of the m modes of the structure
     coordinates: ComplexArray = field(repr=False, compare=False)
 
     @property
@@ -102,35 +81,17 @@ class LimitCycle:
 
 @dataclass(frozen=True)
 class SelfExcitation:
-    """What a wave does without excitation.
+    """What a wave does without excitation."""
 
-    Attributes
-    ----------
-    nodal_diameter : int
-        n of any sign; above 0 a backward wave.
-    frequency_hz, damping_ratio : float
-        Those of small motions about the static equilibrium, Hz; below 0 they grow.
-    linear_limit_m : float
-        Amplitude of the output's vibration up to which motions are linear, m: there a node first slips, lifts off or
-        touches; inf where none does.
-    mode : NonlinearMode or None
-        The mode from half that amplitude on; None where motions of any amplitude are linear.
-    cycles : tuple of LimitCycle
-        Limit cycles, the smallest first.
-
-    Examples
-    --------
-    >>> from nonlinear import SelfExcitation
-    >>> SelfExcitation(3, 400.0, -0.002, np.inf, None, ()).outcome
-    'grows for ever'
-    """
-
-    nodal_diameter: int
+    nodal_diameter: int  # n of any sign; above 0 a backward wave
+    # frequency_hz, damping_ratio: those of small motions about the static equilibrium, Hz; below 0 they grow
     frequency_hz: float
     damping_ratio: float
+    # amplitude of the output's vibration up to which motions are linear, m: there a node first slips, lifts off or
+    # touches; inf where none does
     linear_limit_m: float
-    mode: NonlinearMode | None
-    cycles: tuple[LimitCycle, ...]
+    mode: NonlinearMode | None  # the mode from half that amplitude on; None where motions of any amplitude are linear
+    cycles: tuple[LimitCycle, ...]  # limit cycles, the smallest first
 
     @property
     def held(self) -> LimitCycle | None:
@@ -167,49 +128,8 @@ def self_excitation(
 ) -> SelfExcitation:
     """The limit cycles of a wave in a flow that feeds it, and what happens below, between and above them.
 
-    Parameters
-    ----------
-    modal : rom.ModalModel or rom.SectorModes
-        Modes of the blade with free contacts, with damping and influence coefficients (`rom.modal_model`).
-    contact : ContactParameters
-        Parameters of the contact nodes.
-    nodal_diameter : int
-        n of any sign; above 0 a backward wave, as that of an engine order.
-    options : SolverOptions
-        Harmonics (a number), contact integration, the output, and whether stability in the ring is looked at.
-    number : int
-        Number of the mode, from 1, in the order of frequency at small amplitudes.
-    reach : float
-        Largest amplitude, as a multiple of the one at which motions cease to be linear.
-
-    Returns
-    -------
-    SelfExcitation
-        Its cycles with their stability.
-
-    Raises
-    ------
-    ArithmeticError
-        No static equilibrium, or no motion of the smallest amplitude was found.
-    OptionsError
-        The number of harmonics is "auto", the method is "static-first", or the structure has no mode of this number.
-
-    Examples
-    --------
-    m = k = kt = 1 and mu N = 1, with a flow that takes a damping of 0.1 away: one cycle is held, a larger one parts.
-
-    >>> from nonlinear import ContactParameters, SolverOptions, self_excitation
-    >>> from rom import InfluenceCoefficients, ReducedModel, modal_model
-    >>> along, one = np.array([[1.0], [0.0], [0.0]]), np.ones(1)
-    >>> blade = ReducedModel(np.eye(1), np.eye(1), along, np.zeros((1, 3)), one, {"tip": one}, n_blades=4)
-    >>> flow = InfluenceCoefficients(1, np.array([0]), np.array([0.1j]))
-    >>> modal = modal_model(blade, damping_ratio=0.0, influence=[flow])
-    >>> slider = ContactParameters.shared(
-    ...     1, normal_stiffness=0.0, tangential_stiffness=1.0, friction=1.0, preload=1.0
-    ... )
-    >>> found = self_excitation(modal, slider, 1, SolverOptions((0.1, 1.0), harmonics=1))
-    >>> [round(cycle.vibration_m, 4) for cycle in found.cycles], found.outcome
-    ([1.1423, 11.3702], 'is held, grows for ever beyond a threshold')
+    `nodal_diameter`: n of any sign; above 0 a backward wave, as that of an engine order; `options`: harmonics (a
+    number), contact integration, the output, and whether stability in the ring is looked at.
     """
     first = first_motion(modal, contact, nodal_diameter, options, number)
     limit = first.linear_limit()

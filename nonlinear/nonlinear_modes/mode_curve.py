@@ -205,16 +205,7 @@ class ModePath:
 def harmonic_shares(coordinates: ComplexArray) -> Array:
     """Sizes of the harmonics 2 .. H relative to that of harmonic 1, (..., H-1).
 
-    Parameters
-    ----------
-    coordinates : (..., H+1, m) complex array
-        Mass-normalised modal coordinates.
-
-    Examples
-    --------
-    >>> from nonlinear import harmonic_shares
-    >>> harmonic_shares(np.array([[0.0], [2.0], [0.5j]])).tolist()
-    [0.25]
+    `coordinates` (..., H+1, m): mass-normalised modal coordinates.
     """
     size = np.linalg.norm(coordinates, axis=-1)
     return np.asarray(size[..., 2:] / np.maximum(size[..., 1:2], 1e-300))

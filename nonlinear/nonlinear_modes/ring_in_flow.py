@@ -49,53 +49,19 @@ Ending = Literal["decays", "one wave", "several waves", "not settled", "grows fo
 
 @dataclass(frozen=True)
 class RingInFlow:
-    """A ring that starts from a small disturbance in a flow that feeds some waves, at T instants.
+    """A ring that starts from a small disturbance in a flow that feeds some waves, at T instants."""
 
-    Attributes
-    ----------
-    ending : str
-        "decays": no wave grows from rest; "one wave" or "several waves": nothing changes any more;
-        "not settled" after all periods; "grows for ever": contacts cannot hold what the flow feeds.
-    omega : float
-        Angular frequency of the fastest growing wave, rad/s, whose periods are counted.
-    periods : (T,) array
-        Periods from the start.
-    nodal_diameter : (N_b,) int array
-        Nodal diameters n, ascending; above 0 backward waves.
-    amplitude_m : (T, N_b) array
-        Amplitude of the first harmonic of the output in each wave, m.
-    largest_m : (T,) array
-        Largest displacement of the output of any blade since the instant before, static part included, m.
-    frequency_hz : (N_b,) array
-        Frequency of each wave at the end, Hz; NaN where it has no part of the motion.
-    final : RingState or None
-        State at the end; None where nothing was integrated.
-
-    Examples
-    --------
-    Four blades, m = k = kt = 1 and mu N = 1, in a flow that feeds the backward wave of one nodal diameter alone:
-
-    >>> from nonlinear import ContactParameters, SolverOptions, ring_in_flow
-    >>> from rom import InfluenceCoefficients, ReducedModel, modal_model
-    >>> along, one = np.array([[1.0], [0.0], [0.0]]), np.ones(1)
-    >>> blade = ReducedModel(np.eye(1), np.eye(1), along, np.zeros((1, 3)), one, {"tip": one}, n_blades=4)
-    >>> flow = InfluenceCoefficients.of_waves(1, [-0.1j, 0.1j, -0.1j, -0.1j])
-    >>> modal = modal_model(blade, damping_ratio=0.0, influence=[flow])
-    >>> slider = ContactParameters.shared(
-    ...     1, normal_stiffness=0.0, tangential_stiffness=1.0, friction=1.0, preload=1.0
-    ... )
-    >>> found = ring_in_flow(modal, slider, SolverOptions((0.1, 1.0), harmonics=1), 400)
-    >>> found.ending, found.prevailing, round(float(found.amplitude_m[-1].max()), 2)
-    ('one wave', 1, 1.1)
-    """
-
+    # "decays": no wave grows from rest; "one wave" or "several waves": nothing changes any more; "not settled" after
+    # all periods; "grows for ever": contacts cannot hold what the flow feeds
     ending: Ending
-    omega: float
-    periods: Array
-    nodal_diameter: NDArray[np.int64]
-    amplitude_m: Array
+    omega: float  # angular frequency of the fastest growing wave, rad/s, whose periods are counted
+    periods: Array  # (T,) periods from the start
+    nodal_diameter: NDArray[np.int64]  # (N_b,) nodal diameters n, ascending; above 0 backward waves
+    amplitude_m: Array  # (T, N_b) amplitude of the first harmonic of the output in each wave, m
+    # (T,) largest displacement of the output of any blade since the instant before, static part included, m
     largest_m: Array
-    frequency_hz: Array
+    frequency_hz: Array  # (N_b,) frequency of each wave at the end, Hz; NaN where it has no part of the motion
+    # state at the end; None where nothing was integrated
     final: RingState | None = field(default=None, repr=False, compare=False)
 
     @property
@@ -128,48 +94,7 @@ def ring_in_flow(
 ) -> RingInFlow:
     """The motion of the ring without excitation, from a small disturbance, until it has settled or grows for ever.
 
-    Parameters
-    ----------
-    modal : rom.ModalModel or rom.SectorModes
-        Modes of the blade with free contacts, with damping and influence coefficients (`rom.modal_model`).
-    contact : ContactParameters
-        Parameters of the contact nodes.
-    options : SolverOptions
-        Contact integration and the output.
-    periods : int
-        Most periods of the fastest growing wave.
-    number : int
-        Number of the mode, from 1.
-    disturbance : float
-        Bound of the disturbance, over that at which a node first slips, lifts off or touches: each wave has a part of
-        it, at most as large a modal amplitude as the wave that grows fastest. With 1 and less the motion is linear.
-    seed : int
-        Of the random phases of the waves.
-    start : RingState or None
-        State of all blades to start from, in place of a disturbance.
-    omega : float or None
-        Whose periods are counted, rad/s; None: that of the fastest growing wave.
-    progress : callable or None
-        Called with the number of periods so far.
-
-    Returns
-    -------
-    RingInFlow
-
-    Raises
-    ------
-    ArithmeticError
-        No static equilibrium, or the contact forces of a step were not found.
-    OptionsError
-        The number of harmonics is "auto", the method is "static-first", or the structure has no mode of this number.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`, where no flow feeds a wave:
-
-    >>> from nonlinear import ring_in_flow
-    >>> ring_in_flow(modal, contact, options, 400).ending
-    'decays'
+    `omega`: whose periods are counted, rad/s; None: that of the fastest growing wave.
     """
     waves = _Waves.of(modal, contact, options, number)
     growing = waves.damping_ratio < 0.0

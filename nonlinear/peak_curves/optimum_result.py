@@ -28,97 +28,40 @@ Source = Literal["followed", "responses", "open", "unknown"]
 
 @dataclass(frozen=True)
 class PeakCurve:
-    """One followed peak over the parameter, between two folds of the curve of peaks; P points.
+    """One followed peak over the parameter, between two folds of the curve of peaks; P points."""
 
-    Attributes
-    ----------
-    value : (P,) float
-        The parameter, SI units, ascending.
-    amplitude_m : (P,) float
-        Amplitude of the peak, m.
-    frequency_hz : (P,) float
-        Its frequency, Hz.
-    stable : (P,) bool
-        Whether the motion persists, against perturbations of every nodal diameter that the options look at.
-    growth_rate : (P,) float
-        Largest real part of the Floquet exponents, 1/s; NaN without exponents.
-    slope : (P,) float
-        Derivative of the amplitude with respect to the parameter, m per unit.
-    origin : str
-        Branch of the response that the peak was found on.
-
-    Examples
-    --------
-    >>> from nonlinear import PeakCurve
-    >>> value, amplitude = np.array([1.0, 2.0]), np.array([0.8, 0.7])
-    >>> stable, rate = np.array([True, True]), np.array([-0.1, -0.1])
-    >>> curve = PeakCurve(value, amplitude, amplitude + 40.0, stable, rate, rate, "main branch")
-    >>> float(curve.amplitude_m[curve.stable].min())
-    0.7
-    """
-
-    value: Array
-    amplitude_m: Array
-    frequency_hz: Array
+    value: Array  # (P,) the parameter, SI units, ascending
+    amplitude_m: Array  # (P,) amplitude of the peak, m
+    frequency_hz: Array  # (P,) its frequency, Hz
+    # (P,) whether the motion persists, against perturbations of every nodal diameter that the options look at
     stable: NDArray[np.bool_]
-    growth_rate: Array
-    slope: Array
-    origin: str
+    growth_rate: Array  # (P,) largest real part of the Floquet exponents, 1/s; NaN without exponents
+    slope: Array  # (P,) derivative of the amplitude with respect to the parameter, m per unit
+    origin: str  # branch of the response that the peak was found on
 
 
 @dataclass(frozen=True)
 class SolvedResponse:
-    """The worst motion of one response solved with all options.
+    """The worst motion of one response solved with all options."""
 
-    Attributes
-    ----------
-    value : float
-        The parameter, SI units.
-    amplitude_m, frequency_hz : float
-        The worst motion, m and Hz, or its first harmonic where that is the objective and the motion is periodic; NaN
-        where no motion is known to persist.
-    bound_m : float
-        The same; where the search for the worst motion left something open, the highest solution of any branch if
-        that is higher, stable or not: what the ring does instead of it is not known.
-    motion : {"periodic", "quasi-periodic", "irregular"}
-        What it is.
-    origin : str
-        Branch of the motion: "main branch", or how the detached branch was found.
-    highest_peak_m : float
-        The highest solution on any branch, stable or not, m.
-    branches : int
-        Number of branches, the main one included.
-    truncation_error : float
-        Estimated relative error of the highest amplitude of that branch by neglected harmonics; NaN: no estimate.
-    harmonics : int
-        Number of harmonics.
-    reason : str
-        Why the response was solved at this value: "first", "between", "search", "refinement", "optimum".
-    unresolved : str
-        What the search for the worst motion left open; "" where nothing.
-    at_end : bool
-        Whether the worst motion lies at an end of the frequency range: no candidate for an optimum.
-
-    Examples
-    --------
-    With the names of the example of `Optimum`:
-
-    >>> [response.motion for response in optimum.responses if response.reason == "first"]
-    ['periodic', 'periodic', 'periodic']
-    """
-
-    value: float
+    value: float  # the parameter, SI units
+    # amplitude_m, frequency_hz: the worst motion, m and Hz, or its first harmonic where that is the objective and the
+    # motion is periodic; NaN where no motion is known to persist
     amplitude_m: float
     frequency_hz: float
+    # the same; where the search for the worst motion left something open, the highest solution of any branch if that
+    # is higher, stable or not: what the ring does instead of it is not known
     bound_m: float
-    motion: str
-    origin: str
-    highest_peak_m: float
-    branches: int
+    motion: str  # what it is
+    origin: str  # branch of the motion: "main branch", or how the detached branch was found
+    highest_peak_m: float  # the highest solution on any branch, stable or not, m
+    branches: int  # number of branches, the main one included
+    # estimated relative error of the highest amplitude of that branch by neglected harmonics; NaN: no estimate
     truncation_error: float
-    harmonics: int
-    reason: str
-    unresolved: str = ""
+    harmonics: int  # number of harmonics
+    reason: str  # why the response was solved at this value: "first", "between", "search", "refinement", "optimum"
+    unresolved: str = ""  # what the search for the worst motion left open; "" where nothing
+    # whether the worst motion lies at an end of the frequency range: no candidate for an optimum
     at_end: bool = False
 
     @property
@@ -129,50 +72,26 @@ class SolvedResponse:
 
 @dataclass(frozen=True)
 class WorstEnvelope:
-    """The worst motion over the parameter at K values.
+    """The worst motion over the parameter at K values."""
 
-    Attributes
-    ----------
-    value : (K,) float
-        The parameter, SI units, ascending. Two equal values bound a jump.
-    amplitude_m, frequency_hz : (K,) float
-        The worst motion, m and Hz; NaN where none is known.
-    source : (K,) str
-        "followed": a stable followed peak. "responses": interpolated between the worst motions of single responses.
-        "open": the same, where it was left open what the ring does instead of the highest solution; that solution
-        counts (`SolvedResponse.bound_m`). "unknown": no motion is known.
-    motion : (K,) str
-        "periodic", "quasi-periodic" or "irregular".
-    origin : (K,) str
-        Branch of the motion.
-    error : float
-        Largest relative interpolation error seen where the envelope rests on single responses; 0 where it does so
-        nowhere.
-
-    Examples
-    --------
-    >>> from nonlinear import WorstEnvelope
-    >>> said = [np.array([word] * 3) for word in ("followed", "periodic", "main branch")]
-    >>> envelope = WorstEnvelope(np.arange(3.0), np.array([2.0, 1.0, 1.5]), np.full(3, 40.0), *said, error=0.0)
-    >>> envelope.at(np.array([0.5, 3.0])).tolist()
-    [1.5, nan]
-    """
-
-    value: Array
+    value: Array  # (K,) the parameter, SI units, ascending. Two equal values bound a jump
+    # amplitude_m, frequency_hz (K,): the worst motion, m and Hz; NaN where none is known
     amplitude_m: Array
     frequency_hz: Array
+    # (K,) "followed": a stable followed peak. "responses": interpolated between the worst motions of single
+    # responses. "open": the same, where it was left open what the ring does instead of the highest solution; that
+    # solution counts (`SolvedResponse.bound_m`). "unknown": no motion is known
     source: NDArray[np.str_]
-    motion: NDArray[np.str_]
-    origin: NDArray[np.str_]
+    motion: NDArray[np.str_]  # (K,) "periodic", "quasi-periodic" or "irregular"
+    origin: NDArray[np.str_]  # (K,) branch of the motion
+    # largest relative interpolation error seen where the envelope rests on single responses; 0 where it does so
+    # nowhere
     error: float
 
     def at(self, values: Array) -> Array:
         """Amplitude of the worst motion at some values, m: linear between the K values, NaN beyond them.
 
-        Parameters
-        ----------
-        values : (k,) array
-            The parameter, SI units.
+        `values` (k,): the parameter, SI units.
         """
         known = np.isfinite(self.amplitude_m)
         if not known.any():
@@ -280,32 +199,15 @@ class Optimum:
 
 @dataclass(frozen=True)
 class ActivePeak:
-    """A peak that is as high as any at a joint optimum.
+    """A peak that is as high as any at a joint optimum."""
 
-    Attributes
-    ----------
-    amplitude_m, frequency_hz : float
-        The peak, m and Hz.
-    multiplier : float
-        Its share in the condition of the optimum, 0 to 1: the sum over the active peaks of multiplier times
-        gradient vanishes, but for parameters at an end of their range.
-    gradient : mapping of str to float
-        Derivatives of the amplitude with respect to the parameters, m per unit.
-
-    Examples
-    --------
-    Two peaks that exchange: one falls with the friction coefficient, the other one rises three times as fast.
-
-    >>> from nonlinear import ActivePeak
-    >>> peaks = ActivePeak(1e-5, 240.0, 0.75, {"friction": -1e-5}), ActivePeak(1e-5, 410.0, 0.25, {"friction": 3e-5})
-    >>> bool(abs(sum(peak.multiplier * peak.gradient["friction"] for peak in peaks)) < 1e-18)
-    True
-    """
-
+    # amplitude_m, frequency_hz: the peak, m and Hz
     amplitude_m: float
     frequency_hz: float
+    # its share in the condition of the optimum, 0 to 1: the sum over the active peaks of multiplier times gradient
+    # vanishes, but for parameters at an end of their range
     multiplier: float
-    gradient: Mapping[str, float]
+    gradient: Mapping[str, float]  # derivatives of the amplitude with respect to the parameters, m per unit
 
 
 @dataclass(frozen=True)

@@ -197,29 +197,7 @@ def _of_first_harmonic(curve: ResponseCurve, options: SolverOptions) -> Response
 
 
 def solved_response(value: float, curve: ResponseCurve, reason: str, options: SolverOptions) -> SolvedResponse:
-    """Summary of a response.
-
-    Parameters
-    ----------
-    value : float
-        The parameter, SI units.
-    curve : ResponseCurve
-        The response.
-    reason : str
-        Why it was solved.
-    options : SolverOptions
-        Its options, with the objective.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`:
-
-    >>> from dataclasses import replace
-    >>> from nonlinear import solved_response
-    >>> first = solved_response(0.0, curve, "", replace(options, objective="harmonic_1"))
-    >>> bool(first.amplitude_m <= curve.peak.amplitude_m)
-    True
-    """
+    """Summary of a response."""
     curve = _of_first_harmonic(curve, options)
     worst = curve.worst
     nan = float("nan")

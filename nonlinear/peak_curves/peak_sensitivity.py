@@ -96,72 +96,21 @@ def _amplitude(balance: HarmonicBalance, peak: SolutionPoint, options: SolverOpt
 
 @dataclass(frozen=True)
 class PeakSensitivity:
-    """A peak with its derivatives.
+    """A peak with its derivatives."""
 
-    Attributes
-    ----------
-    amplitude_m, frequency_hz : float
-        The peak.
-    amplitude : mapping of str to float
-        Derivative of the amplitude with respect to each parameter, m per unit; those of which nothing is known are
-        left out.
-    frequency : mapping of str to float
-        Derivative of the frequency, Hz per unit.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`.
-
-    Twice the force and twice the preload double the response:
-
-    >>> from nonlinear import peak_sensitivity
-    >>> found = peak_sensitivity((modal, contact, excitation, options), curve, curve.peak.index, ["force", "preload"])
-    >>> scaled = 1.0 * found.amplitude["force"] + 2.0 * found.amplitude["preload"]
-    >>> bool(abs(scaled / found.amplitude_m - 1.0) < 1e-6)
-    True
-    """
-
+    # amplitude_m, frequency_hz: the peak
     amplitude_m: float
     frequency_hz: float
+    # derivative of the amplitude with respect to each parameter, m per unit; those of which nothing is known are left
+    # out
     amplitude: Mapping[str, float]
-    frequency: Mapping[str, float]
+    frequency: Mapping[str, float]  # derivative of the frequency, Hz per unit
 
 
 def peak_sensitivity(
     problem: ProblemTuple, branch: ResponseCurve, index: int, names: Sequence[str]
 ) -> PeakSensitivity | None:
-    """Derivatives of a peak with respect to parameters; None where no peak is found near the point.
-
-    Parameters
-    ----------
-    problem : tuple
-        Modes, contact, excitation and options of the curve, as for `forced_response`.
-    branch : ResponseCurve
-        The branch of the curve.
-    index : int
-        Index of the peak among the points of the branch.
-    names : sequence of str
-        Parameters by the names of `find_optimum`; "damping" is a factor on the damping of all modes.
-
-    Returns
-    -------
-    PeakSensitivity or None
-        The peak and its derivatives.
-
-    Raises
-    ------
-    OptionsError
-        There is no such parameter.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`:
-
-    >>> from nonlinear import peak_sensitivity
-    >>> found = peak_sensitivity((modal, contact, excitation, options), curve, curve.peak.index, ["friction"])
-    >>> print(f"{found.frequency_hz:.3f} Hz, {found.frequency['friction']:.3f} Hz per unit of friction")
-    0.198 Hz, 0.302 Hz per unit of friction
-    """
+    """Derivatives of a peak with respect to parameters; None where no peak is found near the point."""
     fixed = Problem(*problem).with_harmonics(branch.harmonics)
     force = fixed.excitation.force
     steps = {name: _step(fixed, name, branch, index) for name in names}

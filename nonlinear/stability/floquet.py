@@ -74,8 +74,6 @@ class FloquetAnalysis:
 
     Sliders that stick throughout the cycle stand still in every perturbation.
 
-    Notes
-    -----
     For the harmonics balanced an exponent is exact where it is zero. Elsewhere the condensed poles change a leading
     exponent by some 1e-4 omega, the sampling of the slider memory by some 1e-3 omega. The truncation of the harmonics
     matters more: where few harmonics make another motion, they make another stability.

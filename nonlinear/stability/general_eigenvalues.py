@@ -13,13 +13,7 @@ LARGE = 200  # rows, below which a call takes a moment
 
 
 def general_eigenvalues(matrix: NDArray[Any]) -> NDArray[np.complex128]:
-    """Eigenvalues of a matrix (..., n, n), (..., n); those of a real one in conjugate pairs.
-
-    Raises
-    ------
-    LinAlgError
-        An entry is not finite, or LAPACK does not converge.
-    """
+    """Eigenvalues of a matrix (..., n, n), (..., n); those of a real one in conjugate pairs."""
     if matrix.shape[-1] < LARGE:
         return np.asarray(np.linalg.eigvals(matrix), dtype=complex)
     every = matrix.reshape(-1, *matrix.shape[-2:])

@@ -31,11 +31,6 @@ def qr_eigenvalues(matrices: Matrix) -> ComplexArray:
     """Eigenvalues of matrices (..., n, n) in no order, (..., n).
 
     Those of LAPACK for matrices with more than `MOST_ROWS` rows, and where the iteration does not converge.
-
-    Raises
-    ------
-    LinAlgError
-        An entry is not finite, or LAPACK does not converge either.
     """
     n = matrices.shape[-1]
     every = np.ascontiguousarray(matrices, dtype=complex).reshape(matrices.size // max(n * n, 1), n, n)

@@ -47,35 +47,15 @@ class DifferentBlades(Protocol):
 
 @dataclass(frozen=True)
 class Ring:
-    """Blades that touch their neighbours, under a travelling-wave excitation.
+    """Blades that touch their neighbours, under a travelling-wave excitation."""
 
-    Attributes
-    ----------
-    modal : rom.ModalModel or rom.SectorModes
-        Modes with free contacts, with their damping: of a blade alone, or of a sector with a disk wave by wave.
-    contact : ContactParameters
-        Parameters of the contact nodes of one pair of faces; of a mistuned ring those of all pairs, pair after pair.
-    excitation : Excitation
-        Engine order and force.
-    output : str
-        Name of the output of which the amplitude is wanted.
-    blades_apart : RingReceptance or None
-        The structure of a mistuned ring of clamped blades; None: all blades and pairs are alike.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`:
-
-    >>> from nonlinear import Ring
-    >>> ring = Ring(modal, contact, excitation)
-    >>> round(ring.shift(3) / np.pi, 6), ring.blades(3)  # one blade suffices where the contact is against ground
-    (0.5, 1)
-    """
-
+    # modes with free contacts, with their damping: of a blade alone, or of a sector with a disk wave by wave
     modal: RingModes
+    # parameters of the contact nodes of one pair of faces; of a mistuned ring those of all pairs, pair after pair
     contact: ContactParameters
-    excitation: Excitation
-    output: str = "tip"
+    excitation: Excitation  # engine order and force
+    output: str = "tip"  # name of the output of which the amplitude is wanted
+    # the structure of a mistuned ring of clamped blades; None: all blades and pairs are alike
     blades_apart: DifferentBlades | None = None
 
     def __post_init__(self) -> None:
@@ -104,17 +84,7 @@ class Ring:
     def blades(self, nodal_diameter: int) -> int:
         """Smallest number q of blades that carries the wave and a perturbation, q psi = q kappa = 0 mod 2 pi.
 
-        Parameters
-        ----------
-        nodal_diameter : int
-            k of the perturbation; kappa = 2 pi k / N_b is the phase shift from blade to blade beside that of the
-            wave.
-
-        Returns
-        -------
-        int
-            Number of blades; 1 for a single structure, and where nothing joins the blades: contact against ground
-            and no disk.
+        1 for a single structure, and where nothing joins the blades: contact against ground and no disk.
         """
         n_blades = self.modal.n_blades
         if self.blades_apart is not None:
@@ -125,13 +95,7 @@ class Ring:
         return math.lcm(*(n_blades // math.gcd(n_blades, number) for number in numbers))
 
     def shift(self, nodal_diameter: int) -> float:
-        """Phase shift kappa = 2 pi k / N_b of a perturbation, rad; 0 for a single structure.
-
-        Parameters
-        ----------
-        nodal_diameter : int
-            k of the perturbation.
-        """
+        """Phase shift kappa = 2 pi k / N_b of a perturbation, rad; 0 for a single structure."""
         return 2.0 * math.pi * nodal_diameter / (self.modal.n_blades or 1)
 
     def sampled_phases(self) -> Array:
@@ -143,13 +107,7 @@ class Ring:
         return pitch * np.rint(quarters / pitch)
 
     def receptance(self, n_harmonics: int) -> RelativeReceptance:
-        """Receptance of the wave of the excitation with harmonics 0 to H.
-
-        Parameters
-        ----------
-        n_harmonics : int
-            Number of harmonics H.
-        """
+        """Receptance of the wave of the excitation with harmonics 0 to H."""
         harmonics, excitation = tuple(range(n_harmonics + 1)), self.excitation
         return RelativeReceptance(self.modal, self.phase, harmonics, excitation.force, excitation.factors)
 
@@ -163,12 +121,7 @@ class Ring:
 
         Harmonics are in the time of each blade; s is 1 where all are alike.
 
-        Parameters
-        ----------
-        omega : float
-            Excitation frequency, rad/s.
-        force : (n_h, s, 3 n_c) complex
-            Contact forces on the right faces, N.
+        `omega`: excitation frequency, rad/s; `force` (n_h, s, 3 n_c): contact forces on the right faces, N.
         """
         if self.blades_apart is not None:
             return self.blades_apart.with_harmonics(len(force) - 1).coordinates(omega, force)[0]
@@ -177,10 +130,7 @@ class Ring:
     def free_response(self, omega: float) -> ComplexArray:
         """Modal coordinates without contact, (n_h, s, m), see `coordinates`.
 
-        Parameters
-        ----------
-        omega : float
-            Excitation frequency, rad/s.
+        `omega`: excitation frequency, rad/s.
         """
         shape = len(self.excited.harmonics), self.frequency_ratio.size, 3 * self.modal.n_contacts
         found = self.coordinates(omega, np.zeros(shape, dtype=complex))
@@ -195,12 +145,8 @@ class Ring:
     def floating_positions(self, displacement: Array, coordinates: ComplexArray) -> Array:
         """Mean modal coordinates (s, r) of bodies that contacts alone hold.
 
-        Parameters
-        ----------
-        displacement : (s, 3 n_c) float
-            Mean relative displacement, m.
-        coordinates : (n_h, s, m) complex
-            Modal coordinates; of the bodies the mean ones are not used.
+        `displacement` (s, 3 n_c): mean relative displacement, m; `coordinates` (n_h, s, m): modal coordinates; of the
+        bodies the mean ones are not used.
         """
         elastic, count = coordinates.copy(), self.excited.floating
         elastic[0, :, :count] = 0.0
@@ -214,10 +160,7 @@ class Ring:
     def relative(self, coordinates: ComplexArray) -> ComplexArray:
         """Relative displacements (n_h, s, 3 n_c) of modal coordinates.
 
-        Parameters
-        ----------
-        coordinates : (n_h, s, m) complex
-            Modal coordinates.
+        `coordinates` (n_h, s, m): modal coordinates.
         """
         n_harmonics = len(coordinates) - 1
         if self.blades_apart is not None:
@@ -227,10 +170,7 @@ class Ring:
     def outputs(self, coordinates: ComplexArray) -> ComplexArray:
         """Harmonics (s, n_h) of the output, m.
 
-        Parameters
-        ----------
-        coordinates : (n_h, s, m) complex
-            Modal coordinates.
+        `coordinates` (n_h, s, m): modal coordinates.
         """
         n_harmonics = len(coordinates) - 1
         if self.blades_apart is not None:
@@ -285,33 +225,14 @@ def whole_ring(modal: ModalModel, excitation: Excitation, frequency_ratio: Array
 
 @dataclass(frozen=True)
 class RingState:
-    """State of q blades at the beginning of a period, theta = omega t = 0 of blade 0.
+    """State of q blades at the beginning of a period, theta = omega t = 0 of blade 0."""
 
-    Attributes
-    ----------
-    coordinates, rates : (q, m) float
-        Modal coordinates of all modes of each blade and their rates. With a disk, where the modes belong to waves,
-        the sum of the waves (see `JoinedSectors`).
-    slider : (q, n_c, 2) float
-        Positions of the sliders, m.
-    force : (q, n_c, 3) float
-        Contact force on the right nodes, N.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`:
-
-    >>> from nonlinear import Ring, RingIntegrator
-    >>> integrator = RingIntegrator.of(Ring(modal, contact, excitation), omega=1.0)
-    >>> rest = integrator.at_rest().repeated(3)
-    >>> rest.n_blades, rest.coordinates.shape
-    (3, (3, 1))
-    """
-
+    # coordinates, rates (q, m): modal coordinates of all modes of each blade and their rates. With a disk, where the
+    # modes belong to waves, the sum of the waves (see `JoinedSectors`)
     coordinates: Array
     rates: Array
-    slider: Array
-    force: Array
+    slider: Array  # (q, n_c, 2) positions of the sliders, m
+    force: Array  # (q, n_c, 3) contact force on the right nodes, N
 
     @property
     def n_blades(self) -> int:
@@ -319,37 +240,17 @@ class RingState:
         return len(self.coordinates)
 
     def repeated(self, n_blades: int) -> "RingState":
-        """The same motion on a ring of `n_blades`, a multiple of q.
-
-        Parameters
-        ----------
-        n_blades : int
-            Number of blades.
-        """
+        """The same motion on a ring of `n_blades`, a multiple of q."""
         if n_blades % self.n_blades:
             raise ValueError(f"blades: {n_blades}, allowed: multiples of {self.n_blades}")
         return self.over(n_blades)
 
     def over(self, n_blades: int) -> "RingState":
-        """The same blades in turn on a ring of any number of them.
-
-        Parameters
-        ----------
-        n_blades : int
-            Number of blades.
-        """
+        """The same blades in turn on a ring of any number of them."""
         return RingState(*(part[np.arange(n_blades) % self.n_blades] for part in self._parts))
 
     def towards(self, other: "RingState", shares: Sequence[float]) -> "RingState":
-        """The state with each blade on its way to another motion.
-
-        Parameters
-        ----------
-        other : RingState
-            State of as many blades.
-        shares : sequence of float
-            Shares of the way of the blades: 0 leaves a blade where it is, 1 takes it to the other motion.
-        """
+        """The state with each blade on its way to another motion."""
         pairs = zip(self._parts, other._parts, strict=True)
         share = [np.reshape(shares, (-1, *[1] * (part.ndim - 1))) for part in self._parts]
         return RingState(*(here + s * (there - here) for (here, there), s in zip(pairs, share, strict=True)))
@@ -366,21 +267,7 @@ MOST_STEPS = 50_000
 
 
 class StepError(ArithmeticError):
-    """The contacts are so stiff for the retained modes that a period needs too many steps.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`:
-
-    >>> from dataclasses import replace
-    >>> from nonlinear import Ring, RingIntegrator, StepError
-    >>> stiff = replace(contact, tangential_stiffness=np.array([1e12]))
-    >>> try:
-    ...     RingIntegrator.of(Ring(modal, stiff, excitation), omega=1.0)
-    ... except StepError as error:
-    ...     print(str(error).partition("allowed: ")[2])
-    50000; the contacts are stiff
-    """
+    """The contacts are so stiff for the retained modes that a period needs too many steps."""
 
 
 def residual_flexibility(stiffness: NDArray[Any], retained: NDArray[np.bool_]) -> NDArray[Any]:

@@ -71,43 +71,17 @@ def ring_structure(modes: RetainedModes, n_blades: int) -> RingStructure:
 
 
 class ContactIterationError(ArithmeticError):
-    """The contact forces of a step were not found.
-
-    Examples
-    --------
-    >>> from nonlinear import ContactIterationError, StepError
-    >>> issubclass(ContactIterationError, ArithmeticError), issubclass(StepError, ArithmeticError)  # caught together
-    (True, True)
-    """
+    """The contact forces of a step were not found."""
 
 
 @dataclass(frozen=True)
 class RingRecord:
-    """P periods of a ring.
+    """P periods of a ring."""
 
-    Attributes
-    ----------
-    final : RingState
-        State at the end.
-    output_m : (P, n, q) float
-        Output of every blade at the ends of the n steps of each period, m.
-    ends : (P, q, 2 m) float
-        Coordinates, and rates divided by omega, of the retained modes at the end of each period: the contact-driven
-        part, in the units of modal coordinates.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`:
-
-    >>> from nonlinear import Ring, RingIntegrator
-    >>> integrator = RingIntegrator.of(Ring(modal, contact, excitation), omega=1.0)
-    >>> record = integrator.march(integrator.at_rest(), 5)
-    >>> record.envelope_m.shape, record.output_m.shape == (5, integrator.steps, 1)
-    ((5, 1), True)
-    """
-
-    final: RingState
-    output_m: Array
+    final: RingState  # state at the end
+    output_m: Array  # (P, n, q) output of every blade at the ends of the n steps of each period, m
+    # (P, q, 2 m) coordinates, and rates divided by omega, of the retained modes at the end of each period: the
+    # contact-driven part, in the units of modal coordinates
     ends: Array
 
     @property
@@ -137,41 +111,15 @@ class RingRecord:
 
 @dataclass(frozen=True)
 class RingIntegrator:
-    """Time integration of q blades at one frequency (see `RingSystem` and `march_steps`).
+    """Time integration of q blades at one frequency (see `RingSystem` and `march_steps`)."""
 
-    Attributes
-    ----------
-    ring : Ring
-        The ring.
-    omega : float
-        Excitation frequency, rad/s.
-    n_blades : int
-        Number q of blades.
-    steps : int
-        Steps a period.
-    modes : RetainedModes
-        Modes that are integrated.
-    halved : int
-        How often the step was halved, see `march`.
-    structure : ClampedBlades, JoinedSectors, TurningBlades or TurningSectors
-        Coordinates of the blades, their contact motions and forces.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`:
-
-    >>> from nonlinear import Ring, RingIntegrator
-    >>> integrator = RingIntegrator.of(Ring(modal, contact, excitation), omega=1.0)
-    >>> round(integrator.period / (2.0 * np.pi), 6), integrator.steps
-    (1.0, 240)
-    """
-
-    ring: Ring
-    omega: float
-    n_blades: int
-    steps: int
-    modes: RetainedModes
-    halved: int = 0
+    ring: Ring  # the ring
+    omega: float  # excitation frequency, rad/s
+    n_blades: int  # number q of blades
+    steps: int  # steps a period
+    modes: RetainedModes  # modes that are integrated
+    halved: int = 0  # how often the step was halved, see `march`
+    # coordinates of the blades, their contact motions and forces
     structure: RingStructure = field(init=False, repr=False, compare=False)
     _march: Kernel = field(init=False, repr=False, compare=False)
 
@@ -186,23 +134,7 @@ class RingIntegrator:
     ) -> "RingIntegrator":
         """The smallest ring that carries the wave and a perturbation, with its own number of modes and steps.
 
-        Parameters
-        ----------
-        ring : Ring
-            The ring.
-        omega : float
-            Excitation frequency, rad/s.
-        nodal_diameter : int
-            k of the perturbation.
-        retention : float
-            Highest natural frequency that is integrated, in multiples of omega.
-        finer : float
-            Factor on the number of steps.
-
-        Raises
-        ------
-        StepError
-            The contacts are so stiff for the retained modes that a period needs too many steps.
+        `omega`: excitation frequency, rad/s.
         """
         modes = RetainedModes.of(ring, omega, retention)
         return cls(ring, omega, ring.blades(nodal_diameter), modes.steps(omega, finer), modes)
@@ -223,10 +155,7 @@ class RingIntegrator:
     def on_wave(self, displacement: Array) -> RingState:
         """State of the travelling wave that solves the harmonic balance.
 
-        Parameters
-        ----------
-        displacement : (2H+1, n_c, 3) float
-            Real Fourier coefficients of the relative displacement, m.
+        `displacement` (2H+1, n_c, 3): real Fourier coefficients of the relative displacement, m.
         """
         contact, nodes = self.ring.contact, self.ring.modal.n_contacts
         coordinates, order = self._wave_coordinates(displacement)
@@ -251,10 +180,7 @@ class RingIntegrator:
     def wave_output(self, displacement: Array) -> Array:
         """Output (n, q) of the travelling wave at the ends of the steps, m.
 
-        Parameters
-        ----------
-        displacement : (2H+1, n_c, 3) float
-            Real Fourier coefficients of the relative displacement, m.
+        `displacement` (2H+1, n_c, 3): real Fourier coefficients of the relative displacement, m.
         """
         coordinates, order = self._wave_coordinates(displacement)
         harmonics = self.ring.outputs(coordinates)
@@ -263,13 +189,7 @@ class RingIntegrator:
         return (np.exp(1j * angle[:, :, None] * order) * harmonics).sum(axis=-1).real
 
     def vibration(self, state: RingState) -> float:
-        """Largest rate of the retained modal coordinates over omega: a scale for disturbances.
-
-        Parameters
-        ----------
-        state : RingState
-            State of q blades.
-        """
+        """Largest rate of the retained modal coordinates over omega: a scale for disturbances."""
         kept = self.structure.retained
         moved = self.structure.scaled(state.coordinates - state.coordinates.mean(axis=0), kept)
         rates = self.structure.scaled(state.rates, kept)
@@ -281,12 +201,7 @@ class RingIntegrator:
         All nodes slip or open then, and what comes is the same for any size of the motion, but for a factor. Or the
         contacts do not feel it.
 
-        Parameters
-        ----------
-        state : RingState
-            State of q blades.
-        height_m : float
-            Largest displacement of the output, m.
+        `height_m`: largest displacement of the output, m.
         """
         contact, structure = self.ring.contact, self.structure
         shape = -1, self.ring.modal.n_contacts
@@ -301,17 +216,7 @@ class RingIntegrator:
         return all_move or max(float(size.max()), height_m) > FAR_BEYOND * scale
 
     def disturbed(self, state: RingState, nodal_diameter: int, size: float) -> RingState:
-        """A state with a disturbance of its retained modes: a tenth of it different on every blade.
-
-        Parameters
-        ----------
-        state : RingState
-            State of q blades.
-        nodal_diameter : int
-            k of the pattern: blade j is displaced by Re(v e^(i kappa j)).
-        size : float
-            Largest displacement, in modal coordinates.
-        """
+        """A state with a disturbance of its retained modes: a tenth of it different on every blade."""
         rng = np.random.default_rng(17)
         frequency = self.structure.angular_frequency
         moves = self.structure.retained & (frequency > 0.0)  # a free disk drifts
@@ -332,18 +237,6 @@ class RingIntegrator:
         """Integrate whole periods; again with half the step one in which the contact forces are not found.
 
         And all of them where the motion runs away faster than the flow can feed it.
-
-        Parameters
-        ----------
-        state : RingState
-            Where to start.
-        periods : int
-            Number of periods.
-
-        Raises
-        ------
-        ContactIterationError
-            The contact forces of a step were not found, or the motion grows without bound.
         """
         work = self._loaded(state)
         output = np.empty((periods, self.steps, self.n_blades))
@@ -375,13 +268,7 @@ class RingIntegrator:
         return replace(found, output_m=found.output_m[:, 1::2])
 
     def history(self, state: RingState) -> tuple[list[RingState], Array]:
-        """States at the ends of all steps of one period, and the output (n, q).
-
-        Parameters
-        ----------
-        state : RingState
-            Where to start.
-        """
+        """States at the ends of all steps of one period, and the output (n, q)."""
         work, output, states = self._loaded(state), np.empty((self.steps, self.n_blades)), []
         scale = float(np.abs(work.force).max())
         for step in range(self.steps):
@@ -406,15 +293,7 @@ class RingIntegrator:
     def contact_free(self, theta: float) -> tuple[Array, Array]:
         """Modal coordinates and rates of all modes in the response to the excitation without contact.
 
-        Parameters
-        ----------
-        theta : float
-            omega t, rad.
-
-        Returns
-        -------
-        coordinates, rates : (q, m) float
-            Modal coordinates and their rates.
+        `theta`: omega t, rad. Returns `coordinates, rates` (q, m): modal coordinates and their rates.
         """
         coordinates = self._free_response
         angle = theta + self.ring.phase * np.arange(self.n_blades)

@@ -135,114 +135,49 @@ SMALLER = 1e-3  # factor on the disturbance where a ring leaves before its growt
 
 @dataclass(frozen=True)
 class RingLimits:
-    """How far a ring is integrated, and how finely.
+    """How far a ring is integrated, and how finely."""
 
-    Attributes
-    ----------
-    most_periods : int
-        Periods in all.
-    window : int
-        Periods of the final window, and of the one before it.
-    settling : int
-        Most periods before the disturbance, in which neglected harmonics and sliders settle.
-    disturbance : float
-        Size of the disturbance, relative to the vibration.
-    harmonics : int
-        Harmonics with which the periodic motion is solved again, so that it is the one of the ring.
-    retention : float
-        Highest natural frequency that is integrated, in multiples of the excitation frequency.
-    finer : float
-        Factor on the number of steps a period.
-    floor_m : float
-        Amplitude below which a motion of two windows is not followed any further, m; it then counts as not settled.
-
-    Examples
-    --------
-    >>> from nonlinear import RingLimits
-    >>> RingLimits(most_periods=60, window=10).most_periods
-    60
-    """
-
-    most_periods: int = 1000
-    window: int = 60
-    settling: int = 240
-    disturbance: float = 1e-4
+    most_periods: int = 1000  # periods in all
+    window: int = 60  # periods of the final window, and of the one before it
+    settling: int = 240  # most periods before the disturbance, in which neglected harmonics and sliders settle
+    disturbance: float = 1e-4  # size of the disturbance, relative to the vibration
+    # harmonics with which the periodic motion is solved again, so that it is the one of the ring
     harmonics: int = HARMONICS
+    # highest natural frequency that is integrated, in multiples of the excitation frequency
     retention: float = RETENTION
-    finer: float = 1.0
+    finer: float = 1.0  # factor on the number of steps a period
+    # amplitude below which a motion of two windows is not followed any further, m; it then counts as not settled
     floor_m: float = 0.0
 
 
 @dataclass(frozen=True)
 class RingMotion:
-    """Motion of a ring of blades in time.
+    """Motion of a ring of blades in time."""
 
-    Attributes
-    ----------
-    stays : bool
-        Whether the ring stays on the periodic motion that it started from.
-    growth_rate : float
-        Growth rate of a small departure from it, 1/s; NaN where it was not measured.
-    started_m : float
-        Largest abs(x(t)) of the periodic motion that the ring started from, m; NaN from a state or from rest.
-    amplitude_m : float
-        Largest abs(x(t)) of the output in the final window, over all blades, m.
-    lowest_m : float
-        Smallest of the largest abs(x) of the periods and blades in the final window, m.
-    periodic : bool
-        Whether the motion of the final window repeats itself, every period or after few.
-    repeats_after : int
-        Number of periods after which it does; 0: it does not.
-    settled : bool
-        Whether the final window agrees with the one before; where not, the motion was still changing at the end.
-    n_blades : int
-        Number q of blades integrated.
-    nodal_diameter : int
-        k of the disturbance.
-    periods : int
-        Number of periods integrated.
-    envelope_m : (P, q) float
-        Largest abs(x) of each period and blade, m.
-    final : RingState
-        State at the end.
-    persistence : int
-        Number of periods at the end over which the motion kept its height, since it left that of the start: the
-        largest displacements of all windows differ from that of the final one by 30 % at most.
-    unbounded : bool
-        Whether it grows for ever, fed by a flow: it grew to the end, and was so large there that gaps, preloads and
-        the excitation hardly mattered. `amplitude_m` is what it had grown to.
-    height_error : float
-        Relative change of `amplitude_m` by the last halving of the step; 0 where the step was not halved.
-    vibration_m : float
-        Half the range of the output of a blade in the last periods, the largest of all blades, m; NaN: not known.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`:
-
-    >>> from nonlinear import Ring, RingLimits, integrate_ring
-    >>> ring, limits = Ring(modal, contact, excitation), RingLimits(most_periods=60, window=10)
-    >>> motion = integrate_ring(ring, 2.0 * np.pi * 0.2, None, limits=limits)  # from rest, 0.2 Hz
-    >>> motion.settled, motion.periodic, motion.repeats_after, motion.n_blades
-    (True, True, 1, 1)
-    """
-
-    stays: bool
-    growth_rate: float
+    stays: bool  # whether the ring stays on the periodic motion that it started from
+    growth_rate: float  # growth rate of a small departure from it, 1/s; NaN where it was not measured
+    # largest abs(x(t)) of the periodic motion that the ring started from, m; NaN from a state or from rest
     started_m: float
-    amplitude_m: float
-    lowest_m: float
-    periodic: bool
-    repeats_after: int
+    amplitude_m: float  # largest abs(x(t)) of the output in the final window, over all blades, m
+    lowest_m: float  # smallest of the largest abs(x) of the periods and blades in the final window, m
+    periodic: bool  # whether the motion of the final window repeats itself, every period or after few
+    repeats_after: int  # number of periods after which it does; 0: it does not
+    # whether the final window agrees with the one before; where not, the motion was still changing at the end
     settled: bool
-    n_blades: int
-    nodal_diameter: int
-    periods: int
-    envelope_m: Array
-    final: RingState
+    n_blades: int  # number q of blades integrated
+    nodal_diameter: int  # k of the disturbance
+    periods: int  # number of periods integrated
+    envelope_m: Array  # (P, q) largest abs(x) of each period and blade, m
+    final: RingState  # state at the end
+    # number of periods at the end over which the motion kept its height, since it left that of the start: the largest
+    # displacements of all windows differ from that of the final one by 30 % at most
     persistence: int
+    # whether it grows for ever, fed by a flow: it grew to the end, and was so large there that gaps, preloads and the
+    # excitation hardly mattered. `amplitude_m` is what it had grown to
     unbounded: bool = False
+    # relative change of `amplitude_m` by the last halving of the step; 0 where the step was not halved
     height_error: float = 0.0
+    # half the range of the output of a blade in the last periods, the largest of all blades, m; NaN: not known
     vibration_m: float = float("nan")
 
 
@@ -306,40 +241,8 @@ def integrate_ring(
     pattern of the nodal diameter, with a tenth of it different on every blade. The integration ends when the ring
     has come back to the motion. A ring that leaves is followed until its new motion has settled.
 
-    Parameters
-    ----------
-    ring : Ring
-        The ring.
-    omega : float
-        Excitation frequency, rad/s.
-    start : (2H+1, n_c, 3) float, RingState or None
-        Real Fourier coefficients of the relative displacement of a periodic solution, m; or a state; None: from rest.
-        From a state or from rest there is no motion to stay on: `stays` is False.
-    nodal_diameter : int
-        k of the perturbation.
-    limits : RingLimits, optional
-        Numbers of periods, size of the disturbance, step.
-
-    Returns
-    -------
-    RingMotion
-        The motion.
-
-    Raises
-    ------
-    ArithmeticError
-        The contacts are too stiff for the retained modes (`StepError`), or the contact forces of a step were not
-        found (`ContactIterationError`).
-
-    Examples
-    --------
-    With the names of the example of `forced_response`:
-
-    >>> from nonlinear import Ring, RingLimits, integrate_ring
-    >>> ring, limits = Ring(modal, contact, excitation), RingLimits(most_periods=60, window=10)
-    >>> motion = integrate_ring(ring, 2.0 * np.pi * 0.2, None, limits=limits)  # from rest, 0.2 Hz
-    >>> print(f"{motion.amplitude_m:.2f} m")
-    1.32 m
+    `start` (2H+1, n_c, 3): real Fourier coefficients of the relative displacement of a periodic solution, m; or a
+    state; None: from rest. From a state or from rest there is no motion to stay on: `stays` is False.
     """
     limits = limits or RingLimits()
     integrator = RingIntegrator.of(

@@ -178,13 +178,7 @@ class MotionFollower:
         return WornMotion(point, output_amplitude(point, self.problem.options.output))
 
     def followed(self, motion: WornMotion, before: Array, depth: Array) -> WornMotion:
-        """The motion carried from the worn depth `before` to another one, (n_c,), m.
-
-        Raises
-        ------
-        MotionLostError
-            It was not found there.
-        """
+        """The motion carried from the worn depth `before` to another one, (n_c,), m."""
         contacts, point = (self.worn(before).contact, self.worn(depth).contact), motion.point
         force = self.problem.excitation.force
         homotopy = Homotopy(point.balance, contacts, (force, force), self.problem.options)
