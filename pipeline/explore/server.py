@@ -90,13 +90,7 @@ def redirect_file(folder: Path, address: str) -> Path:
 
 
 def local_server(pages: Pages, port: int = 0) -> LocalServer:
-    """A server of pages on a port of this machine, by default a free one; each visit makes a page of its own.
-
-    Raises
-    ------
-    InputError
-        Bokeh is not installed, or the port is taken.
-    """
+    """A server of pages on a port of this machine, by default a free one; each visit makes a page of its own."""
     check_bokeh()
     from bokeh.application import Application
     from bokeh.application.handlers.function import FunctionHandler

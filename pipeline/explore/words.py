@@ -86,13 +86,7 @@ class KnobWords:
         }
 
     def value_of(self, how: str, text: str) -> Any:
-        """The value at a "position" of the scale, that of a number "shown" in the unit, or a "choice" by its number.
-
-        Raises
-        ------
-        InputError
-            What was typed is no number.
-        """
+        """The value at a "position" of the scale, of a number "shown" in the unit, or a "choice" by its number."""
         knob = self.knob
         if how == "choice" and knob.choices:
             return knob.choices[min(max(int(text), 0), len(knob.choices) - 1)]

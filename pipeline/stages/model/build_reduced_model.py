@@ -101,8 +101,6 @@ def make_reduced_model(
 ) -> None:
     """Reduce the blade without its damper to `rom.h5`, at its speed, and write its sizes into `facts.json`.
 
-    Notes
-    -----
     In `facts.json`, `modes` is the number of fixed-interface modes and `highest_mode_hz` the frequency up to which
     they are known. Of the sector of a disk `cut_face_motions` is the number of motions kept of a cut face, and
     `wave_error` the largest relative error of its six lowest frequencies with free contacts against the whole mesh,
