@@ -8,6 +8,7 @@ from lumped import lumped_blade
 
 from nonlinear import ContactParameters, Excitation, OptionsError, SolverOptions, forced_response
 from nonlinear.branches.range_continuation import continue_over_range
+from nonlinear.contact.fourier import largest_lengths
 from nonlinear.continuation.predictor_corrector import PredictorCorrector
 from rom import modal_model
 
@@ -128,3 +129,10 @@ def test_bad_harmonics_are_named():
         SolverOptions((1.0, 2.0), harmonic_tolerance=0.0)
     with pytest.raises(OptionsError, match="allowed here: a number"):
         _ = SolverOptions((1.0, 2.0), harmonics="auto").fixed_harmonics
+
+
+def test_the_largest_length_of_a_vector_is_that_of_the_motion_as_a_whole():
+    """On a circle of radius 2 about the origin, on one about (1, 0), and along a line."""
+    circle = [2.0, 2.0j]
+    motions = np.array([[[0.0, 0.0], circle], [[1.0, 0.0], circle], [[0.0, 0.0], [3.0, 4.0]]])
+    np.testing.assert_allclose(largest_lengths(motions), [2.0, 3.0, 5.0], rtol=1e-6)

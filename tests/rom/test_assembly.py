@@ -10,6 +10,7 @@ from scipy.sparse.linalg import spsolve
 from rom import Material, RomParameterError, assemble
 from rom.finite_elements.assembly import elastic_matrices, stress_at_quadrature
 from rom.finite_elements.discretisation import ELEMENTS, discretise
+from rom.finite_elements.strain_gauge import strain_row
 
 STEEL = Material(young_modulus=2.1e11, poisson_ratio=0.3, density=7800.0)
 
@@ -165,3 +166,12 @@ def test_unknown_element_and_bad_meshes_are_refused_in_one_line():
         elastic_matrices(discretise(mesh_of(points, hexahedra[:, [4, 5, 6, 7, 0, 1, 2, 3]]), "hex20"), STEEL)
     with pytest.raises(RomParameterError, match="belongs to no element"):
         discretise(mesh_of(np.vstack([points, [[5.0, 5.0, 5.0]]]), hexahedra), "hex20")
+
+
+def test_a_strain_gauge_reads_the_strain_of_a_uniform_stretch_along_its_direction():
+    sector = box_sector((2, 2, 2))
+    full = assemble(sector, STEEL, element="hex8")
+    stretched = (full.positions * [-0.3e-3, -0.3e-3, 1e-3]).ravel()
+    for direction, strain in ([0.0, 0.0, 2.0], 1e-3), ([1.0, 0.0, 0.0], -0.3e-3), ([1.0, 0.0, 1.0], 0.35e-3):
+        row = strain_row(full, sector, at=sector.points.mean(axis=0).tolist(), direction=direction)
+        assert row @ stretched == pytest.approx(strain, abs=1e-12)
