@@ -8,7 +8,7 @@ j.
 Where to look: `mistuning` (the deviations), `mistuned_structure` (what the contacts see of the structure; blades in
 `ring_receptance`, a disk in `sector_ring`), `ring_balance` (the equations), `cyclic_blocks` (a factorisation),
 `ring_response` (the curve of all blades and its maximum), `mistuned_curve` (stability, branches, worst motion),
-`linear_ring` and `linear_sectors` (linear contacts).
+`linear_sectors` (linear contacts).
 
 References
 ----------

@@ -1,7 +1,5 @@
 """A mistuned ring in its waves, with contacts that are linear springs: stuck, sliding or free.
 
-For sectors joined at a disk, and for blades in a flow or with Coriolis forces.
-
 In the wave l, each in the time of its own blade, the sectors move as V_l a_l: V_l are the modes of the tuned ring
 with the springs up to a multiple of the frequencies of interest, and in the wave 0 its response. The other modes
 follow as they do near the upper end of the range. With x_j = N^(-1/2) sum_l exp(2 pi i j l / N) V_l a_l, and P the
@@ -52,7 +50,7 @@ SOFT = 1e-6  # of the squares of frequencies: rigid motions
 
 @dataclass(frozen=True)
 class LinearSectors:
-    """Harmonic 1 of a ring with linear contacts in motions a of all waves: with a disk, a flow, Coriolis forces."""
+    """Harmonic 1 of a ring with linear contacts in motions a of all waves, of blades alone or on a disk."""
 
     wave: NDArray[np.intp]  # (A,) wave l of each motion
     # stiffness, damping, mass (A, A): matrices of the tuned ring, the stiffness without the flow, the damping with

@@ -14,10 +14,9 @@ from nonlinear.contact.fourier import to_complex, to_real
 from nonlinear.harmonic_balance.initial_solution import solve_at
 from nonlinear.mistuned_ring import sector_ring as ring_of_sectors
 from nonlinear.mistuned_ring.linear_contacts import blade_strain, strain_directions
-from nonlinear.mistuned_ring.linear_ring import LinearRing
 from nonlinear.mistuned_ring.linear_sectors import LinearSectors
 from nonlinear.mistuned_ring.mistuned_curve import mistuned_curve
-from nonlinear.mistuned_ring.mistuning import Mistuning, MistuningError
+from nonlinear.mistuned_ring.mistuning import Mistuning
 from nonlinear.mistuned_ring.ring_balance import RingBalance
 from nonlinear.mistuned_ring.ring_receptance import RingReceptance
 from nonlinear.mistuned_ring.ring_response import mistuned_response
@@ -246,6 +245,3 @@ def test_linear_rings_are_all_blades_in_physical_matrices(forces, disk):
     tuned = aeroelastic_modes(known, modal, EO, count=6, **springs).imag / (2.0 * np.pi)
     assert every.tuned_hz[:6] == pytest.approx(tuned, rel=1e-8)
     assert few.tuned_hz[:2] == pytest.approx(tuned[:2], rel=1e-4)
-    if not disk:
-        with pytest.raises(MistuningError, match="allowed: LinearSectors"):
-            LinearRing.of(*shared, MISTUNING, highest_hz=0.2)

@@ -7,7 +7,7 @@ import pytest
 
 from nonlinear import ContactParameters, Excitation, OptionsError, SolverOptions, forced_response
 from nonlinear.harmonic_balance.initial_solution import solve_at
-from nonlinear.mistuned_ring.linear_ring import LinearRing
+from nonlinear.mistuned_ring.linear_sectors import LinearSectors
 from nonlinear.mistuned_ring.mistuning import Mistuning, MistuningError, whitehead_bound
 from nonlinear.mistuned_ring.ring_balance import RingBalance
 from nonlinear.mistuned_ring.ring_receptance import RingReceptance
@@ -126,7 +126,7 @@ def test_linear_ring_of_six() -> None:
         ring = mistuned_response(modal, contact, excitation, options, pattern).peak
         assert ring is not None
         assert ring.located
-        linear = LinearRing.of(modal, contact, excitation, pattern or Mistuning.of(6), highest_hz=0.17)
+        linear = LinearSectors.of(modal, contact, excitation, pattern or Mistuning.of(6), highest_hz=0.17)
         for found in (ring, linear.peak((0.157, 0.163))):
             assert found.amplitude_m == pytest.approx(amplitude, abs=1e-6)
             assert 2.0 * np.pi * found.frequency_hz == pytest.approx(omega, abs=1e-6)
@@ -140,8 +140,8 @@ def test_linear_ring_is_the_dense_ring() -> None:
     contact = ContactParameters.shared(2, **CONTACT, interference=1.0)
     mistuning = Mistuning.sampled(n_blades, 4, frequency=0.03, stiffness=0.2)
     problem = modal, contact, Excitation(engine_order=3, force=2.0), mistuning
-    few, every = (LinearRing.of(*problem, highest_hz=highest) for highest in (60.0, 1e4))
-    assert few.force.size < size == every.force.size
+    few, every = (LinearSectors.of(*problem, highest_hz=highest) for highest in (60.0, 1e4))
+    assert few.force.size < n_blades * size == every.force.size
     shapes = modal.shapes
     damping = np.linalg.inv(shapes).T @ np.diag(modal.damping) @ np.linalg.inv(shapes)
     springs = np.tile([1.5e3 / 2, 1.5e3 / 2, 2e3 / 2], 2)
@@ -180,7 +180,7 @@ def test_mistuned_friction_ring_in_time() -> None:
     stepped = stepped_amplitudes(deviations, kt, limit, 2.0 * np.pi * ring.frequency_hz[middle])
     np.testing.assert_allclose(ring.amplitude_m[middle], stepped, rtol=2e-4)
     assert np.ptp(stepped) > 0.1 * stepped.mean()  # the blades differ
-    stuck = LinearRing.of(modal, contact, Excitation(engine_order=1, force=0.3), deviations, highest_hz=0.2)
+    stuck = LinearSectors.of(modal, contact, Excitation(engine_order=1, force=0.3), deviations, highest_hz=0.2)
     assert np.all(np.abs(np.abs(stuck.vibration([hertz])[0]) / stepped - 1.0) > 0.02)  # and slip
 
 
@@ -208,11 +208,11 @@ def stepped_amplitudes(deviations: Mistuning, kt: float, limit: float, omega: fl
 
 def test_no_linear_ring_exceeds_whiteheads_bound() -> None:
     modal, contact, excitation = chain_blade(6), chain_contact(0.01, 1.0), Excitation(engine_order=1, force=1.0)
-    tuned = LinearRing.of(modal, contact, excitation, Mistuning.of(6), highest_hz=0.2).peak((0.15, 0.17))
+    tuned = LinearSectors.of(modal, contact, excitation, Mistuning.of(6), highest_hz=0.2).peak((0.15, 0.17))
     factors = []
     for seed in range(60):
         pattern = Mistuning.sampled(6, seed, frequency=0.002 * 1.05**seed)
-        ring = LinearRing.of(modal, contact, excitation, pattern, highest_hz=0.2)
+        ring = LinearSectors.of(modal, contact, excitation, pattern, highest_hz=0.2)
         factors.append(ring.peak((0.14, 0.18)).amplitude_m / tuned.amplitude_m)
     assert whitehead_bound(6) == pytest.approx(1.7247449)
     assert 1.3 < max(factors) <= whitehead_bound(6)

@@ -76,7 +76,7 @@ def read_result(out: Path) -> MistuningResult:
 def test_factors_are_those_of_the_solver(done: tuple[Path, Results], result: MistuningResult) -> None:
     """The rings again from Python: same seeds, same deviations, same peaks."""
     from nonlinear import ContactParameters, Excitation, SolverOptions
-    from nonlinear.mistuned_ring.linear_ring import LinearRing
+    from nonlinear.mistuned_ring.linear_sectors import LinearSectors
     from nonlinear.mistuned_ring.mistuning import Mistuning
     from nonlinear.mistuned_ring.ring_response import mistuned_response
     from rom import modal_model, read_reduced_model
@@ -105,7 +105,7 @@ def test_factors_are_those_of_the_solver(done: tuple[Path, Results], result: Mis
     assert linear is not None
     assert linear.state == "stuck"
     first, none = (
-        LinearRing.of(*problem, pattern, highest_hz=0.25).peak((0.16, 0.2))
+        LinearSectors.of(*problem, pattern, highest_hz=0.25).peak((0.16, 0.2))
         for pattern in (Mistuning.sampled(6, 5, **spread), Mistuning.of(6))
     )
     assert linear.factor[0] == pytest.approx(first.amplitude_m / none.amplitude_m, rel=1e-6)

@@ -50,7 +50,6 @@ from pipeline.studies.study import StudyError
 if TYPE_CHECKING:
     from nonlinear.contact.parameters import ContactParameters
     from nonlinear.mistuned_ring.linear_contacts import LinearPeak
-    from nonlinear.mistuned_ring.linear_ring import LinearRing
     from nonlinear.mistuned_ring.linear_sectors import LinearSectors
     from nonlinear.mistuned_ring.mistuning import Mistuning
     from nonlinear.mistuned_ring.ring_response import MistunedResponse
@@ -189,19 +188,14 @@ class RingProblem:
         seconds = round(max(0.0, time.perf_counter() - started), 3)
         return LinearRings(state, tuned.frequency_hz, tuned.amplitude_m, found, factor_quantiles(found), seconds)
 
-    def _linear(self, state: str, highest_hz: float) -> LinearRing | LinearSectors:
+    def _linear(self, state: str, highest_hz: float) -> LinearSectors:
         """The tuned ring with linear contacts."""
-        from nonlinear.mistuned_ring.linear_ring import LinearRing
         from nonlinear.mistuned_ring.linear_sectors import LinearSectors
         from nonlinear.mistuned_ring.mistuning import Mistuning
-        from rom.cyclic.modal_model import ModalModel
 
         parts = self.contact, self.excitation, Mistuning.of(self.n_blades)
         keys: Any = {"highest_hz": ABOVE * highest_hz, "state": state, "output": self.options.output}
-        if self.modal.waves_differ:
-            return LinearSectors.of(self.modal, *parts, **keys)
-        assert isinstance(self.modal, ModalModel)
-        return LinearRing.of(self.modal, *parts, **keys)
+        return LinearSectors.of(self.modal, *parts, **keys)
 
     def _tuned_linear(self, state: str) -> LinearPeak:
         """The highest peak of the tuned ring near a natural frequency in the range; else near the next one above."""
@@ -218,13 +212,10 @@ class RingProblem:
 
     def _natural_hz(self, state: str) -> NDArray[np.float64]:
         """Frequencies of the tuned ring in the wave of the excitation; with Coriolis forces those of low modes."""
-        from nonlinear.mistuned_ring.linear_sectors import LinearSectors
         from rom.cyclic.natural_frequencies import coupled_frequencies
 
         if self.modal.turns:
-            ring = self._linear(state, self.options.frequency_hz[1])
-            assert isinstance(ring, LinearSectors)
-            return ring.tuned_hz
+            return self._linear(state, self.options.frequency_hz[1]).tuned_hz
         phase, contact, held = self.modal.phase(self.excitation.engine_order), self.contact, float(state == "stuck")
         normal, tangential = held * contact.normal_stiffness, held * contact.tangential_stiffness
         found = coupled_frequencies(self.modal, phase, normal=normal, tangential=tangential) / (2.0 * np.pi)
