@@ -15,7 +15,6 @@ import numpy as np
 
 from geometry import ElementBlock, ImportedMesh
 from geometry.elements import ELEMENT_KINDS
-from geometry.mesh_files.write import write_mesh
 
 N_BLADES = 40
 WIDTH = 0.02  # m, along x
@@ -211,4 +210,6 @@ def _damper_sets(points: np.ndarray, owner: np.ndarray) -> dict[str, np.ndarray]
 
 
 if __name__ == "__main__":
+    from tests.mesh_writer import write_mesh
+
     write_mesh(sys.argv[1], root_mesh())

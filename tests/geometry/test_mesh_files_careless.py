@@ -5,9 +5,9 @@ import os
 import numpy as np
 import pytest
 from mesh_file_support import element_points, every_kind
+from mesh_writer import write_mesh
 
 from geometry import MeshFileError, read_mesh
-from geometry.mesh_files.write import write_mesh
 
 NODES = "*NODE\n1, 0., 0., 0.\n2, 1., 0., 0.\n3, 0., 1., 0.\n4, 0., 0., 1.\n5, 1., 1., 1.\n"
 TET = "*ELEMENT, TYPE=C3D4, ELSET=all\n1, 1, 2, 3, 4\n"

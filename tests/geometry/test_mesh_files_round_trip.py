@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from geometry_support import SLENDER, sector, slender_shroud
 from mesh_file_support import area, every_kind, straight_middles, volumes
+from mesh_writer import abaqus_number, nastran_number, write_mesh
 
 from geometry import MeshFileError, read_mesh
 from geometry.mesh_files.nastran_cards import real
-from geometry.mesh_files.write import abaqus_number, nastran_number, write_mesh
 from rom import Material, assemble
 
 SUFFIXES = [".inp", ".bdf", ".cdb", ".msh", ".vtu"]

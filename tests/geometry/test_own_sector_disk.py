@@ -5,6 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from mesh_writer import write_mesh
 from own_mesh_support import NAMES, dummy, five_tets, imported, wedge, with_sets
 
 from geometry import (
@@ -17,7 +18,6 @@ from geometry import (
     read_mesh,
 )
 from geometry.errors import OwnMeshError
-from geometry.mesh_files.write import write_mesh
 from geometry.own_mesh.own_sector import sector_from_mesh
 from geometry.own_mesh.sector_choice import SectorChoice
 from pipeline.new_scene.mesh_survey import guess

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from mesh_decks import Body, write_deck
 from mesh_file_scenes import scene_with_mesh, small_sector, with_mid_sides
+from mesh_writer import write_mesh
 from pipeline_support import shroud, small_scene, write_scene
 
 from geometry import MeshFileError, read_mesh
-from geometry.mesh_files.write import write_mesh
 
 BLADE = Body((100.0, 120.0), (-5.0, 5.0), (0.0, 20.0), (1, 4, 3))
 FACES = {

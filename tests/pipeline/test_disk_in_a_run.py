@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from mesh_writer import write_mesh
 from pipeline_support import overlapping_texts, shroud, small_scene, summary_of, write_scene
 
 import pipeline.verify.advice
 import pipeline.verify.compare
 from geometry import build_sector
-from geometry.mesh_files.write import write_mesh
 from pipeline.figures.campbell import nodal_diameter_figure
 from pipeline.scene.geometry_parameters import disk_parameters, geometry_parameters
 from pipeline.scene.reading import read_scene

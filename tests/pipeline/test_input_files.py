@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 from mesh_file_scenes import scene_with_mesh, small_sector
+from mesh_writer import write_mesh
 from pipeline_support import changing_when_locked, shroud, small_scene, write_scene
 
 import pipeline.scene.input_files
 from geometry.mesh_files import read as mesh_reading
-from geometry.mesh_files.write import write_mesh
 from pipeline.errors import InputError
 from pipeline.scene.input_files import content_hash, file_parts
 from pipeline.scene.loads_section import force_table, temperature_table

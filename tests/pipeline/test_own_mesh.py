@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 from mesh_file_scenes import gmsh_tetrahedra, hexahedra_as, scene_with_mesh, small_sector, with_mid_sides
+from mesh_writer import write_mesh
 from pipeline_support import shroud, small_scene, write_scene
 
 from geometry import ElementBlock, SectorMesh, read_mesh
 from geometry.exchange import export_sector, import_sector
-from geometry.mesh_files.write import write_mesh
 from geometry.quality import scaled_jacobian
 from geometry.subdivision import subdivided
 from pipeline.new_scene.mesh_survey import survey

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from mesh_writer import write_mesh
 
 from geometry import read_mesh
-from geometry.mesh_files.write import write_mesh
 from geometry.own_mesh.own_sector import sector_from_mesh
 from geometry.own_mesh.sector_choice import SectorChoice
 from rom import BoundaryChoice, Material, ReductionOptions, assemble, natural_frequencies, reduce_sector

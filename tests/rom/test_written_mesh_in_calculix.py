@@ -6,10 +6,10 @@ import calculix
 import numpy as np
 import pytest
 from element_meshes import arched, mixed_brick
+from mesh_writer import write_mesh
 from rom_reference import lowest_hz
 
 from geometry import read_mesh
-from geometry.mesh_files.write import write_mesh
 from rom import Material
 from rom.finite_elements.assembly import elastic_matrices
 from rom.finite_elements.discretisation import discretise
