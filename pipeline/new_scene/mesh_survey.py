@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from geometry.own_mesh.sector_choice import InterfaceChoice
 
 Array = NDArray[np.float64]
-ROLES = ("root", "contact_right", "contact_left", "tip")
 # words of set names by role, the surest first; a name is taken apart at everything that is no letter
 _WORDS = {
     "root": ("root", "fixed", "fix", "clamped", "clamp", "hub", "encastre", "spc", "dovetail", "base", "bottom"),

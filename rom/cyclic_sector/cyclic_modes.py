@@ -58,11 +58,9 @@ class CyclicModes:
         return self.omega / (2.0 * np.pi)
 
 
-def cyclic_modes(
-    full: FullModel, faces: CyclicFaces, nodal_diameter: int, count: int, *, backend: str = "auto"
-) -> CyclicModes:
+def cyclic_modes(full: FullModel, faces: CyclicFaces, nodal_diameter: int, count: int) -> CyclicModes:
     """Lowest modes of a sector that is joined to its neighbours at its cut faces."""
-    return modes_by_nodal_diameter(full, faces, (nodal_diameter,), count, backend=backend)[0]
+    return modes_by_nodal_diameter(full, faces, (nodal_diameter,), count)[0]
 
 
 def modes_by_nodal_diameter(

@@ -110,7 +110,6 @@ def wave_reference(
     highest_hz: float,
     boundary: BoundaryChoice = AT_TIP,
     *,
-    backend: str = "auto",
     with_face: bool = False,
 ) -> FullReference:
     """The reference of a sector of a bladed disk at one nodal diameter, for frequencies up to `highest_hz`.
@@ -124,7 +123,7 @@ def wave_reference(
     dofs = choose_boundary_dofs(full, sector, replace(boundary, interface=None))
     loads = None if boundary.loads is None else boundary.loads(full)
     given = dofs, loads if loads is not None and loads.size else None
-    condensed = CondensedSector(full, faces, backend)
+    condensed = CondensedSector(full, faces)
     wave = _Wave(WaveProblem(condensed, nodal_diameter), *given, highest_hz)
     reference = FullReference(wave.model(wave.basis, dofs.contact), wave.flexibility, len(wave.modes.omega))
     face = spread_over_face(full, sector) if with_face else None

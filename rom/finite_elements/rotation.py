@@ -250,7 +250,6 @@ def _found(rotating: RotatingBody, speed_rpm: float) -> NDArray[np.float64]:
 
 def centrifugal_displacement(
     full: FullModel,
-    backend: str = "auto",
     motion: csr_matrix | None = None,
     springs: csr_matrix | None = None,
 ) -> NDArray[np.float64]:
@@ -262,11 +261,11 @@ def centrifugal_displacement(
     """
     stiffness = on_springs(full.stiffness, springs)
     if motion is not None:
-        factor = factorise((motion.T @ stiffness @ motion).tocsr(), backend)
+        factor = factorise((motion.T @ stiffness @ motion).tocsr())
         return np.asarray(motion @ factor.solve(motion.T @ full.centrifugal))
     free = np.setdiff1d(np.arange(full.n_dofs), full.fixed)
     # In two steps, between which the matrix is freed: on a large mesh there is little memory beside the factor.
-    factor = analyse(stiffness[free][:, free], backend).factor()
+    factor = analyse(stiffness[free][:, free]).factor()
     displacement = np.zeros(full.n_dofs)
     displacement[free] = factor.solve(full.centrifugal[free])
     return displacement

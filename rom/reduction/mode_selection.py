@@ -67,11 +67,10 @@ def reduce_to_tolerance(
     boundary: BoundaryChoice = AT_TIP,
     *,
     store_basis: bool = True,
-    backend: str = "auto",
 ) -> Reduction:
     """Reduce a sector with the fewest fixed-interface modes whose truncation error stays within a tolerance."""
     require_between("rom", "tolerance", tolerance, 0.0, 1.0, "must be a number above 0 and below 1")
-    parts = partition_at_boundary(full, sector, boundary, backend)
+    parts = partition_at_boundary(full, sector, boundary)
     residual = residual_vectors(parts)
     highest = max(operation.frequency_hz[1] for operation in operations)
     count = _FIRST_GUESS

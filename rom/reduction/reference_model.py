@@ -91,7 +91,6 @@ def full_reference(
     highest_hz: float,
     boundary: BoundaryChoice = AT_TIP,
     *,
-    backend: str = "auto",
     with_face: bool = False,
 ) -> FullReference:
     """The reference of a full model for frequencies up to `highest_hz`.
@@ -103,7 +102,7 @@ def full_reference(
     face = spread_over_face(full, sector) if with_face else None
     loads = None if boundary.loads is None else boundary.loads(full)
     given = dofs, loads if loads is not None and loads.size else None
-    return _reference(full, sector.n_blades, highest_hz, given, face, backend)
+    return _reference(full, sector.n_blades, highest_hz, given, face)
 
 
 def require_at_rest(full: FullModel, joined: ArrayLike = ()) -> None:
@@ -134,14 +133,13 @@ def _reference(
     highest_hz: float,
     boundary: tuple[BoundaryDofs, LoadVectors | None],
     face: tuple[ContactDofs, Grid] | None,
-    backend: str,
 ) -> FullReference:
     """The reference with these boundary dofs, and with contact dofs `face` on a mortar of the grid beside it."""
     dofs, loads = boundary
     free = np.setdiff1d(np.arange(full.n_dofs), full.fixed)
     parts = _Matrices(*(matrix[free][:, free] for matrix in (full.stiffness, full.mass)))
     motion = dofs.motion(len(full.positions))[:, free]
-    factor = factorise(parts.held(floating_shift(full)), backend)
+    factor = factorise(parts.held(floating_shift(full)))
     forces = motion.T.toarray()
     if loads is not None:
         forces = np.hstack([forces, loads.columns()[free]])

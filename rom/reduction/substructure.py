@@ -243,10 +243,10 @@ def hold_at_boundary(
 
 
 def partition_at_boundary(
-    full: FullModel | Callable[[], FullModel], sector: SectorMesh, choice: BoundaryChoice, backend: str = "auto"
+    full: FullModel | Callable[[], FullModel], sector: SectorMesh, choice: BoundaryChoice
 ) -> Substructure:
     """Partition a sector at its boundary dofs and solve for the constraint modes; see `hold_at_boundary`."""
-    return hold_at_boundary(full, sector, choice, backend).condensed()
+    return hold_at_boundary(full, sector, choice).condensed()
 
 
 def _condensed_coriolis(

@@ -42,7 +42,6 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 _LINEAR = {4: "tet4", 6: "wedge6", 8: "hex8"}  # by the number of corners
 ROWS, COLUMNS = (0, 1, 2, 0, 1, 2), (0, 1, 2, 1, 2, 0)
-COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "zx")
 
 
 def cauchy_stress(material: Material, gradient: Array) -> Array:
