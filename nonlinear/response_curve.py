@@ -162,10 +162,7 @@ class Peak:
 
 
 def at_range_end(frequency_hz: float, limits_hz: tuple[float, float]) -> bool:
-    """Whether a frequency is a limit of the frequency range: the largest amplitude of a curve there is no peak.
-
-    `frequency_hz`: frequency, Hz; `limits_hz`: the frequency range, Hz.
-    """
+    """Whether a frequency is a limit of the frequency range: the largest amplitude of a curve there is no peak."""
     return any(abs(frequency_hz - limit) <= END_TOLERANCE * limit for limit in limits_hz)
 
 

@@ -120,10 +120,7 @@ class LinearisedResidual:
         return jacobian
 
     def factorise(self, column: Array, row: Array, corner: float) -> BorderedFactors:
-        """Factors of the bordered Jacobian [dR/dx, c; t, e].
-
-        `column`, `row` (n,): c and t.
-        """
+        """Factors of the bordered Jacobian [dR/dx, c; t, e]. `column`, `row` (n,): c and t."""
         if self.residual.size >= SMALLEST_PROBLEM:
             balance, border = self.balance, (column, row, corner)
             found = CondensedFactors.of(
@@ -140,10 +137,7 @@ class LinearisedResidual:
         return DenseFactors.of(self.coupling, column, row, corner)
 
     def solve(self, right: Array) -> Array:
-        """Solution of dR/dx x = b, (n,); NaN or infinity if dR/dx is singular.
-
-        `right` (n,): b.
-        """
+        """Solution of dR/dx x = b, (n,); NaN or infinity if dR/dx is singular. `right` (n,): b."""
         border = np.zeros_like(right)
         return self.factorise(border, border, 1.0).solve(right, 0.0)[0]
 
@@ -208,10 +202,7 @@ class HarmonicBalance:
         return evaluation_work(self.element) + FACTORS_WORK * self.size
 
     def displacement(self, unknown: Array) -> Array:
-        """Real Fourier coefficients of d, (2H+1, n_c, 3), a frozen harmonic 0 included.
-
-        `unknown` (n,): x, m.
-        """
+        """Real Fourier coefficients of d, (2H+1, n_c, 3), a frozen harmonic 0 included. `unknown` (n,): x, m."""
         rows = unknown.reshape(-1, self.n_contacts, 3)
         return rows if self.frozen_static is None else np.concatenate([self.frozen_static[None], rows])
 
@@ -223,10 +214,7 @@ class HarmonicBalance:
         return displacement[self.first_row :].reshape(-1)
 
     def forces(self, unknown: Array) -> ContactForces:
-        """Contact forces and their Jacobian.
-
-        `unknown` (n,): x, m.
-        """
+        """Contact forces and their Jacobian. `unknown` (n,): x, m."""
         return self.forces_of(self.displacement(unknown))
 
     def forces_of(self, displacement: Array) -> ContactForces:
@@ -240,17 +228,11 @@ class HarmonicBalance:
         return forces
 
     def with_force(self, force: float) -> "HarmonicBalance":
-        """The same balance under another excitation amplitude.
-
-        `force`: amplitude, N.
-        """
+        """The same balance under another excitation amplitude."""
         return replace(self, receptance=replace(self.receptance, force=force))
 
     def evaluate(self, unknown: Array, omega: float) -> LinearisedResidual:
-        """Residual and derivatives.
-
-        `unknown` (n,): x, m; `omega`: excitation frequency, rad/s.
-        """
+        """Residual and derivatives. `unknown` (n,): x, m; `omega`: excitation frequency, rad/s."""
         contact = self.forces(unknown)
         force = to_complex(contact.force.reshape(contact.force.shape[0], -1))
         response, dresponse_domega = self.receptance.response(omega, force)
@@ -261,10 +243,7 @@ class HarmonicBalance:
         return LinearisedResidual(self, omega, residual, -to_real(dresponse_domega)[first:].reshape(-1), contact)
 
     def vibration(self, unknown: Array) -> float:
-        """2-norm of harmonics 1 .. H, m.
-
-        `unknown` (n,): x, m.
-        """
+        """2-norm of harmonics 1 .. H, m. `unknown` (n,): x, m."""
         dynamic = unknown[(1 - self.first_row) * 3 * self.n_contacts :]
         return math.sqrt(dynamic @ dynamic)
 

@@ -84,10 +84,7 @@ class LinearSectors:
         state: str = "stuck",
         output: str = "tip",
     ) -> LinearSectors:
-        """The ring of a sector or a blade with its contacts in one linear state.
-
-        `highest_hz`: upper end of the frequencies of interest, Hz.
-        """
+        """The ring of a sector or a blade with its contacts in one linear state."""
         if mistuning.n_blades != modal.n_blades:
             raise MistuningError(f"mistuning: {mistuning.n_blades} blades, allowed: {modal.n_blades}, as the model")
         check_blades(modal, mistuning)

@@ -128,10 +128,7 @@ class Ring:
         return self.receptance(len(force) - 1).modal_response(omega, force[:, 0])[0][:, None]
 
     def free_response(self, omega: float) -> ComplexArray:
-        """Modal coordinates without contact, (n_h, s, m), see `coordinates`.
-
-        `omega`: excitation frequency, rad/s.
-        """
+        """Modal coordinates without contact, (n_h, s, m), see `coordinates`."""
         shape = len(self.excited.harmonics), self.frequency_ratio.size, 3 * self.modal.n_contacts
         found = self.coordinates(omega, np.zeros(shape, dtype=complex))
         found[0, :, : self.excited.floating] = 0.0  # bodies that contacts alone hold: see `static_push`
@@ -168,10 +165,7 @@ class Ring:
         return np.einsum("hrm,hsm->hsr", self.receptance(n_harmonics).modes.relative, coordinates)
 
     def outputs(self, coordinates: ComplexArray) -> ComplexArray:
-        """Harmonics (s, n_h) of the output, m.
-
-        `coordinates` (n_h, s, m): modal coordinates.
-        """
+        """Harmonics (s, n_h) of the output, m. `coordinates` (n_h, s, m): modal coordinates."""
         n_harmonics = len(coordinates) - 1
         if self.blades_apart is not None:
             return self.blades_apart.with_harmonics(n_harmonics).output(self.output, coordinates)

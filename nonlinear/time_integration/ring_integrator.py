@@ -132,10 +132,7 @@ class RingIntegrator:
     def of(
         cls, ring: Ring, omega: float, *, nodal_diameter: int = 0, retention: float = RETENTION, finer: float = 1.0
     ) -> "RingIntegrator":
-        """The smallest ring that carries the wave and a perturbation, with its own number of modes and steps.
-
-        `omega`: excitation frequency, rad/s.
-        """
+        """The smallest ring that carries the wave and a perturbation, with its own number of modes and steps."""
         modes = RetainedModes.of(ring, omega, retention)
         return cls(ring, omega, ring.blades(nodal_diameter), modes.steps(omega, finer), modes)
 

@@ -272,10 +272,7 @@ class RelativeReceptance:
         return found
 
     def matrix(self, omega: float) -> ComplexArray:
-        """Receptance G^(h), (n_h, 3 n_c, 3 n_c), m/N.
-
-        `omega`: excitation frequency, rad/s.
-        """
+        """Receptance G^(h), (n_h, 3 n_c, 3 n_c), m/N."""
         found = self._last_matrix.get(omega)
         if found is None:
             found = self._large_matrix(omega) if self.large else self._modal_sum(omega)
@@ -401,10 +398,7 @@ class RelativeReceptance:
         return coordinates, -derivative * coordinates / value
 
     def in_modes(self, terms: ComplexArray) -> ComplexArray:
-        """Modal coordinates from the terms of the sums, which are those of poles with Coriolis forces.
-
-        `terms` (..., n_h, m).
-        """
+        """Modal coordinates from the terms of the sums, which are those of poles with Coriolis forces."""
         turning = self.waves.turning
         return terms if turning is None else (turning.shapes @ terms[..., None])[..., 0]
 
@@ -428,10 +422,7 @@ class RelativeReceptance:
         return self.in_modes((self.force_of_waves + by_harmonic.transpose(2, 0, 1)) / value)
 
     def output_rows(self, name: str, omega: float) -> ComplexArray:
-        """Receptance of an output to contact forces, o r^(h) B_h^H: (n_h, 3 n_c) in m/N.
-
-        `omega`: excitation frequency, rad/s.
-        """
+        """Receptance of an output to contact forces, o r^(h) B_h^H: (n_h, 3 n_c) in m/N."""
         value, _ = self.denominators(omega)
         weighted = (self.output_of_waves(name) / value)[:, None, :]
         return (weighted @ self.adjoint)[:, 0, :]

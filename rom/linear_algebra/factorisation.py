@@ -216,10 +216,7 @@ class Factor(Protocol):
         """Number of right-hand sides for which a solution is most efficient, for methods that may choose it."""
 
     def solve(self, rhs: NDArray[Any]) -> NDArray[Any]:
-        """Solve A x = rhs.
-
-        `rhs` (n, k): one or more right-hand sides; not changed. Returns (n, k): the solutions.
-        """
+        """Solve A x = rhs. `rhs` (n, k): one or more right-hand sides; not changed. Returns (n, k): the solutions."""
 
 
 class Analysis(Protocol):

@@ -86,10 +86,7 @@ def write_matrix_market(path: str | os.PathLike[str], matrix: csr_matrix | NDArr
 def write_matrices(
     path: str | os.PathLike[str], content: Mapping[str, csr_matrix | NDArray[np.float64]], file_format: str
 ) -> list[Path]:
-    """Write real matrices for other programs.
-
-    `content` (n, m): the matrices by name; vectors become one column.
-    """
+    """Write real matrices for other programs. `content` (n, m): the matrices by name; vectors become one column."""
     target = Path(path)
     if file_format not in FORMATS:
         raise MatrixFileError(path, f"format {file_format!r}", ", ".join(FORMATS))

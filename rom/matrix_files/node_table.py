@@ -105,10 +105,7 @@ class NodeTable:
     axes: NDArray[np.float64] | None = None
 
     def rows_of(self, labels: NDArray[np.int64] | list[int]) -> NDArray[np.int64]:
-        """Rows of nodes by number; -1 for one that the table does not have.
-
-        `labels` (k,): numbers of nodes.
-        """
+        """Rows of nodes by number; -1 for one that the table does not have. `labels` (k,): numbers of nodes."""
         order = np.argsort(self.labels, kind="stable")
         place = np.minimum(np.searchsorted(self.labels[order], labels), len(order) - 1)
         found = order[place]

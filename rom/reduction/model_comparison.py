@@ -122,10 +122,7 @@ def linear_responses(
 def linear_errors(
     found: Sequence[LinearResponse], exact: Sequence[LinearResponse], frequency_hz: tuple[float, float]
 ) -> tuple[LinearError, ...]:
-    """Errors of linear responses against exact ones.
-
-    `frequency_hz`: range (low, high), Hz.
-    """
+    """Errors of linear responses against exact ones."""
     low, high = frequency_hz
     within = [(response.natural_hz >= low) & (response.natural_hz <= high) for response in exact]
     if not any(inside.any() for inside in within):

@@ -93,10 +93,7 @@ def full_reference(
     *,
     with_face: bool = False,
 ) -> FullReference:
-    """The reference of a full model for frequencies up to `highest_hz`.
-
-    `highest_hz`: highest frequency of interest, Hz.
-    """
+    """The reference of a full model for frequencies up to `highest_hz`."""
     require_at_rest(full)
     dofs = choose_boundary_dofs(full, sector, boundary)
     face = spread_over_face(full, sector) if with_face else None
