@@ -33,7 +33,7 @@ _FREQUENCY_WEIGHT, _OTHER_KIND = 10.0, 0.1  # _OTHER_KIND: a minimum for a maxim
 class PeakMotion:
     """The motion at an extreme amplitude of a traced curve."""
 
-    frequency_hz: float  # frequency, Hz
+    frequency_hz: float
     amplitude_m: float  # amplitude of the output, m
     branch: int  # 0: the main branch; k: detached branch k
     maximum: bool  # whether the amplitude is a maximum; the lower end of an isolated branch is a minimum
@@ -46,7 +46,7 @@ class PeakAgreement:
     """A resonance of a nonlinear mode with the extreme of the traced curve that is nearest to it."""
 
     mode: int  # place of the mode in the sequence given
-    resonance: ModeResonance  # the resonance
+    resonance: ModeResonance
     peak: PeakMotion | None  # the extreme; None where there is none near
     # amplitude_deviation, frequency_deviation: of the resonance from the peak, relative to the peak; NaN without a
     # peak

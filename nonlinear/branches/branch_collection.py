@@ -299,7 +299,7 @@ def representative_indices(
 class BranchStart:
     """A solution of a problem, as a start for another problem."""
 
-    frequency_hz: float  # frequency, Hz
+    frequency_hz: float
     displacement: Array  # (2H+1, n_c, 3) real Fourier coefficients of the relative displacement, m
     contact: ContactParameters  # contact of the problem that it solves
     force: float  # excitation amplitude of that problem, N

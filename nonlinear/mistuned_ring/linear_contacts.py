@@ -39,7 +39,7 @@ Vibration = Callable[[Array], ComplexArray]  # (F,) Hz to amplitudes (F, N_b), m
 class LinearPeak:
     """The highest amplitude of any blade of a linear ring."""
 
-    frequency_hz: float  # frequency, Hz
+    frequency_hz: float
     amplitude_m: float  # amplitude of the output in the harmonic of the excitation, m
     blade: int  # number of the blade, 0 ... N_b - 1
 

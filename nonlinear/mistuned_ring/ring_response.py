@@ -37,7 +37,7 @@ UNCERTAIN = 5e-3  # relative error of the height expected of a maximum between t
 class RingPeak:
     """The highest amplitude of any blade."""
 
-    frequency_hz: float  # frequency, Hz
+    frequency_hz: float
     amplitude_m: float  # amplitude of the vibration of the output about its mean, m
     blade: int  # number of the blade, 0 ... N_b - 1
     blade_amplitude_m: Array  # (N_b,) amplitudes of all blades there, m

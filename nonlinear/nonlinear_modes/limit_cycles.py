@@ -54,7 +54,7 @@ OWN_PHASE = 1e-4  # exponent of a shift of the cycle in time, which is 0, in uni
 class LimitCycle:
     """A periodic travelling wave without excitation."""
 
-    frequency_hz: float  # frequency, Hz
+    frequency_hz: float
     amplitude_m: float  # largest displacement of the output over a period, static part included, m
     vibration_m: float  # the same without the static part, m
     # whether waves of this nodal diameter with another amplitude come to it; else it is a threshold between those

@@ -282,7 +282,7 @@ class RetainedModes:
     the spring acts in series with the local flexibility of the blade.
     """
 
-    ring: Ring  # the ring
+    ring: Ring
     highest: float  # natural frequency up to which modes are integrated, rad/s
 
     @classmethod

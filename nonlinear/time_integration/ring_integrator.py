@@ -113,7 +113,7 @@ class RingRecord:
 class RingIntegrator:
     """Time integration of q blades at one frequency (see `RingSystem` and `march_steps`)."""
 
-    ring: Ring  # the ring
+    ring: Ring
     omega: float  # excitation frequency, rad/s
     n_blades: int  # number q of blades
     steps: int  # steps a period
