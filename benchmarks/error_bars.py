@@ -119,7 +119,8 @@ class Comparison:
 
 def compared(seed: int) -> Iterator[Comparison]:
     """Peak of the main branch, growth rate at a random point with contact events, motion from an unstable point."""
-    from nonlinear import RingPatterns, SolverOptions, forced_response
+    from nonlinear import SolverOptions, forced_response
+    from nonlinear.worst_motion.ring_integration import RingPatterns
 
     case = Case.drawn(seed)
     problem = case.posed()
@@ -146,8 +147,7 @@ def compared(seed: int) -> Iterator[Comparison]:
 
 def _in_time(seed: int, case: Case, curve: ResponseCurve, options: SolverOptions) -> Iterator[Comparison]:
     """The height of a motion that repeats, from where perturbations grow fastest."""
-    from nonlinear import RingIntegration
-    from nonlinear.worst_motion.ring_integration import Solution
+    from nonlinear.worst_motion.ring_integration import RingIntegration, Solution
 
     growing = np.where(curve.stable, -np.inf, np.nan_to_num(curve.growth_rate))
     if not growing.max() > 0.0:
@@ -170,7 +170,7 @@ def _in_time(seed: int, case: Case, curve: ResponseCurve, options: SolverOptions
 
 
 def _ring(problem: tuple[Any, Any, Any]) -> Any:
-    from nonlinear import Ring
+    from nonlinear.time_integration.ring import Ring
 
     return Ring(*problem)
 
@@ -185,7 +185,7 @@ def _solution(curve: ResponseCurve, index: int) -> tuple[float, Array]:
 
 def _exact_near(case: Case, omega: float, motion: Array) -> Array | None:
     """The exact periodic motion near a solution; None where Newton's method finds none there."""
-    from nonlinear import RingIntegrator
+    from nonlinear.time_integration.ring_integrator import RingIntegrator
 
     ring = _ring(case.posed())
     of_wave = RingIntegrator.of(ring, omega)
