@@ -157,7 +157,7 @@ def _in_time(seed: int, case: Case, curve: ResponseCurve, options: SolverOptions
     motion = integration(solution, 4000, 0.0).motion
     if motion is None or motion.stays:
         return
-    motion = integration.confirmed(solution.omega, motion, 0.0)
+    motion, _ = integration.confirmed(solution.omega, motion, 0.0)
     if not motion.repeats_after or motion.n_blades % case.blades:
         return
     ring, state = case.exact(solution.omega), motion.final

@@ -47,6 +47,8 @@ class WorstMotion:
         Blades of the ring integrated in time; 0 without time integration.
     periods : int
         Periods of time integration over which the motion kept its height; 0 without time integration.
+    recurrence : float
+        Periods of 1000 in which a blade comes within 5 % of the amplitude.
     followed_hz, followed_m : tuple of float
         Frequencies, Hz, and heights, m, over which a motion of time integration was followed; empty where it was not.
     searched : str
@@ -83,6 +85,7 @@ class WorstMotion:
     nodal_diameter: int = 0
     ring_blades: int = 0
     periods: int = 0
+    recurrence: float = 1000.0
     followed_hz: tuple[float, ...] = ()
     followed_m: tuple[float, ...] = ()
     searched: str = ""

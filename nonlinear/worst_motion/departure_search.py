@@ -80,7 +80,13 @@ class Departure:
         """
         if self.motion is None or self.known or self.falls or self.unbounded:
             return 0.0
-        return self.motion.started_m if self.motion.stays else self.motion.amplitude_m
+        return self.motion.started_m if self.motion.stays else _height(self.motion)
+
+    @property
+    def seen_m(self) -> float:
+        """Largest displacement that it was seen to reach where it did not settle or was followed on, m."""
+        followed = self.sweep.seen_m if self.sweep is not None else 0.0
+        return max(followed, 0.0 if self.motion is None or counts(self.motion) else self.reached_m)
 
     @property
     def new_height(self) -> float:
@@ -219,7 +225,7 @@ class DepartureSearch:
             return replace(none, failure=failure, spent=True) if failure else None, True
         self._spent += motion.periods * motion.n_blades
         found = replace(self._judged(place, frequency_hz, motion, ""), start=start.kind)
-        found = replace(found, falls=found.falls or (not counts(motion) and motion.amplitude_m <= height))
+        found = replace(found, falls=found.falls or (not counts(motion) and _height(motion) <= height))
         self._highest = max(self._highest, found.new_height)
         return found, motion.amplitude_m < FLOOR * high
 
@@ -360,7 +366,7 @@ class DepartureSearch:
         near = np.abs(stable - motion.amplitude_m) <= self.tolerance * stable
         steady = motion.lowest_m >= (1.0 - 2.0 * self.tolerance) * motion.amplitude_m  # on its way to it
         known = bool(np.any(near)) and (motion.periodic if motion.settled else steady)
-        falls = motion.amplitude_m < FLOOR * height or (_falls(motion) and _end(motion) <= height)
+        falls = _height(motion) < FLOOR * height or (_falls(motion) and _end(motion) <= height)
         falls = falls or self._is_held(motion)
         return Departure(place, frequency_hz, motion, known, falls, failure)
 
@@ -369,7 +375,7 @@ class DepartureSearch:
 
         It vibrates no more than a solution that persists, or less than it is deflected: residual tractions do that.
         """
-        if self.mix is None or not self.mix.integration.ring.contact.friction.any():
+        if self.mix is None or not self.mix.slides:
             return False
         vibration, static = self._vibration_and_static_m
         deflection = motion.amplitude_m - motion.vibration_m - static
@@ -400,6 +406,11 @@ def _lies_on(sweep: Sweep, departure: Departure) -> bool:
     height = float(np.interp(at, places, sweep.amplitude_m))
     same = SAME_AMPLITUDE if sweep.solved else SAME_SWEEP
     return bool(places[0] <= at <= places[-1]) and abs(departure.reached_m - height) <= same * height
+
+
+def _height(motion: RingMotion) -> float:
+    """Height of a motion, m: one that has not settled may come again as high as in the last third of the time."""
+    return motion.amplitude_m if motion.settled else max(motion.amplitude_m, _end(motion))
 
 
 def _end(motion: RingMotion) -> float:

@@ -3,6 +3,7 @@
 The ring starts in the pattern of the worst perturbation, or of the worst that few blades carry.
 """
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -12,7 +13,7 @@ import numpy as np
 from nonlinear.contact.element_choice import contact_element
 from nonlinear.contact.fourier import to_real
 from nonlinear.contact.parameters import Array
-from nonlinear.options import SolverOptions
+from nonlinear.options import SEARCH_COST, SolverOptions
 from nonlinear.response_curve import ResponseCurve
 from nonlinear.stability.floquet import FloquetAnalysis
 from nonlinear.stability.ring_stability import (
@@ -24,6 +25,7 @@ from nonlinear.stability.ring_stability import (
 from nonlinear.time_integration.ring import RETENTION, Ring
 from nonlinear.time_integration.ring_integrator import RingIntegrator, with_more_harmonics
 from nonlinear.time_integration.ring_motion import (
+    KEEPS,
     RingLimits,
     RingMotion,
     integrate_ring,
@@ -41,6 +43,10 @@ MOST_PERIODS = 1000
 WINDOW, SETTLING = 40, 48  # periods, see RingLimits
 PERSISTENT = 240  # periods over which a motion that has not settled keeps its height to count as irregular
 LONGER = 240  # periods for which a motion is followed on that would be the highest
+# periods times blades, and periods at least, for which it is observed where it does not settle: bursts come rarely
+OBSERVED, LEAST_OBSERVED = 8000, 1000
+SLOWEST = 0.9  # of a disturbance, left after 20 periods, in the slowest decay that is looked for
+RECURS = 0.05  # relative distance from the height of a motion within which it comes again
 FOLLOWED = 0.02  # disturbance then, relative to the vibration
 # factors then on the highest frequency of modes that are integrated, as stiff contacts need them, and on the steps
 CONFIRMED, CONFIRMED_STEPS = 2.0, 0.5
@@ -49,15 +55,13 @@ SAME_HEIGHT, MOST_HALVED = 1e-3, 6
 # the same, and the share of the steps, of all that is looked at before: heights are the same within 1 %
 COARSE, COARSE_STEPS = 0.5, 64 / 240
 CONFIRMATION = 2.0  # cost of a period of a blade then, relative to one that is looked at
-FALLS, CLIMBS = 0.85, 1.3  # ratios of its largest displacements then and before, beyond which it does not persist
-SPREADS, SCATTER = 2.0, 0.05  # the same of its scatter, and the scatter relative to the amplitude that is none
 # periods times blades of time integration that cost as much as a point of a branch, for each Fourier coefficient
 # (2 H + 1) that is balanced there: see docs/developers/method.md
 EQUAL_COST = 20
 FLOOR = 0.7  # of the highest motion known, below which a ring is not followed
 VISIBLE = 0.02  # disturbance relative to the vibration, where no growth rate is to be measured
 HARDLY_LEFT, LARGE = 0.1, 0.1  # relative difference of heights; disturbance of a ring that leaves slowly
-RATE_MARGIN, MORE_HARMONICS = 2.0, 7  # of the error of a rate: factor on its change, fewest harmonics it is made by
+MARGIN, MORE_HARMONICS = 2.0, 7  # of an error: factor on a change; fewest harmonics a rate is made by for it
 
 
 @dataclass(frozen=True)
@@ -124,7 +128,7 @@ class RingPatterns:
         if len(more) == len(self.displacement):
             return float("nan")
         change = replace(self, displacement=more).growth_rate(nodal_diameter) - self.growth_rate(nodal_diameter)
-        return RATE_MARGIN * abs(change)
+        return MARGIN * abs(change)
 
     def worst(self) -> PatternExponent:
         """The least stable exponent of all nodal diameters, that of the wave included."""
@@ -293,64 +297,75 @@ class RingIntegration:
             self.ring, omega, nodal_diameter=nodal_diameter, retention=limits.retention, finer=limits.finer
         )
 
-    def confirmed(self, omega: float, motion: RingMotion, height_m: float) -> RingMotion:
-        """A motion disturbed and followed on, with its height in that time; else what the ring goes over to.
+    def confirmed(self, omega: float, motion: RingMotion, height_m: float) -> tuple[RingMotion, float]:
+        """A motion disturbed and followed on, or what the ring goes over to; and the largest displacement seen, m.
 
-        Twice where it is irregular.
         In a ring of a multiple of its blades, if that is no large one, with more modes, and with half the step until
-        its height does not change.
-
-        Parameters
-        ----------
-        omega : float
-            Excitation frequency, rad/s.
-        motion : RingMotion
-            The motion.
-        height_m : float
-            Height of the highest motion known, m: lower ones do not matter.
-        """
-        found = self._followed_on(omega, motion)
-        if counts(found) and not found.settled:  # an irregular motion may be a long transient
-            again = self._followed_on(omega, found)
-            found = replace(again, persistence=again.persistence + LONGER if counts(again) else 0)
-        if not counts(found) and found.amplitude_m > height_m:
-            limits = RingLimits(most_periods=PERSISTENT, floor_m=height_m, window=WINDOW)
-            pattern = self.pattern_of(found)
-            other = integrate_ring(self.ring, omega, found.final, nodal_diameter=pattern, limits=limits)
-            found = replace(
-                other,
-                started_m=motion.started_m,
-                growth_rate=motion.growth_rate,
-                periods=found.periods + other.periods,
-                nodal_diameter=motion.nodal_diameter,
-            )
-        return self._converged(omega, found, height_m)
-
-    def _converged(self, omega: float, motion: RingMotion, height_m: float) -> RingMotion:
-        """A motion above a height with so many steps that half of them change its height by no more than it scatters.
-
-        A hit is much shorter than what the steps of a stuck structure follow.
+        its height does not change; once where it has not settled. One that does not settle is observed for long.
         """
         steps = CONFIRMED_STEPS
-        for _ in range(MOST_HALVED):
-            if not counts(motion) or motion.amplitude_m <= height_m:
+        found = self.followed_on(omega, motion, CONFIRMED, steps)
+        for halved in range(MOST_HALVED):
+            settled = found.settled or found.periodic
+            if not (settled or (halved == 0 and counts(found))) or found.amplitude_m <= height_m:
                 break
             steps *= 2.0
-            finer = self._followed_on(omega, motion, steps)
-            halves = np.array_split(finer.envelope_m[WINDOW:], 2)
-            scatter = abs(recurring_height(halves[1]) - recurring_height(halves[0]))
-            change = abs(finer.amplitude_m - motion.amplitude_m)
-            settled = replace(finer, persistence=max(finer.persistence, motion.persistence) * counts(finer))
-            motion = replace(settled, height_error=change / finer.amplitude_m)
+            finer = self.followed_on(omega, found, CONFIRMED, steps)
+            change = abs(finer.amplitude_m - found.amplitude_m)
+            found = replace(finer, height_error=finer.height_error + MARGIN * change / finer.amplitude_m)
+            halves = [float(part.max()) for part in np.array_split(finer.envelope_m, 2)]
+            scatter = 0.0 if finer.periodic else abs(halves[1] - halves[0])
             if change <= max(SAME_HEIGHT * finer.amplitude_m, scatter):
                 break
-        return motion
+        settled = found.settled and (found.periodic or motion.settled)  # one that is irregular may seem so by chance
+        if settled or found.amplitude_m <= height_m:
+            return found, found.amplitude_m
+        return self._observed(omega, found, max(steps / 2.0, CONFIRMED_STEPS))
 
-    def _followed_on(self, omega: float, motion: RingMotion, finer: float = CONFIRMED_STEPS) -> RingMotion:
-        """A motion disturbed and followed on; whether it persists and has settled."""
-        pattern, state = self.larger_pattern(motion), motion.final
+    def _observed(self, omega: float, motion: RingMotion, finer: float) -> tuple[RingMotion, float]:
+        """What persists of a motion observed for long, and the largest displacement seen since it was followed on, m.
+
+        No longer than until it repeats: its height is the same in two parts.
+        """
+        pattern, state = self.pattern_of(motion), motion.final
         integrator = RingIntegrator.of(
             self.ring, omega, nodal_diameter=pattern, retention=CONFIRMED * RETENTION, finer=finer
+        )
+        effort = min(self.options.effort * SEARCH_COST[self.options.search], 1.0)
+        most, envelope = effort * max(OBSERVED // motion.n_blades, LEAST_OBSERVED), motion.envelope_m
+        repeats, settled = motion.repeats_after, False
+        while len(envelope) + LONGER <= most and not (repeats and settled):
+            record = integrator.march(state, LONGER)
+            envelope, state = np.concatenate([envelope, record.envelope_m]), record.final
+            repeats = repeats_after(record.ends[-WINDOW:], integrator.vibration(state))
+            settled = len(envelope) >= 2 * LONGER and same_statistics(*envelope[-2 * LONGER :].reshape(2, LONGER, -1))
+        if len(envelope) == len(motion.envelope_m):  # too little effort
+            return motion, motion.amplitude_m
+        kept = envelope[-LONGER:] if repeats and settled else what_persists(envelope)
+        observed = replace(
+            motion,
+            settled=settled and same_statistics(*np.array_split(kept, 2)),
+            persistence=len(kept),
+            periodic=repeats > 0,
+            repeats_after=repeats,
+            amplitude_m=float(kept.max()),
+            lowest_m=float(kept.min()),
+            periods=motion.periods + len(envelope) - len(motion.envelope_m),
+            envelope_m=kept,
+            final=state,
+        )
+        return observed, float(envelope.max())
+
+    def followed_on(
+        self, omega: float, motion: RingMotion, retention: float = COARSE, finer: float = COARSE_STEPS
+    ) -> RingMotion:
+        """A motion disturbed and followed on, in a ring of a multiple of its blades; whether it has settled.
+
+        With factors on the highest frequency of modes that are integrated and on the number of steps.
+        """
+        pattern, state = self.larger_pattern(motion), motion.final
+        integrator = RingIntegrator.of(
+            self.ring, omega, nodal_diameter=pattern, retention=retention * RETENTION, finer=finer
         )
         if integrator.n_blades > motion.n_blades:
             state = state.repeated(integrator.n_blades)
@@ -359,21 +374,21 @@ class RingIntegration:
         record = integrator.march(disturbed, LONGER)
         calm = record.envelope_m[WINDOW:]  # without what decays at first
         before, after = np.array_split(calm, 2)
-        height = recurring_height(calm)
-        persists = _persists(height, before, after)
         repeats = repeats_after(record.ends[-WINDOW:], integrator.vibration(record.final))
+        height, change = at_the_end(calm, repeats) if repeats else (float(calm.max()), 0.0)
         return replace(
             motion,
             stays=False,
-            settled=persists and same_statistics(before, after),
-            persistence=LONGER if persists else 0,
+            settled=same_statistics(before, after),
+            persistence=LONGER if after.max() >= KEEPS * calm.max() else 0,
             periodic=repeats > 0,
             repeats_after=repeats,
             amplitude_m=height,
+            height_error=change / height,
             lowest_m=float(after.min()),
             n_blades=integrator.n_blades,
             periods=motion.periods + LONGER,
-            envelope_m=record.envelope_m,
+            envelope_m=calm,
             vibration_m=replace(record, output_m=record.output_m[-WINDOW:]).vibration_m,
             final=record.final,
         )
@@ -453,20 +468,33 @@ def counts(motion: RingMotion) -> bool:
     return motion.settled or motion.persistence >= PERSISTENT
 
 
-def recurring_height(envelope: Array) -> float:
-    """Height of a motion: the largest displacement that is reached in two windows of 40 periods, m.
+def at_the_end(envelope: Array, repeats: int) -> tuple[float, float]:
+    """Height of a motion that repeats after some periods, and how far it may still change as a disturbance decays.
 
-    A burst that does not come again within some hundred periods is left out. Shapes: `envelope` (P, q).
+    Shapes: `envelope` (P, q), m.
     """
-    periods = len(envelope) // WINDOW * WINDOW
-    if periods < 2 * WINDOW:
-        return float(envelope.max())
-    largest = envelope[len(envelope) - periods :].reshape(-1, WINDOW * envelope.shape[1]).max(axis=1)
-    return float(np.sort(largest)[-2])
+    heights = envelope.max(axis=1)
+    heights = heights[len(heights) % repeats :].reshape(-1, repeats).max(axis=1)[::-1]
+    half = WINDOW // (2 * repeats)
+    last, before = (float(np.abs(heights[: part * half] - heights[0]).max()) for part in (1, 2))
+    grows = before / last - 1.0 if last > 0.0 else math.inf  # of a geometric series, backwards
+    return float(heights[0]), last / max(grows - 1.0, 1.0 / SLOWEST - 1.0)
 
 
-def _persists(amplitude: float, before: Array, after: Array) -> bool:
-    """Whether a motion of an amplitude keeps its height, to the end, and its scatter in two windows (P, q)."""
-    keeps_height = after[-WINDOW:].max() >= FALLS * amplitude and max(before.max(), after.max()) <= CLIMBS * amplitude
-    spread = [float(window.max() - window.min()) for window in (before, after)]
-    return bool(keeps_height and spread[1] <= SPREADS * spread[0] + SCATTER * amplitude)
+def recurrence(motion: RingMotion) -> float:
+    """Periods of 1000 in which a blade comes within 5 % of the height of a motion."""
+    high = motion.envelope_m.max(axis=1) >= (1.0 - RECURS) * motion.amplitude_m
+    return 1000.0 * float(high.mean())
+
+
+def what_persists(envelope: Array) -> Array:
+    """The last periods of a motion, from where it keeps its height: half of it as long, it comes near it again.
+
+    Shapes: `envelope` (P, q), m.
+    """
+    while len(envelope) >= PERSISTENT:
+        half = envelope[len(envelope) // 2 :]
+        if half.max() >= KEEPS * envelope.max():
+            break
+        envelope = half
+    return envelope

@@ -71,6 +71,11 @@ class RingStarts:
         """Whether a flow acts on the blades, that feeds motions."""
         return bool(self.integration.ring.modal.influence)
 
+    @property
+    def slides(self) -> bool:
+        """Whether contacts slide."""
+        return bool(self.integration.ring.contact.friction.any())
+
     @cached_property
     def patterns(self) -> list[int]:
         """Nodal diameters of rings of up to 8 blades that no larger one of them contains, that of most blades first.
@@ -189,25 +194,25 @@ class RingStarts:
             track.append((height, at, record.final))
         periods = (SETTLES + STEP * len(track)) * blades // ring.blades(pattern)
         at, motion = self._held(start, sorted(track, key=lambda step: -step[0]), height_m)
-        return at, Integrated(motion and replace(motion, periods=motion.periods + periods))
+        return at, Integrated(replace(motion, periods=motion.periods + periods))
 
     def _held(
         self, start: Start, steps: Sequence[tuple[float, float, RingState]], height_m: float
-    ) -> tuple[float, RingMotion | None]:
-        """The motion at the highest step of a sweep where it persists, and its frequency, Hz."""
-        ring, held = self.integration.ring, list[float]()
+    ) -> tuple[float, RingMotion]:
+        """The motion at the highest step of a sweep where it persists, else the highest; and its frequency, Hz."""
+        ring, held = self.integration.ring, list[tuple[float, RingMotion]]()
         limits = self.integration.limits(USUAL_PERIODS, height_m)
-        motion, frequency_hz = None, steps[0][1]
         for _, at, state in steps:
-            if len(held) == MOST_HELD or (motion is not None and counts(motion)):
+            if len(held) == MOST_HELD:
                 break
-            if any(abs(at / other - 1.0) < 1.5 * SWEEP_STEP for other in held):
+            if any(abs(at / other - 1.0) < 1.5 * SWEEP_STEP for other, _ in held):
                 continue
             whole = state.over(ring.blades(start.pattern))
             motion = integrate_ring(ring, 2.0 * np.pi * at, whole, nodal_diameter=start.pattern, limits=limits)
-            frequency_hz = at
-            held.append(at)
-        return frequency_hz, motion
+            if counts(motion):
+                return at, motion
+            held.append((at, motion))
+        return max(held, key=lambda each: each[1].amplitude_m)
 
     @property
     def _highest_solution_m(self) -> float:

@@ -38,6 +38,7 @@ class Sweep:
     blade_periods: int  # integrated
     complete: bool  # whether the motion was followed both ways to where it is lost or clearly lower
     truncation_error: float = 0.0  # estimated, of the highest motion; 0 where that is one of time integration
+    seen_m: float = 0.0  # largest displacement where it was confirmed, whether it persists or not
 
     @property
     def solved(self) -> bool:
@@ -74,7 +75,7 @@ class SteppedSweep:
         heights = np.array([walk.points[place][0] for place in places])
         if top is not None:
             heights = np.minimum(heights, top.amplitude_m)  # above it are bursts of a short window
-        return Sweep(np.array(places), heights, top_hz, top, walk.spent, complete, error)
+        return Sweep(np.array(places), heights, top_hz, top, walk.spent, complete, error, walk.seen_m)
 
 
 @dataclass
@@ -87,6 +88,7 @@ class _Walk:
     points: dict[float, tuple[float, RingState]] = field(default_factory=dict)  # height and state by frequency
     spent: int = 0
     lost: list[float] = field(default_factory=list)  # frequencies at which the motion does not persist
+    seen_m: float = 0.0  # largest displacement where it was confirmed
 
     def __post_init__(self) -> None:
         """The first point."""
@@ -144,7 +146,7 @@ class _Walk:
         """The highest motion above a height that persists, its frequency and truncation error.
 
         A branch of a periodic motion is followed from the highest points; from the start it was tried before. What is
-        higher than its top may be a burst: it is confirmed in time, or lost.
+        higher than its top may be a burst: it is followed on, and the highest that is left confirmed, or lost.
         """
         highest = sorted(self.points, key=lambda each: -self.points[each][0])[:MOST_TOPS]
         places = [
@@ -155,23 +157,40 @@ class _Walk:
         best = next((found for found in branches if found is not None and _height_of(found) > height_m), best)
         if best[1] is not None:
             height_m = (1.0 + SAME_TOP) * _height_of(best)
-        for place in places:
-            if self._height(place) <= max(height_m, _height_of(best)):
+        higher = [self._followed_on(place) for place in places if self._height(place) > height_m]
+        for height, place, motion in sorted(filter(None, higher), key=lambda each: -each[0]):
+            if height <= max(height_m, _height_of(best)):
                 continue
-            motion = self._motion(place)
-            try:
-                found = self.integration.confirmed(2.0 * math.pi * place, motion, max(height_m, _height_of(best)))
-            except ArithmeticError:
-                continue
-            self.spent += round(CONFIRMATION * (found.periods - motion.periods) * found.n_blades)
-            if not counts(found):
-                self.lost.append(place)
-                continue
-            self.points[place] = found.amplitude_m, found.final
-            branch = self.branch(place, found) if found.repeats_after > 1 else None
-            if found.amplitude_m > _height_of(best):
-                best = branch or (place, found, 0.0)
+            found = self._confirmed(place, motion, height_m)
+            if found is not None and found.amplitude_m > _height_of(best):
+                best = (found.repeats_after > 1 and self.branch(place, found)) or (place, found, 0.0)
         return best
+
+    def _followed_on(self, place: float) -> tuple[float, float, RingMotion] | None:
+        """Height, frequency and motion after some time at a point; None where it is lost."""
+        try:
+            found = self.integration.followed_on(2.0 * math.pi * place, self._motion(place))
+        except ArithmeticError:
+            return None
+        self.spent += LONGER * found.n_blades
+        if found.amplitude_m < KEEPS * self._height(place):
+            self.lost.append(place)
+        return found.amplitude_m, place, found
+
+    def _confirmed(self, place: float, motion: RingMotion, height_m: float) -> RingMotion | None:
+        """A motion with all its steps; None where it does not persist."""
+        try:
+            found, seen_m = self.integration.confirmed(2.0 * math.pi * place, motion, height_m)
+        except ArithmeticError:
+            self.seen_m = max(self.seen_m, motion.amplitude_m)
+            return None
+        self.spent += round(CONFIRMATION * (found.periods - motion.periods) * found.n_blades)
+        self.seen_m = max(self.seen_m, seen_m)
+        if not counts(found):
+            self.lost.append(place)
+            return None
+        self.points[place] = found.amplitude_m, found.final
+        return found
 
     def _height(self, place: float) -> float:
         return self.points[place][0]

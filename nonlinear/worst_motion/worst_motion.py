@@ -35,12 +35,13 @@ from nonlinear.worst_motion.ring_integration import (
     COARSE_STEPS,
     EQUAL_COST,
     FLOOR,
+    OBSERVED,
     USUAL_PERIODS,
     Integrated,
     RingIntegration,
     RingPatterns,
     Solution,
-    counts,
+    recurrence,
 )
 from nonlinear.worst_motion.ring_starts import RingStarts
 from nonlinear.worst_motion.stepped_sweep import SteppedSweep, Sweep
@@ -56,6 +57,7 @@ STABILITY = {
 }
 UNBOUNDED = "grows without bound: the contacts do not hold what the flow feeds"
 STARTS = {"": "from the unstable solution", "mixed": "from blades high and low", "random": "from random states"}
+FURTHER = "a larger response.effort goes further"
 MOST_NAMED = 4  # frequencies in one sentence
 NEVER = "mistuned blades, other residual tractions, motions that other initial conditions reach"
 LEAVES = 'which response.stability = "ring" with response.search = "standard" finds'
@@ -159,24 +161,22 @@ def unresolved(
         f"time integration at {_list(places)} {failure} (solutions up to {height_said(max(places.values()))})"
         for failure, places in failed.items()
     ]
-    found = [*boundless, *found]
-    higher = (1.0 + CLEARLY_HIGHER) * highest
-    unsettled = [each for each in departures if each.motion and not (counts(each.motion) or each.open)]
-    restless = [each for each in unsettled if each.reached_m > higher]
-    if restless:
-        periods = max(each.motion.periods for each in restless if each.motion)
-        reached = height_said(max(each.reached_m for each in restless))
-        places = _list(each.frequency_hz for each in restless)
-        found.append(f"not settled within {periods} periods at {places}, up to {reached} until then")
-    found += _not_followed(departures, highest)
-    return "; ".join(found)
+    return "; ".join([*boundless, *found, *_seen_higher(departures, highest), *_not_followed(departures, highest)])
+
+
+def _seen_higher(departures: Sequence[Departure], highest_m: float) -> Iterator[str]:
+    """What is said of motions that were seen clearly above the worst one, and not to persist."""
+    higher = {each.frequency_hz: each.seen_m for each in departures if not each.open}
+    higher = {at: height for at, height in higher.items() if height > (1.0 + CLEARLY_HIGHER) * highest_m}
+    if higher:
+        reach = height_said(max(higher.values()))
+        yield f"motions up to {reach} at {_list(higher)} were not seen to persist"
 
 
 def _beyond_effort(branches: Sequence[ResponseCurve], least_m: float) -> Iterator[str]:
     """What the work of `SolverOptions.effort` left open of the branches."""
-    further = "a larger response.effort goes further"
     if branches[0].branches_left_out < 0:
-        yield f"detached branches were not searched for to the end: {further}"
+        yield f"detached branches were not searched for to the end: {FURTHER}"
     undecided = [
         height
         for branch in branches
@@ -186,7 +186,7 @@ def _beyond_effort(branches: Sequence[ResponseCurve], least_m: float) -> Iterato
     ]
     if undecided:
         count, reach = len(undecided), height_said(max(undecided))
-        yield f"stability of {count} point{'s' if count > 1 else ''}, up to {reach}, is not decided: {further}"
+        yield f"stability of {count} point{'s' if count > 1 else ''}, up to {reach}, is not decided: {FURTHER}"
 
 
 def _unbounded(departures: Sequence[Departure]) -> Iterator[str]:
@@ -199,9 +199,10 @@ def _unbounded(departures: Sequence[Departure]) -> Iterator[str]:
 def _not_followed(departures: Sequence[Departure], highest_m: float) -> Iterator[str]:
     """What is said of motions that were not followed to the ends of their ranges, or not at all."""
     for each in departures:
-        if each.sweep is not None and not each.sweep.complete:
+        if each.sweep is not None and not each.sweep.complete and each.sweep.amplitude_m.max() >= FLOOR * highest_m:
             low, high = each.sweep.frequency_hz[[0, -1]]
-            yield f"the motion at {each.frequency_hz:.5g} Hz was followed from {low:.5g} to {high:.5g} Hz only"
+            motion = f"the motion at {each.frequency_hz:.5g} Hz, up to {height_said(each.sweep.amplitude_m.max())},"
+            yield f"{motion} was followed from {low:.5g} to {high:.5g} Hz only"
     left = [each for each in departures if each.open and each.reached_m >= FLOOR * highest_m]
     if left:
         places, reached = _list(each.frequency_hz for each in left), max(each.reached_m for each in left)
@@ -288,8 +289,7 @@ def _decided(worst: WorstMotion, integration: RingIntegration, solution: Solutio
     try:
         motion = integration.motion(solution, USUAL_PERIODS)
     except ArithmeticError as failure:
-        said = f"undecided: {undecided}, and time integration failed: {failure}"
-        return replace(worst, unresolved="; ".join(filter(None, (said, worst.unresolved))))
+        return left_open(worst, f"undecided: {undecided}, and time integration failed: {failure}")
     tolerance = max(SAME_AMPLITUDE, worst.truncation_error)
     near = motion.periodic and abs(motion.amplitude_m - motion.started_m) <= tolerance * motion.started_m
     if motion.stays or near:
@@ -297,8 +297,7 @@ def _decided(worst: WorstMotion, integration: RingIntegration, solution: Solutio
     said = (
         f"{undecided}, and the ring leaves it, within {motion.periods} periods for {height_said(motion.amplitude_m)}"
     )
-    lower = motion.amplitude_m < worst.amplitude_m
-    return replace(worst, unstable=lower, unresolved="; ".join(filter(None, (said, worst.unresolved))))
+    return left_open(replace(worst, unstable=motion.amplitude_m < worst.amplitude_m), said)
 
 
 def _omega_at_highest(curve: ResponseCurve) -> float:
@@ -315,8 +314,12 @@ def _checked(worst: WorstMotion, integration: RingIntegration, solution: Solutio
         return worst
     k = leading.nodal_diameter
     said = f"unstable against nodal diameter {k}, the ring leaves it for a lower or a higher one, {LEAVES}"
-    said = "; ".join(filter(None, (said, worst.unresolved)))
-    return replace(worst, unstable=True, nodal_diameter=k, unresolved=said)
+    return left_open(replace(worst, unstable=True, nodal_diameter=k), said)
+
+
+def left_open(worst: WorstMotion, said: str) -> WorstMotion:
+    """A worst motion that may be higher for one more reason; without one as it was."""
+    return replace(worst, unresolved="; ".join(filter(None, (said, worst.unresolved))))
 
 
 def worst_of(
@@ -390,7 +393,7 @@ def _with_end(worst: WorstMotion, options: SolverOptions) -> WorstMotion:
     if not (worst.amplitude_m > 0.0 and at_range_end(worst.frequency_hz, options.frequency_hz)):
         return worst
     end = f"{worst.frequency_hz:.6g} Hz is an end of the frequency range, beyond which the response may rise further"
-    return replace(worst, at_end=True, unresolved="; ".join(filter(None, (end, worst.unresolved))))
+    return left_open(replace(worst, at_end=True), end)
 
 
 def affordable(branches: Sequence[ResponseCurve], options: SolverOptions) -> int:
@@ -431,11 +434,13 @@ def _range(sweep: Sweep | None) -> dict[str, Any]:
 
 
 def _reached(departure: Departure, motion: RingMotion, spoken: dict[str, Any]) -> WorstMotion:
-    """The motion that the ring reached from an unstable solution."""
+    """The motion that the ring reached from an unstable solution; open where it was not observed for long."""
     branch, index = departure.place
     periodic = motion.periodic and motion.settled
     solved = departure.sweep is not None and departure.sweep.solved
-    return WorstMotion(
+    short = not motion.settled and motion.persistence * motion.n_blades < OBSERVED // 2
+    seen = f"the irregular motion was followed for {motion.persistence} periods only: {FURTHER}"
+    worst = WorstMotion(
         departure.new_height,
         departure.frequency_hz,
         branch if motion.stays or not periodic else -1,
@@ -445,10 +450,12 @@ def _reached(departure: Departure, motion: RingMotion, spoken: dict[str, Any]) -
         motion.nodal_diameter,
         motion.n_blades,
         motion.persistence,
+        1000.0 if periodic else recurrence(motion),
         **_range(departure.sweep),
         **spoken,
         truncation_error=departure.sweep.truncation_error if departure.sweep and solved else motion.height_error,
     )
+    return left_open(worst, seen * short)
 
 
 def _kind(motion: RingMotion) -> str:

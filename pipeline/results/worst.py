@@ -25,7 +25,7 @@ END_MARK = " (end)"  # beside a frequency or an amplitude at an end of the frequ
 UNSTABLE_SAID = "unstable: the blades leave this motion for a lower or a higher one (response.search)"
 UNSTABLE_MARK = " (unstable)"  # beside the amplitude of a solution that the ring leaves
 # what is open after too short a time integration
-SHORT_OF_TIME = ("take too long", "left out", "not settled", "was followed")
+SHORT_OF_TIME = ("take too long", "left out", "not seen to persist", "was followed")
 GROWS_SAID = "what the flow feeds"  # the same where the ring leaves a solution for a motion without a limit
 STARRED = ("quasi-periodic", "irregular")  # kinds of worst motions that do not repeat
 MOST_NAMED = 10  # curves whose numbers are listed
@@ -102,7 +102,9 @@ def peak_is_unstable(facts: CurveSummary) -> bool:
 def seen_remarks(facts: CurveSummary) -> Iterator[str]:
     """How long an irregular worst motion was seen, and over which frequencies a motion in time was followed."""
     if facts.worst_motion == "irregular":
-        yield f"the worst motion is irregular, seen for {facts.worst_periods} periods"
+        known = math.isfinite(facts.worst_recurrence)
+        often = f", in {facts.worst_recurrence:.3g} of 1000 within 5 % of its height"
+        yield f"the worst motion is irregular, seen for {facts.worst_periods} periods{often * known}"
     if facts.worst_motion.startswith("subharmonic"):
         yield f"the worst motion repeats after {facts.worst_motion.rpartition(':')[2]} periods of the excitation"
     if facts.worst_followed_hz:

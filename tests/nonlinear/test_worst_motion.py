@@ -126,11 +126,34 @@ def test_an_unstable_top_is_integrated_in_time(height):
 def test_an_irregular_motion_that_persists_counts():
     """45.0 um seen for 1500 periods stood at zero, as no two of its windows agreed."""
     curve = curve_of(SEVEN, HILL, [True, True, True, False, True, True, True])
-    integrate, _ = ring_to(15.0, settled=False, persistence=840)
+    envelope = np.full((1920, 4), 10.0)
+    envelope[::100, 3] = 14.9, *[15.0] * 19
+    integrate, _ = ring_to(15.0, settled=False, persistence=1920, envelope_m=envelope)
     worst = worst_of(curve, OPTIONS, 72, integrate)
-    assert (worst.amplitude_m, worst.motion, worst.periods) == (15.0, "irregular", 840)
+    assert (worst.amplitude_m, worst.motion, worst.periods) == (15.0, "irregular", 1920)
+    assert worst.recurrence == pytest.approx(20 / 1.92)
     assert worst.scatter == pytest.approx(0.2)
     assert worst.unresolved == ""
+    short, _ = ring_to(15.0, settled=False, persistence=480)
+    worst = worst_of(curve, OPTIONS, 72, short)
+    assert (worst.amplitude_m, worst.recurrence) == (15.0, 1000.0)
+    assert worst.unresolved.startswith("the irregular motion was followed for 480 periods only: a larger")
+
+
+@pytest.mark.parametrize("top", [None, 8.0])
+def test_what_was_seen_higher_and_does_not_persist_is_said(top):
+    """A motion of 30 in time that ends low, or in another one, higher than all that is stable."""
+    curve = curve_of(SEVEN, HILL, [True, True, True, False, True, True, True])
+    integrate, _ = ring_to(28.0, settled=False, persistence=80)
+
+    def follow(frequency_hz, motion, blade_periods, height_m):
+        found = top and replace(motion, amplitude_m=top, settled=True, envelope_m=np.full((300, 4), top))
+        places, heights = np.array([4.9, 5.0]), np.array([20.0, 28.0])
+        return Sweep(places, heights, 5.0, found, 5_000, True, seen_m=30.0)
+
+    worst = worst_of(curve, OPTIONS, 72, integrate, follow=follow)
+    assert worst.amplitude_m == (top or 4.0)
+    assert worst.unresolved == "motions up to 30 m at 5 Hz were not seen to persist"
 
 
 @pytest.mark.parametrize("complete", [True, False])
@@ -153,7 +176,7 @@ def test_a_motion_is_followed_in_frequency(complete):
     assert (worst.amplitude_m, worst.frequency_hz, worst.periods) == (21.0, 7.5, 320)
     assert (worst.followed_hz, worst.followed_m) == ((2.5, 6.0, 7.5), (9.0, 9.6, 21.0))
     assert "1 motion followed in frequency" in worst.searched
-    only = "" if complete else "the motion at 7.5 Hz was followed from 2.5 to 7.5 Hz only"
+    only = "" if complete else "the motion at 7.5 Hz, up to 21 m, was followed from 2.5 to 7.5 Hz only"
     assert worst.unresolved == only
 
 
@@ -168,7 +191,7 @@ def test_mixed_starts_go_where_blades_keep_the_high_solution(height):
     class Mix:
         starts = tuple(Start(9, (1,) * number + (0,) * (8 - number), again=True) for number in (7, 1))
         random_starts, swept_starts = (), ()
-        in_flow = False
+        in_flow = slides = False
 
         def __call__(self, frequency_hz, start, blade_periods, floor):
             starts.append((frequency_hz, sum(start.shares), blade_periods))
@@ -260,8 +283,7 @@ def test_what_is_left_open_is_said():
         "incomplete",
         "2 unstable parts",
         "up to 21 m",
-        "not settled within 300 periods at 1.7 Hz",
-        "up to 15 m",
+        "motions up to 15 m at 1.7 Hz",
     ):
         assert said in worst.unresolved
     assert worst.amplitude_m == 9.0  # a transient is no motion that persists
@@ -341,7 +363,7 @@ def test_a_motion_that_falls_but_is_the_highest_at_the_end_is_said():
     open_ring, _ = ring_to(9.0, settled=False, envelope_m=falling, persistence=80)
     worst = worst_of(curve, OPTIONS, 72, open_ring)
     assert worst.amplitude_m == 4.0
-    assert worst.unresolved.startswith("not settled within 300 periods at 5 Hz")
+    assert worst.unresolved == "motions up to 9 m at 5 Hz were not seen to persist"
     fallen, _ = ring_to(9.0, settled=False, envelope_m=falling / 2.0, persistence=80)
     assert worst_of(curve, OPTIONS, 72, fallen).unresolved == ""
 
@@ -415,4 +437,4 @@ def test_a_ring_that_had_no_time_to_leave_tells_nothing():
     integrate, _ = ring_to(9.2, stays=True, periodic=True, started_m=9.0, periods=10)
     worst = worst_of(curve, OPTIONS, 72, integrate)
     assert worst.amplitude_m == 4.0
-    assert worst.unresolved == "not settled within 10 periods at 5 Hz, up to 9.2 m until then"
+    assert worst.unresolved == "motions up to 9.2 m at 5 Hz were not seen to persist"

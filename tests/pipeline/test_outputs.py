@@ -74,6 +74,7 @@ CURVE_KEYS = {
     "worst_truncation_error",
     "worst_unstable",
     "worst_periods",
+    "worst_recurrence",
     "worst_followed_hz",
     "worst_followed_m",
     "peak_at_end",

@@ -73,10 +73,11 @@ def curves(tmp_path: Path) -> list[CurveResult]:
             periodic(8e-6, said="time integration from 1 unstable solution"),
             worst_motion="irregular",
             worst_periods=840,
+            worst_recurrence=2.5,
             worst_followed_hz=(430.0, 440.0, 445.5),
             worst_followed_m=(7e-6, 8e-6, 6e-6),
         ),
-        replace(periodic(2e-6), worst_unresolved="not settled within 1000 periods at 300 Hz"),
+        replace(periodic(2e-6), worst_unresolved="motions up to 3 µm at 300 Hz were not seen to persist"),
         facts_with(searched=SEARCHED.format("no time integration"), unresolved="1 unstable part"),
     ]
     return [CurveResult(member, None, None, found, "") for member, found in zip(members, facts, strict=True)]
@@ -328,9 +329,9 @@ def test_sentences_say_what_was_searched_and_what_was_left_open(curves: list[Cur
         assert said in searched
     assert any("irregular motion is the largest displacement" in said for said in searched)
     assert open_sentences(facts) == [
-        "Curve 2: the worst motion is irregular, seen for 840 periods.",
+        "Curve 2: the worst motion is irregular, seen for 840 periods, in 2.5 of 1000 within 5 % of its height.",
         "Curve 2: the worst motion, on no branch, was followed in frequency from 430 to 445.5 Hz.",
-        "Curve 3: the worst motion may be higher: not settled within 1000 periods at 300 Hz.",
+        "Curve 3: the worst motion may be higher: motions up to 3 µm at 300 Hz were not seen to persist.",
         "Curve 4: the worst motion may be higher: 1 unstable part.",
     ]
     assert "Curve 3: the peak of the response curve is unstable and does not persist." in error_sentences(facts, [])

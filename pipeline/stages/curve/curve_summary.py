@@ -71,6 +71,7 @@ class CurveSummary:
     worst_nodal_diameter: int = 0
     worst_ring_blades: int = 0
     worst_periods: int = 0
+    worst_recurrence: float = math.nan
     worst_followed_hz: tuple[float, ...] = ()
     worst_followed_m: tuple[float, ...] = ()
     worst_searched: str = ""
