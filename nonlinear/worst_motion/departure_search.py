@@ -248,21 +248,18 @@ class DepartureSearch:
             if any(sweep.top is not None and _lies_on(sweep, each) for sweep in known):
                 found[number] = replace(each, known=True)
                 continue
-            if tried < MOST_BRANCHES and each.reached_m >= LEAST_BRANCH * highest:
-                tried, branch = tried + 1, follow(each.frequency_hz, each.motion, 0, highest)
-                if branch.top is not None:
-                    known.append(branch)
-                    self._spent += branch.blade_periods
-                    found[number] = self._at_top(each, branch)
-                    highest = max(highest, found[number].new_height)
-                    continue
             left, least = self.blade_periods - self._spent, LEAST_SWEEP * each.motion.n_blades
-            if left < least and late < MOST_LATE and each.reached_m > (1.0 + CLEARLY_HIGHER) * highest:
-                left, late = least, late + 1
-            if each.reached_m < FLOOR * highest or left <= 0:
+            if over := left < least and late < MOST_LATE and each.reached_m > (1.0 + CLEARLY_HIGHER) * highest:
+                left = least
+            is_low = each.reached_m < FLOOR * highest or left <= 0
+            if is_low and (tried >= MOST_BRANCHES or each.reached_m < LEAST_BRANCH * highest):
                 found[number] = replace(each, open=True)
                 continue
-            sweep = follow(each.frequency_hz, each.motion, left, highest)
+            sweep = follow(each.frequency_hz, each.motion, 0 if is_low else left, highest)
+            tried, late = tried + 1, late + (over and not sweep.solved)
+            if is_low and sweep.top is None:
+                found[number] = replace(each, open=True)
+                continue
             known.append(sweep)
             self._spent += sweep.blade_periods
             found[number] = self._at_top(each, sweep)
