@@ -103,7 +103,8 @@ def tet_wedge(
     """The form in tetrahedra, with other divisions (x, r) on the left face: no nodes match."""
     import gmsh
 
-    if not gmsh.isInitialized():
+    ours = not gmsh.isInitialized()
+    if ours:
         gmsh.initialize(interruptible=False)
     gmsh.option.setNumber("General.Terminal", 0)
     gmsh.model.add("wedge")
@@ -126,6 +127,8 @@ def tet_wedge(
         _, cells = gmsh.model.mesh.getElementsByType(kind)
     finally:
         gmsh.model.remove()
+        if ours:
+            gmsh.finalize()
     place = np.zeros(int(tags.max()) + 1, dtype=np.int64)
     place[tags.astype(np.int64)] = np.arange(len(tags))
     nodes = place[cells.astype(np.int64)].reshape(-1, 4 if order == 1 else 10)
