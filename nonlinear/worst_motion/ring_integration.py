@@ -313,8 +313,8 @@ class RingIntegration:
             finer = self.followed_on(omega, found, CONFIRMED, steps)
             change = abs(finer.amplitude_m - found.amplitude_m)
             found = replace(finer, height_error=finer.height_error + MARGIN * change / finer.amplitude_m)
-            halves = [float(part.max()) for part in np.array_split(finer.envelope_m, 2)]
-            scatter = 0.0 if finer.periodic else abs(halves[1] - halves[0])
+            windows = finer.envelope_m.reshape(-1, WINDOW * finer.n_blades).max(axis=1)
+            scatter = 0.0 if finer.periodic else float(np.ptp(windows))
             if change <= max(SAME_HEIGHT * finer.amplitude_m, scatter):
                 break
         settled = found.settled and (found.periodic or motion.settled)  # one that is irregular may seem so by chance

@@ -36,7 +36,7 @@ class Sweep:
     top_hz: float  # frequency of the highest motion that persists
     top: RingMotion | None  # that motion; None where none of the highest points persists
     blade_periods: int  # integrated
-    complete: bool  # whether the motion was followed both ways to where it is lost or clearly lower
+    complete: bool  # whether the motion was followed both ways to where it is lost or clearly lower, or is low
     truncation_error: float = 0.0  # estimated, of the highest motion; 0 where that is one of time integration
     seen_m: float = 0.0  # largest displacement where it was confirmed, whether it persists or not
 
@@ -60,13 +60,16 @@ class SteppedSweep:
         """
         walk = _Walk(self.integration, motion, frequency_hz)
         solved = walk.branch(frequency_hz, motion)
+        if solved is None and blade_periods > 0:
+            walk, blade_periods = walk.calm(height_m, blade_periods)
+            solved = walk.branch(frequency_hz, walk.start) if blade_periods > 0 else None
         if solved is not None or blade_periods <= 0:
             top_hz, top, error = solved or (math.nan, None, 0.0)
             places = sorted(walk.points)
             heights = np.array([walk.points[place][0] for place in places])
-            return Sweep(np.array(places), heights, top_hz, top, walk.spent, solved is not None, error)
+            return Sweep(np.array(places), heights, top_hz, top, walk.spent, True, error)
         way = 1.0 if walk.rises() else -1.0
-        most = max(blade_periods - round(KEPT * CONFIRMATION * LONGER * motion.n_blades), blade_periods // 2)
+        most = max(blade_periods - round(KEPT * CONFIRMATION * LONGER * walk.start.n_blades), blade_periods // 2)
         rising = round(RISING * most)
         complete = walk.go(way, round(FIRST_WAY * most), rising)
         complete &= walk.go(-way, most, rising)
@@ -93,6 +96,15 @@ class _Walk:
     def __post_init__(self) -> None:
         """The first point."""
         self.points[self.start_hz] = self.start.amplitude_m, self.start.final
+
+    def calm(self, height_m: float, blade_periods: int) -> "tuple[_Walk, int]":
+        """The sweep of what becomes of its motion after some time, and the periods for it: none where it is low."""
+        found = self._followed_on(self.start_hz)
+        if found is None:
+            return self, blade_periods
+        if found[0] < FLOOR * height_m:
+            return self, 0
+        return replace(self, start=found[2], points={}, lost=[]), max(blade_periods - self.spent, 1)
 
     @property
     def highest(self) -> float:

@@ -91,6 +91,9 @@ def test_a_motion_is_followed_in_frequency_both_ways():
     omega, pattern = 2.0 * np.pi * sweep.top_hz, integration.pattern_of(sweep.top)
     again = integrate_ring(integration.ring, omega, sweep.top.final, nodal_diameter=pattern, limits=limits)
     assert again.amplitude_m == pytest.approx(sweep.top.amplitude_m, rel=0.05)
+    low = SteppedSweep(integration)(start_hz, motion, 40_000, 2.0 * motion.amplitude_m)
+    assert low.top is None
+    assert low.blade_periods < 2_000  # after some time the motion is still low
     short = SteppedSweep(integration)(start_hz, motion, 1_000, 0.0)
     assert not short.complete
     assert short.frequency_hz.size < sweep.frequency_hz.size
