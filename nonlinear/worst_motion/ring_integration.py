@@ -66,46 +66,15 @@ MARGIN, MORE_HARMONICS = 2.0, 7  # of an error: factor on a change; fewest harmo
 
 @dataclass(frozen=True)
 class RingPatterns:
-    """Floquet exponents of a periodic solution by nodal diameter.
-
-    Attributes
-    ----------
-    ring : Ring
-        The ring.
-    options : SolverOptions
-        Contact integration.
-    omega : float
-        Excitation frequency, rad/s.
-    displacement : (2H+1, n_c, 3) float
-        Real Fourier coefficients of d, m.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`.
-
-    A stuck contact leaves the damping of the mass: c / 2 = zeta w = 0.01 1/s.
-
-    >>> from nonlinear import Ring, RingPatterns
-    >>> motion = np.zeros((3, 1, 3))
-    >>> motion[1, 0, 0] = 0.1
-    >>> patterns = RingPatterns(Ring(modal, contact, excitation), options, 1.9, motion)
-    >>> round(patterns.growth_rate(0), 6)
-    -0.01
-    """
+    """Floquet exponents of a periodic solution by nodal diameter."""
 
     ring: Ring
-    options: SolverOptions
-    omega: float
-    displacement: Array
+    options: SolverOptions  # contact integration
+    omega: float  # excitation frequency, rad/s
+    displacement: Array  # (2H+1, n_c, 3), real Fourier coefficients of d, m
 
     def growth_rate(self, nodal_diameter: int) -> float:
-        """Largest growth rate of perturbations of one nodal diameter, 1/s.
-
-        Parameters
-        ----------
-        nodal_diameter : int
-            k of the perturbations.
-        """
+        """Largest growth rate of perturbations of one nodal diameter, 1/s."""
         if largest_nodal_diameter(self.ring.modal) and nodal_diameter % (self.ring.modal.n_blades or 1):
             leading = self._stability.leading_of(self._contact, nodal_diameter)
             return -np.inf if leading is None else float(leading.exponent.real)
@@ -116,13 +85,7 @@ class RingPatterns:
         return float(found[0].real if exact is None else exact.real)
 
     def rate_error(self, nodal_diameter: int) -> float:
-        """Twice the change of a growth rate by twice as many harmonics, 1/s; NaN where no motion with these is found.
-
-        Parameters
-        ----------
-        nodal_diameter : int
-            k of the perturbations.
-        """
+        """Twice the change of a rate by twice as many harmonics, 1/s; NaN where no motion with these is found."""
         harmonics = max(2 * (len(self.displacement) // 2), MORE_HARMONICS)
         more = with_more_harmonics(self.ring, self.omega, self.displacement, harmonics)
         if len(more) == len(self.displacement):
@@ -142,11 +105,6 @@ class RingPatterns:
         """The least stable exponent of the nodal diameters that rings of so many blades carry, the wave included.
 
         Of patterns that grow nearly as fast, the one with the fewest blades.
-
-        Parameters
-        ----------
-        most_blades : int
-            Largest number of blades.
         """
         found = [PatternExponent(complex(self.growth_rate(0)), 0)]
         if largest_nodal_diameter(self.ring.modal):
@@ -204,28 +162,10 @@ class Integrated(NamedTuple):
 
 @dataclass(frozen=True)
 class RingIntegration:
-    """Time integration from solutions of one curve.
-
-    Attributes
-    ----------
-    ring : Ring
-        The ring.
-    options : SolverOptions
-        Options of the curve.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`:
-
-    >>> from nonlinear import Ring, RingIntegration, SolutionSearch
-    >>> ring = Ring(modal, contact, excitation)
-    >>> found = SolutionSearch(ring, options, frequency_hz=0.198).solutions([curve])
-    >>> RingIntegration(ring, options).motion(found[0].solution, most_periods=400).stays
-    True
-    """
+    """Time integration from solutions of one curve."""
 
     ring: Ring
-    options: SolverOptions
+    options: SolverOptions  # options of the curve
 
     def __call__(self, solution: Solution, blade_periods: int, height_m: float) -> Integrated:
         """The motion that the ring reaches from a solution disturbed in a pattern that grows, with coarse steps.
@@ -263,15 +203,7 @@ class RingIntegration:
 
     @staticmethod
     def limits(most_periods: int, height_m: float) -> RingLimits:
-        """How a ring is looked at: coarsely, and not for long where it is far below the highest motion known.
-
-        Parameters
-        ----------
-        most_periods : int
-            Periods in all.
-        height_m : float
-            Height of the highest motion known, m.
-        """
+        """How a ring is looked at: coarsely, and not for long where it is far below the highest motion known."""
         return RingLimits(
             most_periods=most_periods,
             disturbance=VISIBLE,
@@ -283,15 +215,7 @@ class RingIntegration:
         )
 
     def coarse(self, omega: float, nodal_diameter: int) -> RingIntegrator:
-        """The ring that carries a perturbation, with the steps and modes of `limits`.
-
-        Parameters
-        ----------
-        omega : float
-            Excitation frequency, rad/s.
-        nodal_diameter : int
-            k of the perturbation.
-        """
+        """The ring that carries a perturbation, with the steps and modes of `limits`."""
         limits = self.limits(0, 0.0)
         return RingIntegrator.of(
             self.ring, omega, nodal_diameter=nodal_diameter, retention=limits.retention, finer=limits.finer
@@ -394,23 +318,11 @@ class RingIntegration:
         )
 
     def pattern_of(self, motion: RingMotion) -> int:
-        """Nodal diameter that a ring of as many blades as a motion carries.
-
-        Parameters
-        ----------
-        motion : RingMotion
-            The motion.
-        """
+        """Nodal diameter that a ring of as many blades as a motion carries."""
         return self._by_blades(motion)[motion.n_blades]
 
     def larger_pattern(self, motion: RingMotion) -> int:
-        """Nodal diameter that the largest ring carries of a multiple of the blades of a motion that are not many.
-
-        Parameters
-        ----------
-        motion : RingMotion
-            The motion.
-        """
+        """Nodal diameter that the largest ring carries of a multiple of the blades of a motion that are not many."""
         blades = self._by_blades(motion)
         return blades[max(blades)]
 
@@ -425,20 +337,7 @@ class RingIntegration:
         return blades
 
     def motion(self, solution: Solution, most_periods: int) -> RingMotion:
-        """The same within a number of periods, however many blades, and with the growth rate of a small disturbance.
-
-        Parameters
-        ----------
-        solution : Solution
-            Where the ring starts.
-        most_periods : int
-            Number of periods that may be integrated.
-
-        Raises
-        ------
-        ArithmeticError
-            The time integration failed.
-        """
+        """The same within some periods, however many blades, and with the growth rate of a small disturbance."""
         return self._motion(solution, self.pattern(solution), RingLimits(most_periods=most_periods))
 
     def _motion(self, solution: Solution, pattern: int, limits: RingLimits) -> RingMotion:
@@ -446,13 +345,7 @@ class RingIntegration:
         return integrate_ring(self.ring, solution.omega, start, nodal_diameter=pattern, limits=limits)
 
     def pattern(self, solution: Solution) -> int:
-        """Nodal diameter of the disturbance: the worst, or one of a smaller ring that grows at least half as fast.
-
-        Parameters
-        ----------
-        solution : Solution
-            Where the ring starts.
-        """
+        """Nodal diameter of the disturbance: the worst, or one of a smaller ring that grows at least half as fast."""
         worst = max(solution.nodal_diameter, 0)
         if self.ring.blades(worst) <= MOST_BLADES or self.ring.blades_apart is not None:
             return worst

@@ -45,59 +45,19 @@ def interpolated(branch: BranchPoints, frequency_hz: float) -> Iterator[Array]:
 
 @dataclass(frozen=True)
 class FoundSolution:
-    """A periodic solution at one frequency.
+    """A periodic solution at one frequency."""
 
-    Attributes
-    ----------
-    branch : int
-        0, the main branch; k, detached branch k.
-    amplitude_m : float
-        Largest abs(x(t)) of the output, m.
-    solution : Solution
-        The solution and its worst perturbation.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`:
-
-    >>> from nonlinear import Ring, SolutionSearch
-    >>> ring = Ring(modal, contact, excitation)
-    >>> found = SolutionSearch(ring, options, frequency_hz=0.198).solutions([curve])
-    >>> found[0].branch, bool(found[0].solution.growth_rate < 0.0)
-    (0, True)
-    """
-
-    branch: int
-    amplitude_m: float
-    solution: Solution
+    branch: int  # 0, the main branch; k, detached branch k
+    amplitude_m: float  # largest abs(x(t)) of the output, m
+    solution: Solution  # the solution and its worst perturbation
 
 
 @dataclass(frozen=True)
 class SolutionSearch:
-    """Solutions at one frequency, between neighbouring points of the branches.
-
-    Attributes
-    ----------
-    ring : Ring
-        The ring.
-    options : SolverOptions
-        Contact integration, tolerances and output.
-    frequency_hz : float
-        The frequency, Hz.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`:
-
-    >>> from nonlinear import Ring, SolutionSearch
-    >>> ring = Ring(modal, contact, excitation)
-    >>> found = SolutionSearch(ring, options, frequency_hz=0.198).solutions([curve])
-    >>> [f"{each.amplitude_m:.2f} m" for each in found]
-    ['1.38 m']
-    """
+    """Solutions at one frequency, between neighbouring points of the branches."""
 
     ring: Ring
-    options: SolverOptions
+    options: SolverOptions  # contact integration, tolerances and output
     frequency_hz: float
 
     @property
@@ -106,13 +66,7 @@ class SolutionSearch:
         return 2.0 * np.pi * self.frequency_hz
 
     def solutions(self, branches: Sequence[BranchPoints]) -> list[FoundSolution]:
-        """The solutions on these branches, the highest first.
-
-        Parameters
-        ----------
-        branches : sequence of BranchPoints
-            The main branch, then the detached ones.
-        """
+        """The solutions on these branches, the highest first."""
         found = [each for number, branch in enumerate(branches) for each in self._on(number, branch)]
         return sorted(found, key=lambda each: -each.amplitude_m)
 
@@ -126,13 +80,7 @@ class SolutionSearch:
                 yield self._found(number, displacement)
 
     def crossings(self, branch: BranchPoints) -> Iterator[Array]:
-        """Real coefficients of the solutions between neighbouring points, (2H+1, n_c, 3).
-
-        Parameters
-        ----------
-        branch : BranchPoints
-            The branch.
-        """
+        """Real coefficients of the solutions between neighbouring points, (2H+1, n_c, 3)."""
         for between in interpolated(branch, self.frequency_hz):
             balance = self._balance(len(between) // 2)
             solved = solve_at(balance, self.omega, balance.unknown(between), self.options)

@@ -223,29 +223,6 @@ def find_worst_motion(
     """The highest motion that can persist on any branch of a curve.
 
     A thorough search goes on from a standard one, and keeps what that has found.
-
-    Parameters
-    ----------
-    problem : tuple
-        Modal model, contact, excitation and options of the curve, as for `forced_response`.
-    curve : ResponseCurve
-        The solved curve with its detached branches.
-    standard : WorstMotion, optional
-        What a standard search of the same curve has found; a thorough one makes it otherwise.
-
-    Returns
-    -------
-    WorstMotion or None
-        None for a curve without points. Its amplitude is NaN where no solution is stable and there is no time
-        integration.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`:
-
-    >>> from nonlinear import find_worst_motion
-    >>> find_worst_motion((modal, contact, excitation, options), curve).motion
-    'periodic'
     """
     if curve.points == 0:
         return None
