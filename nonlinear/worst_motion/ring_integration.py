@@ -226,15 +226,18 @@ class RingIntegration:
 
         In a ring of a multiple of its blades, if that is no large one, with more modes, and with half the step until
         its height does not change; once where it has not settled. One that does not settle is observed for long.
+        Seen is what has kept its height for 240 periods with more modes, if only then.
         """
         steps = CONFIRMED_STEPS
         found = self.followed_on(omega, motion, CONFIRMED, steps)
+        kept_m = found.amplitude_m * counts(found)
         for halved in range(MOST_HALVED):
             settled = found.settled or found.periodic
             if not (settled or (halved == 0 and counts(found))) or found.amplitude_m <= height_m:
                 break
             steps *= 2.0
             finer = self.followed_on(omega, found, CONFIRMED, steps)
+            kept_m = max(kept_m, finer.amplitude_m * counts(finer))
             change = abs(finer.amplitude_m - found.amplitude_m)
             found = replace(finer, height_error=finer.height_error + MARGIN * change / finer.amplitude_m)
             windows = finer.envelope_m.reshape(-1, WINDOW * finer.n_blades).max(axis=1)
@@ -243,8 +246,9 @@ class RingIntegration:
                 break
         settled = found.settled and (found.periodic or motion.settled)  # one that is irregular may seem so by chance
         if settled or found.amplitude_m <= height_m:
-            return found, found.amplitude_m
-        return self._observed(omega, found, max(steps / 2.0, CONFIRMED_STEPS))
+            return found, kept_m
+        observed, seen_m = self._observed(omega, found, max(steps / 2.0, CONFIRMED_STEPS))
+        return observed, max(kept_m, seen_m)
 
     def _observed(self, omega: float, motion: RingMotion, finer: float) -> tuple[RingMotion, float]:
         """What persists of a motion observed for long, and the largest displacement seen since it was followed on, m.
