@@ -24,10 +24,10 @@ from nonlinear.response_curve import Kind, Peak, ResponseCurve, TerminationReaso
 from nonlinear.response_solver import forced_response
 from nonlinear.time_integration.ring import whole_ring
 from nonlinear.worst_motion.candidates import Place, branches_of, height_said
-from nonlinear.worst_motion.ring_integration import USUAL_PERIODS, Integrated, RingIntegration, Solution
+from nonlinear.worst_motion.ring_integration import USUAL_PERIODS, Integrated, RingIntegration, Solution, period_cost
 from nonlinear.worst_motion.ring_starts import RingStarts
 from nonlinear.worst_motion.stepped_sweep import SteppedSweep
-from nonlinear.worst_motion.worst_motion import left_open, period_cost, worst_of
+from nonlinear.worst_motion.worst_motion import left_open, worst_of
 from rom.cyclic.modal_model import ModalModel
 from rom.cyclic.sector_modes import RingModes
 

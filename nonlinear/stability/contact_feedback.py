@@ -132,6 +132,8 @@ class Factors:
         from scipy.linalg.lapack import dgetrf, zgetrf
 
         factorise, many = zgetrf if np.iscomplexobj(matrix) else dgetrf, matrix.ndim > 2
+        if not matrix.size:  # nothing touches
+            return cls(tuple((one, None) for one in (matrix if many else [matrix])), many)
         return cls(tuple(factorise(one.T, overwrite_a=True)[:2] for one in (matrix if many else [matrix])), many)
 
     def solved(self, right: Matrix) -> Matrix:
@@ -150,6 +152,8 @@ class Factors:
 def _solved(upper: Any, pivots: Any, right: Matrix, transposed: int) -> Matrix:
     from scipy.linalg.lapack import dgetrs, zgetrs
 
+    if not upper.size:
+        return right
     if upper.dtype != float:
         return np.asarray(zgetrs(upper, pivots, right, trans=transposed)[0])
     if np.iscomplexobj(right):

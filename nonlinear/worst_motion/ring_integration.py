@@ -22,7 +22,7 @@ from nonlinear.stability.ring_stability import (
     RingStability,
     largest_nodal_diameter,
 )
-from nonlinear.time_integration.ring import RETENTION, Ring
+from nonlinear.time_integration.ring import RETENTION, RetainedModes, Ring
 from nonlinear.time_integration.ring_integrator import RingIntegrator, with_more_harmonics
 from nonlinear.time_integration.ring_motion import (
     KEEPS,
@@ -47,6 +47,9 @@ LONGER = 240  # periods for which a motion is followed on that would be the high
 OBSERVED, LEAST_OBSERVED = 8000, 1000
 SLOWEST = 0.9  # of a disturbance, left after 20 periods, in the slowest decay that is looked for
 RECURS = 0.05  # relative distance from the height of a motion within which it comes again
+# steps a period times contact displacements of a blade, up to which a period costs as much as this; the power with
+# which it costs more beyond, as stiff contacts take more iterations too; the factor of the friction cone
+USUAL_PERIOD, STIFFER, CONE = 2400, 1.5, 20.0
 FOLLOWED = 0.02  # disturbance then, relative to the vibration
 # factors then on the highest frequency of modes that are integrated, as stiff contacts need them, and on the steps
 CONFIRMED, CONFIRMED_STEPS = 2.0, 0.5
@@ -260,6 +263,7 @@ class RingIntegration:
             self.ring, omega, nodal_diameter=pattern, retention=CONFIRMED * RETENTION, finer=finer
         )
         effort = min(self.options.effort * SEARCH_COST[self.options.search], 1.0)
+        effort /= period_cost(self.ring, omega)
         most, envelope = effort * max(OBSERVED // motion.n_blades, LEAST_OBSERVED), motion.envelope_m
         repeats, settled = motion.repeats_after, False
         while len(envelope) + LONGER <= most and not (repeats and settled):
@@ -358,6 +362,16 @@ class RingIntegration:
 
     def _patterns(self, solution: Solution) -> RingPatterns:
         return RingPatterns(self.ring, self.options, solution.omega, solution.displacement)
+
+
+def period_cost(ring: Ring, omega: float) -> float:
+    """Cost of a period of a blade, relative to a usual one, 1 at least: steps times contact displacements."""
+    try:
+        steps = RetainedModes.of(ring, omega, COARSE * RETENTION).steps(omega, COARSE_STEPS)
+    except ArithmeticError:
+        return 1.0  # nothing will be integrated
+    weight = 3 * ring.modal.n_contacts * (CONE if ring.contact.cone.any() else 1.0)
+    return max(float(steps * weight / USUAL_PERIOD) ** STIFFER, 1.0)
 
 
 def counts(motion: RingMotion) -> bool:

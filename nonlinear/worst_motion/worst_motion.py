@@ -15,7 +15,7 @@ import numpy as np
 from nonlinear.options import SEARCH_COST, TRUNCATION_TOLERATED, SolverOptions
 from nonlinear.problem import ProblemTuple
 from nonlinear.response_curve import ResponseCurve, WorstMotion, at_range_end
-from nonlinear.time_integration.ring import RETENTION, RetainedModes, Ring
+from nonlinear.time_integration.ring import Ring
 from nonlinear.time_integration.ring_motion import RingMotion
 from nonlinear.worst_motion.candidates import (
     CLEARLY_HIGHER,
@@ -31,8 +31,6 @@ from nonlinear.worst_motion.candidates import (
 )
 from nonlinear.worst_motion.departure_search import SAME_AMPLITUDE, Departure, DepartureSearch, Follow, Integrate
 from nonlinear.worst_motion.ring_integration import (
-    COARSE,
-    COARSE_STEPS,
     EQUAL_COST,
     FLOOR,
     OBSERVED,
@@ -41,6 +39,7 @@ from nonlinear.worst_motion.ring_integration import (
     RingIntegration,
     RingPatterns,
     Solution,
+    period_cost,
     recurrence,
 )
 from nonlinear.worst_motion.ring_starts import RingStarts
@@ -48,9 +47,6 @@ from nonlinear.worst_motion.stepped_sweep import SteppedSweep, Sweep
 
 LEAST_BUDGET = 90_000  # of them for a curve with the standard search, 3 to 6 s: a shorter one finds too little
 MOST_BUDGET = 600_000  # the same at effort 1, however long the curve
-# steps a period times contact displacements of a blade, up to which a period costs as much as this; the power with
-# which it costs more beyond, as stiff contacts take more iterations too; the factor of the friction cone
-USUAL_PERIOD, STIFFER, CONE = 2400, 1.5, 20.0
 STABILITY = {
     "wave": "stability against perturbations with the symmetry of the wave only",
     "folds": "stability from folds only",
@@ -378,17 +374,6 @@ def affordable(branches: Sequence[ResponseCurve], options: SolverOptions) -> int
     coefficients = sum(int((2 * branch.kept_harmonics + 1).sum()) for branch in branches)
     most = min(max(EQUAL_COST * coefficients, LEAST_BUDGET), MOST_BUDGET)
     return round(options.effort * SEARCH_COST[options.search] * most)
-
-
-def period_cost(ring: Ring, omega: float) -> float:
-    """Cost of a period of a blade, relative to a usual one, 1 at least: steps times contact displacements."""
-    contact, nodes = ring.contact, ring.modal.n_contacts
-    try:
-        steps = RetainedModes.of(ring, omega, COARSE * RETENTION).steps(omega, COARSE_STEPS)
-    except ArithmeticError:
-        return 1.0  # nothing will be integrated
-    weight = 3 * nodes * (CONE if contact.cone.any() else 1.0)
-    return max(float(steps * weight / USUAL_PERIOD) ** STIFFER, 1.0)
 
 
 def _why_not(options: SolverOptions) -> str:

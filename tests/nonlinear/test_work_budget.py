@@ -12,7 +12,8 @@ from nonlinear import options as solver_options
 from nonlinear.continuation.arclength_continuation import PointsPassed
 from nonlinear.response_solver import build_continuation
 from nonlinear.time_integration.ring import Ring
-from nonlinear.worst_motion.worst_motion import affordable, period_cost
+from nonlinear.worst_motion.ring_integration import period_cost
+from nonlinear.worst_motion.worst_motion import affordable
 from rom import modal_model
 
 FURTHER = "a larger response.effort goes further"
