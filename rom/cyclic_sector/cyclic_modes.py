@@ -87,6 +87,16 @@ class WaveProblem:
             raise RomParameterError("disk", "nodal_diameter", self.nodal_diameter, allowed)
 
     @property
+    def mass(self) -> IsotropicMatrix | csr_matrix:
+        """The mass (N, N)."""
+        return self.sector.mass
+
+    @property
+    def shift(self) -> float:
+        """Number s with K + s M definite: 0 where the disk is held."""
+        return self.sector.shift
+
+    @property
     def is_real(self) -> bool:
         """Whether neighbours move in phase or in opposite phase."""
         return 2 * self.nodal_diameter % self.sector.faces.n_sectors == 0

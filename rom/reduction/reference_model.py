@@ -14,8 +14,10 @@ R. R. Craig, C.-J. Chang, On the use of attachment modes in substructure couplin
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -43,6 +45,7 @@ MOST_MODES = 384
 # Mortar that stands for springs spread over the face, along t1 and along the radius: on a steel face of 12 x 5 mm its
 # frequencies are within 0.02 % of those with the shape functions of all nodes up to kn = 1e10 N/m, tied within 0.1 %.
 _LEAST_ON_FACE = (8, 6)
+COLUMNS = 64  # of motions at once
 BEYOND = 3.0  # highest mode over the highest frequency of interest, at least
 
 
@@ -96,10 +99,28 @@ def full_reference(
     """The reference of a full model for frequencies up to `highest_hz`."""
     require_at_rest(full)
     dofs = choose_boundary_dofs(full, sector, boundary)
-    face = spread_over_face(full, sector) if with_face else None
-    loads = None if boundary.loads is None else boundary.loads(full)
-    given = dofs, loads if loads is not None and loads.size else None
-    return _reference(full, sector.n_blades, highest_hz, given, face)
+    space = ResponseSpace.of(BladeProblem(full), full, dofs, boundary, highest_hz)
+
+    def model(basis: NDArray[np.float64], contact: ContactDofs) -> ReducedModel:
+        selected = boundary_selection(dofs, space.motion @ basis)
+        if space.loads is not None:
+            selected = space.loads.selection(selected, lambda vector: basis.T @ vector)
+        right, left = contact.relative(contact.motion @ basis)
+        selected |= {"contact_right": right, "contact_left": left, "interfaces": contact.interfaces}
+        mass, stiffness = (symmetric(inner(basis, matrix, basis)) for matrix in (full.mass, full.stiffness))
+        return ReducedModel(
+            mass,
+            stiffness,
+            contact_position=contact.position,
+            contact_area=contact.area,
+            contact_frame=contact.frames[: contact.count],
+            n_blades=sector.n_blades,
+            producer=f"shroud: {full.element or 'isoparametric'}, {full.n_dofs} dofs, {len(space.modes.omega)} free "
+            "modes and static responses",
+            **selected,
+        )
+
+    return space.reference(model, spread_over_face(full, sector) if with_face else None)
 
 
 def require_at_rest(full: FullModel, joined: ArrayLike = ()) -> None:
@@ -124,102 +145,162 @@ def held_frequencies(full: FullModel, count: int) -> NDArray[np.float64]:
     return np.asarray(modes.omega / (2.0 * np.pi))
 
 
-def _reference(
-    full: FullModel,
-    n_blades: int,
-    highest_hz: float,
-    boundary: tuple[BoundaryDofs, LoadVectors | None],
-    face: tuple[ContactDofs, Grid] | None,
-) -> FullReference:
-    """The reference with these boundary dofs, and with contact dofs `face` on a mortar of the grid beside it."""
-    dofs, loads = boundary
-    free = np.setdiff1d(np.arange(full.n_dofs), full.fixed)
-    parts = _Matrices(*(matrix[free][:, free] for matrix in (full.stiffness, full.mass)))
-    motion = dofs.motion(len(full.positions))[:, free]
-    factor = factorise(parts.held(floating_shift(full)))
-    forces = motion.T.toarray()
-    if loads is not None:
-        forces = np.hstack([forces, loads.columns()[free]])
-    static = factor.solve(forces)
-    modes = _modes_beyond(parts.mass, factor, highest_hz)
-    basis = _basis(parts.mass, factor, modes, _without_modes(static, forces, modes))
-    contact = 3 * dofs.contact.sides
+class Problem(Protocol):
+    """The undamped equations of a full model with free contacts, by displacements (N, k) of all nodes."""
 
-    def selected(basis: NDArray[np.float64]) -> dict[str, Any]:
-        found = boundary_selection(dofs, motion @ basis)
-        return found if loads is None else loads.selection(found, lambda vector: basis.T @ vector[free])
+    @property
+    def mass(self) -> Any:
+        """The mass (N, N)."""
 
-    model = ReducedModel(
-        contact_position=dofs.contact.position,
-        contact_area=dofs.contact.area,
-        contact_frame=dofs.contact.frames[: dofs.contact.count],
-        n_blades=n_blades,
-        producer=f"shroud: {full.element or 'isoparametric'}, {full.n_dofs} dofs, {len(modes)} free modes "
-        "and static responses",
-        **parts.projected(basis),
-        **selected(basis),
-    )
-    flexibility = None if full.floating else dofs.contact.flexibility((motion @ static)[:contact, :contact])
-    reference = FullReference(model, flexibility, len(modes))
-    if face is None:
-        return reference
-    forces = face[0].motion[:, free].T.toarray()
-    added = _added(_without_modes(factor.solve(forces), forces, modes), basis, parts.mass)
-    basis = np.hstack([basis, added])
-    changes = parts.projected(basis) | selected(basis)
-    return replace(reference, face=_on_face(model, face[0], forces.T @ basis, changes), face_grid=face[1])
+    @property
+    def shift(self) -> float:
+        """Number s with K + s M definite: 0 where every body is held."""
 
+    def modes(self, count: int) -> Any:
+        """The lowest modes, with `omega` (m,) and `shapes` (N, m)."""
 
-def _on_face(
-    model: ReducedModel, contact: ContactDofs, motion: NDArray[np.float64], changes: dict[str, Any]
-) -> ReducedModel:
-    """A model with other coordinates, in which `changes` are given, and other contact dofs, motion (3 m, n)."""
-    right, left = contact.relative(motion)
-    nodes = {"contact_position": contact.position, "contact_area": contact.area, "interfaces": contact.interfaces}
-    nodes["contact_frame"] = contact.frames[: contact.count]
-    return replace(model, **(changes | nodes | {"contact_right": right, "contact_left": left}))
+    def static_response(self, forces: NDArray[Any]) -> NDArray[Any]:
+        """Displacements (N, k) under forces (N, k) of K + s M."""
 
 
 @dataclass(frozen=True)
-class _Matrices:
-    """Stiffness and mass (n, n) of the free dofs."""
+class BladeProblem:
+    """A full model without neighbours: clamped dofs do not move."""
 
-    stiffness: csr_matrix
-    mass: csr_matrix
+    full: FullModel
 
-    def held(self, shift: float) -> csr_matrix:
-        """K + s M, definite where a body floats: in place of K it gives a basis as good."""
-        return (self.stiffness + shift * self.mass).tocsr() if shift else self.stiffness
+    @property
+    def mass(self) -> csr_matrix:
+        """The mass (N, N)."""
+        return self.full.mass
 
-    def projected(self, basis: NDArray[np.float64]) -> dict[str, Any]:
-        """Both projected on a basis (n, m), by argument of `ReducedModel`."""
-        return {
-            "mass": symmetric(basis.T @ (self.mass @ basis)),
-            "stiffness": symmetric(basis.T @ (self.stiffness @ basis)),
-        }
+    @cached_property
+    def shift(self) -> float:
+        """Number s with K + s M definite: where a body floats this gives a basis as good as K."""
+        return floating_shift(self.full)
+
+    @cached_property
+    def _free(self) -> NDArray[np.int64]:
+        return np.setdiff1d(np.arange(self.full.n_dofs), self.full.fixed)
+
+    @cached_property
+    def _factor(self) -> Factor:
+        shifted = self.full.stiffness + self.shift * self.full.mass if self.shift else self.full.stiffness
+        return factorise(shifted[self._free][:, self._free].tocsr())
+
+    def modes(self, count: int) -> ModalBasis:
+        """The lowest modes with free contacts, of K + s M."""
+        modes = lowest_modes(self.mass[self._free][:, self._free], self._factor, count)
+        return replace(modes, shapes=self._at_all(modes.shapes))
+
+    def static_response(self, forces: NDArray[Any]) -> NDArray[Any]:
+        """Displacements (N, k) under forces (N, k), of K + s M."""
+        return self._at_all(self._factor.solve(np.ascontiguousarray(forces[self._free])))
+
+    def _at_all(self, moved: NDArray[Any]) -> NDArray[Any]:
+        found = np.zeros((self.full.n_dofs, moved.shape[1]))
+        found[self._free] = moved
+        return found
 
 
-def _without_modes(
-    static: NDArray[np.float64], forces: NDArray[np.float64], modes: ModalBasis
-) -> NDArray[np.float64]:
-    """Static responses (n, k) to forces (n, k) less the part of the modes."""
-    return static - modes.shapes @ ((modes.shapes.T @ forces) / modes.omega[:, None] ** 2)
+@dataclass(frozen=True)
+class ResponseSpace:
+    """Motions (N, m) of all nodes that hold the responses of a full model up to a frequency."""
+
+    problem: Problem
+    n_nodes: int
+    dofs: BoundaryDofs
+    loads: LoadVectors | None
+    highest_hz: float
+
+    @classmethod
+    def of(
+        cls, problem: Problem, full: FullModel, dofs: BoundaryDofs, boundary: BoundaryChoice, highest_hz: float
+    ) -> ResponseSpace:
+        """The space of responses to forces at the boundary dofs and to the loads of a choice."""
+        loads = None if boundary.loads is None else boundary.loads(full)
+        given = loads if loads is not None and loads.size else None
+        return cls(problem, len(full.positions), dofs, given, highest_hz)
+
+    @cached_property
+    def motion(self) -> csr_matrix:
+        """Boundary dofs (b, N) of the motions."""
+        return self.dofs.motion(self.n_nodes).tocsr()
+
+    @cached_property
+    def modes(self) -> Any:
+        """The lowest free modes, up to three times the highest frequency of interest at least."""
+        count = FIRST_GUESS
+        while True:
+            modes = self.problem.modes(count)
+            if len(modes.omega) < count or modes.omega[-1] > 2.0 * np.pi * BEYOND * self.highest_hz:
+                return modes
+            if count >= MOST_MODES:
+                allowed = f"a range below {count} modes of the full model"
+                raise RomParameterError("response", "frequency", self.highest_hz, allowed)
+            count *= 2
+
+    @cached_property
+    def _static(self) -> NDArray[Any]:
+        """Responses (N, k) to forces at the boundary dofs, then to the loads; of K + s M where nothing holds."""
+        forces = self.motion.T.toarray()
+        if self.loads is not None:
+            forces = np.hstack([forces, self.loads.columns()])
+        return self.problem.static_response(forces)
+
+    @property
+    def flexibility(self) -> NDArray[Any] | None:
+        """Motions (6 n_c, 6 n_c) of the contact dofs for unit forces there, m/N; None where a body floats."""
+        if self.problem.shift:
+            return None
+        contact, rows = self.dofs.contact, 3 * self.dofs.contact.sides
+        return contact.flexibility(self.motion[:rows] @ self._static[:, :rows])
+
+    @cached_property
+    def basis(self) -> NDArray[Any]:
+        """Modes, the rest of static responses, quasi-static responses to their inertia, orthonormal (N, m)."""
+        mass = self.problem.mass
+        first = self._without_modes(self._static)
+        second = self._without_modes(self.problem.static_response(_product(mass, first)))
+        vectors = np.hstack([self.modes.shapes, first, second])
+        return np.asarray(vectors @ orthonormal_combinations(inner(vectors, mass, vectors)))
+
+    def extended(self, contact: ContactDofs) -> NDArray[Any]:
+        """The basis, and behind it what the responses to forces at other contact dofs add."""
+        mass, basis = self.problem.mass, self.basis
+        vectors = self._without_modes(self.problem.static_response(contact.motion.toarray().T))
+        before = np.diag(inner(vectors, mass, vectors)).real
+        for _ in range(2):  # little may be left: orthogonal to round-off
+            vectors -= basis @ inner(basis, mass, vectors)
+        return np.hstack([basis, vectors @ orthonormal_combinations(inner(vectors, mass, vectors), before)])
+
+    def _without_modes(self, vectors: NDArray[Any]) -> NDArray[Any]:
+        shapes = self.modes.shapes
+        return np.asarray(vectors - shapes @ inner(shapes, self.problem.mass, vectors))
+
+    def reference(
+        self, model: Callable[[NDArray[Any], ContactDofs], ReducedModel], face: tuple[ContactDofs, Grid] | None
+    ) -> FullReference:
+        """The reference of models in a basis with some contact dofs; `face`: those of a fine mortar, and its grid."""
+        reference = FullReference(model(self.basis, self.dofs.contact), self.flexibility, len(self.modes.omega))
+        if face is None:
+            return reference
+        return replace(reference, face=model(self.extended(face[0]), face[0]), face_grid=face[1])
 
 
-def _basis(mass: csr_matrix, factor: Factor, modes: ModalBasis, first: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Modes, the rest (n, k) of static responses, and the quasi-static responses to their inertia, orthonormal."""
-    second = factor.solve(mass @ first)
-    second -= modes.shapes @ (modes.shapes.T @ (mass @ second))
-    vectors = np.hstack([modes.shapes, first, second])
-    return vectors @ orthonormal_combinations(vectors.T @ (mass @ vectors))
+def _product(matrix: Any, columns: NDArray[Any]) -> NDArray[Any]:
+    """A product of a real matrix (N, N) with real or complex columns (N, k)."""
+    columns = np.ascontiguousarray(columns)
+    return np.asarray(matrix @ columns.view(float)).view(columns.dtype)
 
 
-def _added(vectors: NDArray[np.float64], basis: NDArray[np.float64], mass: csr_matrix) -> NDArray[np.float64]:
-    """What vectors (n, k) add to an orthonormal basis (n, m), orthonormal."""
-    before = np.sum(vectors * (mass @ vectors), axis=0)
-    for _ in range(2):  # little may be left: orthogonal to round-off
-        vectors = vectors - basis @ (basis.T @ (mass @ vectors))
-    return vectors @ orthonormal_combinations(vectors.T @ (mass @ vectors), before)
+def inner(left: NDArray[Any], matrix: Any, right: NDArray[Any]) -> NDArray[Any]:
+    """U^H A V (m, k) of motions U (N, m) and V (N, k) by columns of V: motions take much of the memory."""
+    found = np.empty((left.shape[1], right.shape[1]), np.result_type(left, right))
+    for first in range(0, right.shape[1], COLUMNS):
+        part = slice(first, first + COLUMNS)
+        found[:, part] = (left.T @ _product(matrix, right[:, part]).conj()).conj()
+    return found
 
 
 def spread_over_face(full: FullModel, sector: SectorMesh) -> tuple[ContactDofs, Grid] | None:
@@ -232,18 +313,6 @@ def spread_over_face(full: FullModel, sector: SectorMesh) -> tuple[ContactDofs, 
         return averaged_dofs(sector, full.element, "mortar", grid), grid
     except RomParameterError:
         return None
-
-
-def _modes_beyond(mass: csr_matrix, factor: Factor, highest_hz: float) -> ModalBasis:
-    """The lowest free modes, up to three times the highest frequency of interest at least."""
-    count = FIRST_GUESS
-    while True:
-        modes = lowest_modes(mass, factor, count)
-        if len(modes) < count or modes.omega[-1] > 2.0 * np.pi * BEYOND * highest_hz:
-            return modes
-        if count >= MOST_MODES:
-            raise RomParameterError("response", "frequency", highest_hz, f"a range below {count} modes of the blade")
-        count *= 2
 
 
 def static_error(model: ReducedModel, flexibility: NDArray[Any], phase: float = 0.0) -> float:

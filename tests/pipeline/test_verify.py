@@ -276,7 +276,7 @@ def test_what_cannot_be_verified_is_one_line(tmp_path: Path, monkeypatch: pytest
     monkeypatch.setattr(import_module("rom.reduction.reference_model"), "MOST_MODES", 24)
     status, said, error = verify(tmp_path, "--quiet", response__frequency=[300.0, 3e4])
     assert (status, said, error.count("\n")) == (2, "", 1)
-    assert "response.frequency: 30000.0, allowed: a range below 24 modes of the blade" in error
+    assert "response.frequency: 30000.0, allowed: a range below 24 modes of the full model" in error
     assert not (tmp_path / "out" / "summary.json").exists()
 
 
