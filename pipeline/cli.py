@@ -6,6 +6,7 @@ import errno
 import signal
 import sys
 import warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -15,20 +16,12 @@ from pipeline.command_usage import (
     TOLERANCES,
     AxisOption,
     BladesOption,
-    ClusterOption,
-    ForceOption,
-    JobsOption,
-    JsonOption,
     LifeOption,
     ObjectiveOption,
-    OutOption,
+    Options,
     OutputOption,
     OverOption,
-    QuietOption,
-    RecomputeOption,
-    RomOption,
     SceneArgument,
-    SchedulerOption,
     ToleranceOption,
     UnitOption,
     app_for,
@@ -37,6 +30,7 @@ from pipeline.command_usage import (
     print_version,
     refuse_twice,
     refuse_without,
+    takes,
     wrong_usage,
 )
 from pipeline.process.program import collect_rarely, end_program, flush_stdout, prepare_libraries, prepare_streams
@@ -46,13 +40,10 @@ from pipeline.terminal import (
     BY_SIGNAL,
     COMPUTED,
     NOT_REACHED,
-    finish,
     print_error,
     print_info,
-    print_notes,
     print_problems,
     print_verification,
-    stoppable,
 )
 
 _NO_OUTPUT = "shroud: the output cannot be written"
@@ -81,165 +72,100 @@ def common(
         "shroud run my.toml --until reduce",
     )
 )
+@takes("out", "force", "jobs", "quiet", "as_json", "recompute", "scheduler", "cluster")
 def run(
     scene: SceneArgument,
-    out: OutOption = None,
     until: Annotated[
         Stage | None, typer.Option(help="Last stage to run; by default everything that the scene asks for.")
     ] = None,
-    force: ForceOption = False,
-    jobs: JobsOption = None,
-    quiet: QuietOption = False,
-    as_json: JsonOption = False,
     *,
-    recompute: RecomputeOption = False,
-    scheduler: SchedulerOption = None,
-    cluster: ClusterOption = None,
+    options: Options,
 ) -> None:
     """Run a scene, recomputing only what has changed."""
-    from pipeline.scene.reading import read_scene
-    from pipeline.stages.request import Request
-
-    file = read_scene(scene)
-    target = out or Path("out") / file.first.name
-    last = until.value if until else None
-    finish(Request(file, target, last, force, jobs, None, scheduler, cluster, recompute), quiet, as_json)
+    options.run(scene, until)
 
 
 @app.command(epilog=examples("shroud respond my.toml --rom rom.h5"))
+@takes("out", "force", "jobs", "quiet", "as_json", "recompute", "scheduler", "cluster")
 def respond(
     scene: SceneArgument,
     rom: Annotated[Path, typer.Option("--rom", metavar="FILE.h5", help="Reduced model, HDF5.", readable=False)],
-    out: OutOption = None,
-    force: ForceOption = False,
-    jobs: JobsOption = None,
-    quiet: QuietOption = False,
-    as_json: JsonOption = False,
     *,
-    recompute: RecomputeOption = False,
-    scheduler: SchedulerOption = None,
-    cluster: ClusterOption = None,
+    options: Options,
 ) -> None:
     """Solve the response of any reduced model.
 
     The nonlinear stage alone; the scene needs no blade.
     """
-    from pipeline.scene.reading import read_scene
-    from pipeline.stages.request import Request
-
-    file = read_scene(scene, given_model=True)
-    target = out or Path("out") / file.first.name
-    finish(Request(file, target, None, force, jobs, rom, scheduler, cluster, recompute), quiet, as_json)
+    replace(options, rom=rom).run(scene)
 
 
 @app.command(epilog=examples("shroud modes my.toml", "shroud modes my.toml --json"))
-def modes(
-    scene: SceneArgument,
-    rom: RomOption = None,
-    out: OutOption = None,
-    force: ForceOption = False,
-    jobs: JobsOption = None,
-    quiet: QuietOption = False,
-    as_json: JsonOption = False,
-    *,
-    recompute: RecomputeOption = False,
-) -> None:
+@takes("rom", "out", "force", "jobs", "quiet", "as_json", "recompute")
+def modes(scene: SceneArgument, *, options: Options) -> None:
     """Print natural frequencies, crossings and static contact.
 
     In seconds, before any response: frequencies with free, sliding and stuck shrouds and the names of the modes, the
     normal force at speed, a frequency range. Diagrams over nodal diameters and speeds go to the folder modes of DIR.
     """
     from pipeline.mode_diagrams import find_modes
-    from pipeline.process.progress import Reporter
-    from pipeline.results.outputs import as_json as json_text
-    from pipeline.scene.reading import read_scene
-    from pipeline.stages.request import Request
     from pipeline.terminal import print_modes
 
-    file = read_scene(scene, given_model=rom is not None)
-    request = Request(
-        file, out or Path("out") / file.first.name, Stage.REDUCE.value, force, jobs, rom, recompute=recompute
-    )
-    if not quiet:
-        print_notes(file.notes)
-    with stoppable() as interrupts:
-        found = find_modes(request, Reporter(quiet, interrupts=interrupts))
-    if as_json:
-        print(json_text(found.values))
-    elif not quiet:
-        print_modes(found.models, found.values["campbell"])
-        print("\n".join(map(str, found.files)))
-    print_problems(found.problems)
-    raise typer.Exit(NOT_REACHED if found.problems else COMPUTED)
+    request = options.request(scene, Stage.REDUCE)
+    with options.reporter() as reporter:
+        diagrams = find_modes(request, reporter)
+    if options.print_text(diagrams.values):
+        print_modes(diagrams.models, diagrams.values["campbell"])
+        print("\n".join(map(str, diagrams.files)))
+    print_problems(diagrams.problems)
+    raise typer.Exit(NOT_REACHED if diagrams.problems else COMPUTED)
 
 
 @app.command(epilog=examples("shroud verify my.toml", "shroud verify my.toml --tolerance 0.01 --json"))
+@takes("out", "force", "quiet", "as_json", "recompute")
 def verify(
     scene: SceneArgument,
-    out: OutOption = None,
     tolerance: Annotated[
         float | None,
         typer.Option(
             min=TOLERANCES[0], max=TOLERANCES[1], help="Relative error to stay within; rom.tolerance by default."
         ),
     ] = None,
-    as_json: JsonOption = False,
-    force: ForceOption = False,
-    quiet: QuietOption = False,
     *,
-    recompute: RecomputeOption = False,
+    options: Options,
 ) -> None:
     """Measure the errors of mesh and reduced models.
 
     Errors of frequencies and receptances due to modes, contact dofs and mesh, and which keys to change.
     """
-    from pipeline.process.progress import Reporter
-    from pipeline.scene.reading import read_scene
-    from pipeline.stages.request import Request
     from pipeline.verify.stage import verify as measure
 
-    file = read_scene(scene)
-    if not quiet:
-        print_notes(file.notes)
-    with stoppable() as interrupts:
-        reporter = Reporter(quiet, interrupts=interrupts)
-        target = out or Path("out") / file.first.name
-        request = Request(file, target, Stage.REDUCE.value, force, recompute=recompute)
-        found = measure(request, tolerance, reporter)
-    print_verification(found, quiet, as_json)
-    print_problems(found.problems)
-    raise typer.Exit(NOT_REACHED if found.problems else COMPUTED)
+    request = options.request(scene, Stage.REDUCE)
+    with options.reporter() as reporter:
+        errors = measure(request, tolerance, reporter)
+    print_verification(errors, options.quiet, options.as_json)
+    print_problems(errors.problems)
+    raise typer.Exit(NOT_REACHED if errors.problems else COMPUTED)
 
 
 @app.command(epilog=examples("shroud report scenes/dummy.toml"))
-def report(
-    scene: SceneArgument,
-    out: OutOption = None,
-    force: ForceOption = False,
-    jobs: JobsOption = None,
-    quiet: QuietOption = False,
-    as_json: JsonOption = False,
-    *,
-    recompute: RecomputeOption = False,
-    scheduler: SchedulerOption = None,
-    cluster: ClusterOption = None,
-) -> None:
+@takes("out", "force", "jobs", "quiet", "as_json", "recompute", "scheduler", "cluster")
+def report(scene: SceneArgument, *, options: Options) -> None:
     """Run a scene and write a report page.
 
     The page is report.html in the output folder; it needs no other file.
     """
-    where = {"scheduler": scheduler, "cluster": cluster}
-    run(scene, out, Stage.REPORT, force, jobs, quiet, as_json, recompute=recompute, **where)
+    options.run(scene, Stage.REPORT)
 
 
 @app.command(epilog=examples("shroud explore scenes/dummy.toml", "shroud explore my.toml --port 5006 --no-browser"))
+@takes("rom", "out", "quiet")
 def explore(
     scene: SceneArgument,
-    rom: RomOption = None,
-    out: OutOption = None,
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port of this machine; by default a free one.")] = 0,
     browser: Annotated[bool, typer.Option(help="Open the page in the browser.")] = True,
-    quiet: QuietOption = False,
+    *,
+    options: Options,
 ) -> None:
     """Turn the knobs of a scene and see its response live.
 
@@ -247,18 +173,14 @@ def explore(
     """
     from pipeline.explore.start import page_server
     from pipeline.process.interrupts import Stopped
-    from pipeline.process.progress import Reporter
-    from pipeline.scene.reading import read_scene
 
-    file = read_scene(scene, given_model=rom is not None)
-    if not quiet:
-        print_notes(file.notes)
+    file = options.request(scene).scene
     with (
-        stoppable() as interrupts,
-        page_server(file, out, rom, port, Reporter(quiet, interrupts=interrupts)) as (server, _),
+        options.reporter() as reporter,
+        page_server(file, options.out, options.rom, port, reporter) as (server, _),
     ):
         print(server.address, flush=True)
-        if not quiet:
+        if not options.quiet:
             print_error("Ctrl-C ends the page")
         try:
             server.run(browser)
@@ -274,6 +196,7 @@ def explore(
         "shroud check my.toml --frequency 352.8 --curve 3 --branch 1",
     )
 )
+@takes("rom", "out", "force", "quiet", "as_json", "recompute")
 def check(
     scene: SceneArgument,
     frequency: Annotated[
@@ -291,12 +214,7 @@ def check(
         int | None, typer.Option(min=1, metavar="N", help="Which of the solutions at the frequency; 1, the highest.")
     ] = None,
     *,
-    rom: RomOption = None,
-    out: OutOption = None,
-    force: ForceOption = False,
-    recompute: RecomputeOption = False,
-    quiet: QuietOption = False,
-    as_json: JsonOption = False,
+    options: Options,
 ) -> None:
     """Check by time integration whether a motion persists.
 
@@ -307,31 +225,19 @@ def check(
     from pipeline.check.check_point import CheckedPoint
     from pipeline.check.check_run import run_check, run_worst_checks
     from pipeline.errors import input_error
-    from pipeline.process.progress import Reporter
-    from pipeline.results.outputs import as_json as json_text
-    from pipeline.scene.reading import read_scene
-    from pipeline.stages.request import Request
 
-    file = read_scene(scene, given_model=rom is not None)
-    request = Request(
-        file, out or Path("out") / file.first.name, Stage.RESPOND.value, force, rom=rom, recompute=recompute
-    )
     for name, value in (("--branch", branch), ("--solution", solution)):
         if frequency is None and value is not None:
             raise input_error("shroud check", name, str(value), "beside --frequency only")
-    if not quiet:
-        print_notes(file.notes)
-    with stoppable() as interrupts:
-        reporter = Reporter(quiet, interrupts=interrupts)
+    request = options.request(scene, Stage.RESPOND)
+    with options.reporter() as reporter:
         if frequency is None:
-            found = run_worst_checks(request, curve, reporter)
+            checks = run_worst_checks(request, curve, reporter)
         else:
-            found = run_check(request, CheckedPoint(curve or 0, frequency, branch, solution or 1), reporter)
-    if as_json:
-        print(json_text(found.values))
-    elif not quiet:
-        print("\n".join(found.lines))
-    print_problems(found.problems)
+            checks = run_check(request, CheckedPoint(curve or 0, frequency, branch, solution or 1), reporter)
+    if options.print_text(checks.values):
+        print("\n".join(checks.lines))
+    print_problems(checks.problems)
 
 
 @app.command(
@@ -343,6 +249,7 @@ def check(
         "shroud optimise my.toml --over shroud.angle=60:90 --over contact.preload",
     )
 )
+@takes("rom", "out", "force", "jobs", "quiet", "as_json", "recompute")
 def optimise(
     scene: SceneArgument,
     over: OverOption = None,
@@ -350,14 +257,8 @@ def optimise(
     objective: ObjectiveOption = None,
     life: LifeOption = None,
     output: OutputOption = None,
-    rom: RomOption = None,
-    out: OutOption = None,
     *,
-    jobs: JobsOption = None,
-    quiet: QuietOption = False,
-    as_json: JsonOption = False,
-    force: ForceOption = False,
-    recompute: RecomputeOption = False,
+    options: Options,
 ) -> None:
     """Find the values of keys at which the worst motion is lowest.
 
@@ -365,49 +266,37 @@ def optimise(
     """
     from pipeline.optimise import Asked, objective_asked, optimum_text
     from pipeline.optimise import optimise as search
-    from pipeline.process.progress import Reporter
-    from pipeline.results.outputs import as_json as json_text
-    from pipeline.scene.reading import read_scene
-    from pipeline.stages.request import Request
 
-    file = read_scene(scene, given_model=rom is not None)
-    request = Request(
-        file, out or Path("out") / file.first.name, Stage.RESPOND.value, force, jobs, rom, recompute=recompute
-    )
-    if not quiet:
-        print_notes(file.notes)
+    request = options.request(scene, Stage.RESPOND)
     asked = Asked(over or [], tolerance or [], objective_asked(objective), output, life)
-    with stoppable() as interrupts:
-        found = search(request, asked, Reporter(quiet, interrupts=interrupts))
-    if found.lines and as_json:
-        print(json_text(found.values))
-    elif found.lines and not quiet:
-        print(optimum_text(found, request.out))
-    print_problems(found.problems)
-    if found.stopped is not None:
-        raise typer.Exit(BY_SIGNAL + found.stopped.signal)
-    raise typer.Exit(COMPUTED if found.lines and not found.problems else NOT_REACHED)
+    with options.reporter() as reporter:
+        optimum = search(request, asked, reporter)
+    if optimum.lines and options.print_text(optimum.values):
+        print(optimum_text(optimum, request.out))
+    print_problems(optimum.problems)
+    if optimum.stopped is not None:
+        raise typer.Exit(BY_SIGNAL + optimum.stopped.signal)
+    raise typer.Exit(COMPUTED if optimum.lines and not optimum.problems else NOT_REACHED)
 
 
 @app.command(epilog=examples("shroud info out/dummy", "shroud info rom.h5 --json"))
+@takes("as_json")
 def info(
     file: Annotated[
         Path, typer.Argument(metavar="SOURCE", help="Output folder, response.h5 or rom.h5.", readable=False)
     ],
-    as_json: JsonOption = False,
+    *,
+    options: Options,
 ) -> None:
     """Print the contents of results or a reduced model.
 
     With an output folder: what the run has said at its end, points and errors of each curve, and how sure they are.
     """
     from pipeline.results.file_info import contents
-    from pipeline.results.outputs import as_json as json_text
 
-    found = contents(file)
-    if as_json:
-        print(json_text(found))
-    else:
-        print_info(found)
+    values = contents(file)
+    if options.print_text(values):
+        print_info(values)
 
 
 @app.command(
@@ -419,6 +308,7 @@ def info(
         "shroud export rom.h5 --to rom.op4",
     )
 )
+@takes("quiet")
 def export(
     source: Annotated[
         Path, typer.Argument(metavar="SOURCE", help="Output folder, response.h5 or rom.h5.", readable=False)
@@ -449,7 +339,8 @@ def export(
         typer.Option(min=0, metavar="N", help="The motion at the peak of curve N (.vtu, .pvd) in place of modes."),
     ] = None,
     mode: Annotated[int | None, typer.Option(min=1, metavar="N", help="Mode of an animation (.pvd).")] = None,
-    quiet: QuietOption = False,
+    *,
+    options: Options,
 ) -> None:
     """Write results or a reduced model for other programs.
 
@@ -459,20 +350,21 @@ def export(
     from pipeline.export.motions import MotionChoice
     from pipeline.export.write import export as write
 
-    said = write(source, to, mesh, file_format, MotionChoice(engine_order, mode, curve))
-    if not quiet:
-        print(f"{to}: {said}")
+    written = write(source, to, mesh, file_format, MotionChoice(engine_order, mode, curve))
+    if not options.quiet:
+        print(f"{to}: {written}")
 
 
 @app.command(epilog=examples("shroud validate my.toml"))
-def validate(scene: SceneArgument, as_json: JsonOption = False, force: ForceOption = False) -> None:
+@takes("as_json", "force")
+def validate(scene: SceneArgument, *, options: Options) -> None:
     """List all errors of a scene; nothing is run.
 
     One line for each error with the line of the file; exit status 2 where there is one.
     """
     from pipeline.terminal import print_validation
 
-    if not print_validation(scene, as_json, force):
+    if not print_validation(scene, options.as_json, options.force):
         raise typer.Exit(BAD_INPUT)
 
 
@@ -512,13 +404,13 @@ def new(
 
 
 @app.command("warm-up")
-def warm_up(quiet: QuietOption = False) -> None:
+@takes("quiet")
+def warm_up(*, options: Options) -> None:
     """Compile the kernels, so that no run has to."""
-    from pipeline.process.progress import Reporter
     from pipeline.stages.warm_up import warm_up_all
 
-    with stoppable() as interrupts:
-        warm_up_all(Reporter(quiet, interrupts=interrupts))
+    with options.reporter() as reporter:
+        warm_up_all(reporter)
 
 
 @app.command(epilog=examples("shroud schema > scene.schema.json"))

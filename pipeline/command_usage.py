@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from copy import copy
+from dataclasses import dataclass, fields
+from functools import cache
+from inspect import Parameter, Signature, signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 
@@ -14,6 +18,9 @@ from pipeline.stages.stage import Stage
 
 if TYPE_CHECKING:
     from typer.exceptions import TyperException
+
+    from pipeline.process.progress import Reporter
+    from pipeline.stages.request import Request
 
 
 FLAGS = (
@@ -107,44 +114,11 @@ def refuse_twice(arguments: list[str]) -> None:
 
 # readable=False: a file that may not be read is told of by the code that reads it, like everything else about a file
 SceneArgument = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file, TOML.", readable=False)]
-OutOption = Annotated[
-    Path | None,
-    typer.Option(
-        "--out", metavar="DIR", parser=output_parser("--out"), help="Output folder; out/<scene name> by default."
-    ),
-]
-ForceOption = Annotated[bool, typer.Option("--force", help="Accept values far beyond the usual.")]
-RecomputeOption = Annotated[
-    bool, typer.Option("--recompute", help="Compute everything again, also what is unchanged.")
-]
-JobsOption = Annotated[
-    int | None,
-    typer.Option(
-        "--jobs",
-        min=1,
-        max=MOST_JOBS,
-        help="Curves solved at once; by default one per core, unless the run is short.",
-    ),
-]
-SchedulerOption = Annotated[
-    str | None,
-    typer.Option(
-        "--scheduler", metavar="ADDRESS", help="An existing cluster: tcp://HOST:PORT, or its scheduler file."
-    ),
-]
-ClusterOption = Annotated[
-    str | None, typer.Option("--cluster", metavar="local:N", help="N worker processes on this machine, for this run.")
-]
-QuietOption = Annotated[bool, typer.Option("--quiet", help="Print errors only.")]
-JsonOption = Annotated[bool, typer.Option("--json", help="Print the results as JSON, and nothing else on stdout.")]
 UnitOption = Annotated[str | None, typer.Option("--unit", metavar="UNIT", help="Of the mesh file: m, mm or in.")]
 AxisOption = Annotated[
     str | None, typer.Option("--axis", metavar="AXIS", help="Engine axis in the mesh file: x, y, z, -x, -y or -z.")
 ]
 BladesOption = Annotated[int | None, typer.Option("--blades", metavar="N", help="Blades of the ring of the mesh.")]
-RomOption = Annotated[
-    Path | None, typer.Option("--rom", metavar="FILE.h5", help="Reduced model, as in respond.", readable=False)
-]
 ObjectiveOption = Annotated[
     str | None,
     typer.Option(
@@ -176,3 +150,107 @@ ToleranceOption = Annotated[
 OutputOption = Annotated[
     str | None, typer.Option("--output", metavar="NAME", help="An [[output]] whose largest value is made low.")
 ]
+
+
+@dataclass(frozen=True)
+class Options:
+    """Options that several commands have, and what these do with them."""
+
+    rom: Annotated[
+        Path | None, typer.Option("--rom", metavar="FILE.h5", help="Reduced model, as in respond.", readable=False)
+    ] = None
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out", metavar="DIR", parser=output_parser("--out"), help="Output folder; out/<scene name> by default."
+        ),
+    ] = None
+    force: Annotated[bool, typer.Option("--force", help="Accept values far beyond the usual.")] = False
+    jobs: Annotated[
+        int | None,
+        typer.Option(
+            "--jobs",
+            min=1,
+            max=MOST_JOBS,
+            help="Curves solved at once; by default one per core, unless the run is short.",
+        ),
+    ] = None
+    quiet: Annotated[bool, typer.Option("--quiet", help="Print errors only.")] = False
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print the results as JSON, and nothing else on stdout.")
+    ] = False
+    recompute: Annotated[
+        bool, typer.Option("--recompute", help="Compute everything again, also what is unchanged.")
+    ] = False
+    scheduler: Annotated[
+        str | None,
+        typer.Option(
+            "--scheduler", metavar="ADDRESS", help="An existing cluster: tcp://HOST:PORT, or its scheduler file."
+        ),
+    ] = None
+    cluster: Annotated[
+        str | None,
+        typer.Option("--cluster", metavar="local:N", help="N worker processes on this machine, for this run."),
+    ] = None
+
+    def request(self, scene: Path, until: Stage | None = None, notes: bool = True) -> Request:
+        """What is asked for of a scene file; prints the notes on the file."""
+        from pipeline.scene.reading import read_scene
+        from pipeline.stages.request import Request
+        from pipeline.terminal import print_notes
+
+        file = read_scene(scene, given_model=self.rom is not None)
+        if notes and not self.quiet:
+            print_notes(file.notes)
+        target, last = self.out or Path("out") / file.first.name, until.value if until else None
+        where = self.rom, self.scheduler, self.cluster, self.recompute
+        return Request(file, target, last, self.force, self.jobs, *where)
+
+    def run(self, scene: Path, until: Stage | None = None) -> None:
+        """Run a scene up to a stage, print its results and exit."""
+        from pipeline.terminal import finish
+
+        finish(self.request(scene, until, notes=False), self.quiet, self.as_json)
+
+    @contextmanager
+    def reporter(self) -> Iterator[Reporter]:
+        """Progress of work that a signal may end."""
+        from pipeline.process.progress import Reporter
+        from pipeline.terminal import stoppable
+
+        with stoppable() as interrupts:
+            yield Reporter(self.quiet, interrupts=interrupts)
+
+    def print_text(self, values: Any) -> bool:
+        """Print values as JSON where that is asked for; returns whether text is to be printed in their place."""
+        from pipeline.results.outputs import as_json
+
+        if self.as_json:
+            print(as_json(values))
+        return not (self.as_json or self.quiet)
+
+
+@cache
+def _parameters() -> tuple[Parameter, ...]:
+    """The options as parameters of a command."""
+    types = get_type_hints(Options, include_extras=True)
+    own = Parameter.KEYWORD_ONLY
+    return tuple(Parameter(f.name, own, default=f.default, annotation=types[f.name]) for f in fields(Options))
+
+
+def takes(*names: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Let a command take these options of `Options`; the command gets them as its argument `options`."""
+
+    def with_options(command: Callable[..., None]) -> Callable[..., None]:
+        own = [item for item in signature(command, eval_str=True).parameters.values() if item.name != "options"]
+        shared = [item for item in _parameters() if item.name in names]
+
+        def called(**given: Any) -> None:
+            options = Options(**{name: given.pop(name) for name in names})
+            command(**given, options=options)
+
+        called.__name__, called.__doc__ = command.__name__, command.__doc__
+        called.__signature__ = Signature([*own, *shared])  # type: ignore[attr-defined]
+        return called
+
+    return with_options

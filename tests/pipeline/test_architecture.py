@@ -87,7 +87,8 @@ LAYERS = {
         {"run"},
         {"check", "mode_diagrams", "new_scene", "optimise"},
         {"explore"},
-        {"python_interface", "command_usage", "terminal"},
+        {"python_interface", "terminal"},
+        {"command_usage"},
         {"cli"},
     ],
 }
