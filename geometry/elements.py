@@ -22,6 +22,7 @@ class ElementKind:
     """Topology of an element."""
 
     name: str  # "tet4", "tet10", "wedge6", "wedge15", "hex8" or "hex20"
+    meshio_name: str  # name of the cell in meshio
     cell_type: int  # number of the cell type in VTK
     corners: int  # number of corners; they are the first nodes
     # the two corners of each edge; the mid-side nodes follow the corners in this order
@@ -59,12 +60,12 @@ ELEMENT_KINDS: Mapping[str, ElementKind] = MappingProxyType(
     {
         kind.name: kind
         for kind in (
-            ElementKind("tet4", 10, 4, _TET_EDGES, _TET_SIDES, False),
-            ElementKind("tet10", 24, 4, _TET_EDGES, _TET_SIDES, True),
-            ElementKind("wedge6", 13, 6, _WEDGE_EDGES, _WEDGE_SIDES, False),
-            ElementKind("wedge15", 26, 6, _WEDGE_EDGES, _WEDGE_SIDES, True),
-            ElementKind("hex8", 12, 8, _HEX_EDGES, _HEX_SIDES, False),
-            ElementKind("hex20", 25, 8, _HEX_EDGES, _HEX_SIDES, True),
+            ElementKind("tet4", "tetra", 10, 4, _TET_EDGES, _TET_SIDES, False),
+            ElementKind("tet10", "tetra10", 24, 4, _TET_EDGES, _TET_SIDES, True),
+            ElementKind("wedge6", "wedge", 13, 6, _WEDGE_EDGES, _WEDGE_SIDES, False),
+            ElementKind("wedge15", "wedge15", 26, 6, _WEDGE_EDGES, _WEDGE_SIDES, True),
+            ElementKind("hex8", "hexahedron", 12, 8, _HEX_EDGES, _HEX_SIDES, False),
+            ElementKind("hex20", "hexahedron20", 25, 8, _HEX_EDGES, _HEX_SIDES, True),
         )
     }
 )

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from geometry.elements import ElementBlock
+from geometry.elements import ELEMENT_KINDS, ElementBlock
 from geometry.errors import SectorFileError
 from geometry.sector import ContactFace, FacePair, IntArray, SectorMesh, check_sector
 
@@ -27,15 +27,6 @@ PAIR = "pair_"
 MAIN = "main_"
 KIND = "kind_"
 FACE_SETS = ("contact_right", "contact_left", "face_right", "face_left")
-# Name of each kind of element as a cell of meshio.
-MESHIO_CELLS = {
-    "tet4": "tetra",
-    "tet10": "tetra10",
-    "wedge6": "wedge",
-    "wedge15": "wedge15",
-    "hex8": "hexahedron",
-    "hex20": "hexahedron20",
-}
 
 
 def _format(path: str | Path) -> str:
@@ -78,7 +69,7 @@ def export_sector(path: str | Path, sector: SectorMesh) -> None:
         for name in names[1:]:
             has = [np.full(len(block), float(block.material == name)) for block in sector.blocks]
             cell_fields[MATERIAL + name] = has
-    elements = [(MESHIO_CELLS[block.kind], block.nodes) for block in sector.blocks]
+    elements = [(block.topology.meshio_name, block.nodes) for block in sector.blocks]
     library = cell_library(sector)
     mesh = library.Mesh(sector.points, elements, fields, cell_fields, groups)
     library.write(path, mesh, file_format=file_format)
@@ -137,7 +128,7 @@ def _read(path: str, file_format: str) -> Any:
 
 def _blocks(mesh: Any) -> tuple[ElementBlock, ...]:
     """The elements by kind and material, in their order."""
-    kinds = {cell: kind for kind, cell in MESHIO_CELLS.items()}
+    kinds = {kind.meshio_name: name for name, kind in ELEMENT_KINDS.items()}
     named = {name.removeprefix(MATERIAL): data for name, data in mesh.cell_data.items() if name.startswith(MATERIAL)}
     if tags := mesh.cell_data.get("gmsh:physical"):
         named = {name: [tag == group[0] for tag in tags] for name, group in mesh.field_data.items()}

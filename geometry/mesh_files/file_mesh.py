@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from geometry.elements import ELEMENT_KINDS
 from geometry.errors import MeshFileError
 from geometry.sector import FloatArray, IntArray
 
@@ -31,17 +32,9 @@ EFFECTS = {
 }
 NO_EFFECT = ("supports", "cyclic", "contacts", "surfaces", "unknown")
 KINDS = {
-    "tetra": "tet4",
-    "tetra10": "tet10",
-    "wedge": "wedge6",
-    "wedge15": "wedge15",
-    "wedge18": "wedge15",
-    "hexahedron": "hex8",
-    "hexahedron20": "hex20",
-    "hexahedron24": "hex20",
-    "hexahedron27": "hex20",
+    **{kind.meshio_name: name for name, kind in ELEMENT_KINDS.items()},
+    **{"wedge18": "wedge15", "hexahedron24": "hex20", "hexahedron27": "hex20"},  # without their inner nodes
 }
-NODES = {"wedge15": 15, "hex20": 20}
 FACE_CORNERS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}
 
 
@@ -155,9 +148,9 @@ def mesh_of_cells(path: object, points: FloatArray, cells: list[CellBlock]) -> F
             nodes = block.data + 1
             if (nodes < 1).any():
                 raise mesh.refuse(f"{block.type} cells name point {nodes.min() - 1}: points are counted from 0")
-            if nodes.shape[1] > NODES.get(kind, 20):
+            if nodes.shape[1] > ELEMENT_KINDS[kind].n_nodes:
                 mesh.notes.append(f"{block.type} cells are taken as {kind}: their inner nodes are left out")
-                nodes = nodes[:, : NODES[kind]]
+                nodes = nodes[:, : ELEMENT_KINDS[kind].n_nodes]
             mesh.elements.append(FileElements(kind, block.labels, nodes))
         elif block.type not in FACE_CORNERS and block.type not in ("vertex", "line", "line3"):
             mesh.leave_out("bodies", {f"cells {block.type}": len(block.data)})

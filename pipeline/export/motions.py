@@ -127,7 +127,7 @@ def write_motion(found: MeshMotion, target: Path) -> str:
     A mode is one array, and a second one, `_imag`, where its points do not move in phase. The harmonics of a motion
     are `displacement_0_m`, `displacement_1_real_m`, `displacement_1_imag_m`, ...
     """
-    from geometry.exchange import MESHIO_CELLS, cell_library
+    from geometry.exchange import cell_library
 
     data: dict[str, NDArray[np.float64]] = {}
     for name, harmonics in found.shapes.items():
@@ -138,7 +138,7 @@ def write_motion(found: MeshMotion, target: Path) -> str:
         data[f"{name}_0_m"] = np.real(harmonics[0])
         for h, values in enumerate(harmonics[1:], start=1):
             data |= {f"{name}_{h}_real_m": np.real(values), f"{name}_{h}_imag_m": np.imag(values)}
-    cells = [(MESHIO_CELLS[block.kind], block.nodes) for block in found.sector.blocks]
+    cells = [(block.topology.meshio_name, block.nodes) for block in found.sector.blocks]
     mesh = cell_library(found.sector).Mesh(found.sector.points, cells, point_data=data)
     mesh.write(target, file_format="vtu")
     return found.said
