@@ -108,7 +108,7 @@ def pictures() -> dict[str, Picture]:
         ),
         Picture(
             "flutter",
-            (DUMMY, FLOW, STYLE, "pipeline/figures/flutter.py", "rom/cyclic/aeroelastic_modes.py"),
+            (DUMMY, FLOW, STYLE, "pipeline/figures/flutter.py", "rom/cyclic/natural_frequencies.py"),
             _of_default_blade(FLOW),
         ),
         Picture("bladed_disk", ("docs/bladed_disk.md#disk_effect", STYLE), _disk_effect),
@@ -296,8 +296,7 @@ def _explored(name: str) -> Maker:
     """The page of `shroud explore` as it opens, after turns of the interference, and on a phone."""
 
     def make(path: Path) -> bool:
-        from pipeline.explore.server import serve_aside
-        from pipeline.explore.start import page_server
+        from pipeline.explore.start import page_server, serve_aside
 
         driven = import_module("browser")
         if driven.CHROMIUM is None:

@@ -3,6 +3,7 @@
 References
 ----------
 A. H. Nayfeh, B. Balachandran, Applied Nonlinear Dynamics, Wiley, 1995.
+A. Ruhe, Algorithms for the nonlinear eigenvalue problem, SIAM Journal on Numerical Analysis 10(4), 1973.
 """
 
 from collections.abc import Callable
@@ -15,19 +16,23 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactParameters
+from nonlinear.stability.contact_feedback import ContactFeedback
 from nonlinear.stability.eigenproblem import (
+    CONVERGED,
     OVERLAP,
+    ROUND_OFF,
     SAME,
     SLICE_WIDTH,
     WIDTH,
+    Near,
+    Pencil,
     Refined,
     all_refined,
     converged,
     eigenvalues_by_slices,
     in_strip,
 )
-from nonlinear.stability.exact_refinement import ExactEigenproblem
-from nonlinear.stability.hill import HillProblem, Memory
+from nonlinear.stability.hill import HillProblem, LinearHillProblem, Memory, touching_nodes
 from nonlinear.stability.point_contact import PointContact
 from nonlinear.stability.reduced_problem import ReducedProblems
 from nonlinear.stability.reduced_refinement import ReducedRefinement, ReducedWave
@@ -44,6 +49,44 @@ NEUTRAL = 1e-6  # real part up to which an exponent is not called growing: the e
 OFF_AXIS = 1e-3j  # from a real eigenvalue of the scan to a complex pair near it
 KEPT_PROBLEMS = 16  # with a disk, each with modes of its own
 HALF_ORDER = 0.01  # distance of abs(Im sigma) from 1/2 that still counts as period doubling
+
+
+@dataclass(frozen=True)
+class ExactEigenproblem:
+    """Hill's method at one point, without its condensation: linearised around the last eigenvalue (Ruhe).
+
+    Poles that are condensed to a flexibility linear in sigma around 0 come in pairs whose flexibilities nearly
+    cancel. Where contacts are much stiffer than the structure what is left of their error moves an exponent by 0.01
+    omega.
+    """
+
+    problem: HillProblem
+    contact: PointContact
+
+    @property
+    def conjugate_pairs(self) -> bool:
+        """Whether the eigenvalues come in conjugate pairs."""
+        return self.problem.conjugate_pairs
+
+    def around(self, value: complex) -> LinearHillProblem:
+        """The problem linearised next to an approximate eigenvalue: structure and contact."""
+        problem, contact, shift = self.problem, self.contact, value * (1.0 + ROUND_OFF) + ROUND_OFF
+        touching = touching_nodes(contact.jacobian)
+        model = problem.contact_free_in_amplitudes.around(shift, contact.omega, np.repeat(touching, 3))
+        pencil = Pencil(model.state_matrix, np.eye(len(model.state_matrix)))
+        if touching.any():
+            stiffness, change = contact.at(shift)
+            loop = ContactFeedback.closed(model, problem.in_amplitudes(stiffness[touching]))
+            pencil = loop.pencil(None if change is None else np.asarray(problem.in_amplitudes(change[touching])))
+        return LinearHillProblem(shift, Pencil(pencil.matrix + shift * pencil.descriptor, pencil.descriptor))
+
+    def refined(self, linear: LinearHillProblem, value: complex, near: Near) -> Refined | None:
+        """Where the eigenvalue changes no more, nothing is linearised."""
+        return Refined(value) if abs(near.change) < CONVERGED else None
+
+    def undecided(self, linear: LinearHillProblem, near: Near) -> Near | None:
+        """The nearest of all eigenvalues; None where no pole is near."""
+        return Near(linear.nearest_of_all(), None) if linear.size else None
 
 
 class Basis(Enum):

@@ -5,6 +5,8 @@ All numbers come from the functions that `shroud run` uses: `nonlinear_problem` 
 
 from __future__ import annotations
 
+import re
+import tomllib
 from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -16,12 +18,12 @@ from pipeline.explore import calls
 from pipeline.explore.computation import Computation
 from pipeline.explore.knobs import Knob, Range, knobs_of, turned_keys
 from pipeline.explore.models import LiveModels, LoadedModel
-from pipeline.explore.scene_text import edited
 from pipeline.explore.views import FIRST, LiveView, certainty_of
 from pipeline.optimise import Optimised
 from pipeline.results.closure import QUICK, ranges_of_closure
 from pipeline.scene.consistency import check_scene, check_scene_for_model
-from pipeline.scene.reading import Member, SceneFile, derived_member, given_scene, parsed, read_scene
+from pipeline.scene.dotted_keys import split_key
+from pipeline.scene.reading import Member, SceneFile, derived_member, given_scene, parsed, read_scene, toml_text
 from pipeline.scene.sweep import as_in_scene, key_value, swept_keys
 from pipeline.stages.cache_keys import model_keys
 from pipeline.stages.curve.curve_summary import checked
@@ -43,6 +45,8 @@ CONE = {"contact.integration": "sampled", "contact.samples": 64}
 MOST_POINTS = 2000  # solved, after which a first look that is not complete is given up; one takes a tenth of them
 LEAST_SECONDS = 0.1  # that another model takes
 Cancelled = Callable[[], bool]
+TABLE = re.compile(r"^\s*\[(?P<name>[^\[\]]+)\]\s*(#.*)?$")
+VALUE = r'(?P<value>"[^"]*"|[^#"\[{]*?)'  # one line: a number, a word
 
 
 def never() -> bool:
@@ -315,3 +319,49 @@ def _value_now(scene: Scene, knob: Knob, punch: Mapping[str, float]) -> Any:
         return getattr(scene.section(table), name)
     value = punch.get(knob.key, key_value(scene, knob.key))
     return int(value) if knob.kind == "whole" and value is not None else value
+
+
+def edited(text: str, values: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
+    """The text of a scene with other values of some dotted keys and without its sweep.
+
+    `wanted`: what it has to say; where the text cannot be brought to that line by line, that is written anew.
+    """
+    lines = _without_sweep(text.splitlines())
+    for key, value in values.items():
+        lines = _with_value(lines, key, toml_text({"x": value}).partition("=")[2].strip())
+    found = "\n".join(lines) + "\n"
+    try:
+        same = tomllib.loads(found) == tomllib.loads(toml_text(wanted))
+    except tomllib.TOMLDecodeError:
+        same = False
+    return found if same else toml_text(wanted)
+
+
+def _without_sweep(lines: list[str]) -> list[str]:
+    kept, inside = [], False
+    for line in lines:
+        if line.lstrip().startswith("["):
+            table = TABLE.match(line)
+            inside = inside if table is None else table["name"].strip().split(".")[0] == "sweep"
+        kept += [] if inside else [line]
+    return kept
+
+
+def _with_value(lines: list[str], key: str, value: str) -> list[str]:
+    """The lines with a value in its place, or at the head of its table, or in a table of its own at the end."""
+    table, name = split_key(key)
+    current, head = "", 0 if not table else None
+    for number, line in enumerate(lines):
+        if (found := TABLE.match(line)) is not None:
+            current = found["name"].strip()
+            head = number + 1 if current == table else head
+            continue
+        own = name if current == table else key if not current else None
+        if own is None:
+            continue
+        place = re.match(rf"^(?P<left>\s*{re.escape(own)}\s*=\s*){VALUE}(?P<right>\s*(#.*)?)$", line)
+        if place is not None:
+            return [*lines[:number], f"{place['left']}{value}{place['right']}", *lines[number + 1 :]]
+    if head is None:
+        return [*lines, "", f"[{table}]", f"{name} = {value}"]
+    return [*lines[:head], f"{name} = {value}", *lines[head:]]

@@ -6,6 +6,8 @@ same vector.
 Pressures and tractions act on the undeformed body. Thermal strains are eps = alpha T I: the temperature T is counted
 from the one at which the body is free of stress. With beta = E alpha / (1 - 2 nu) the stress of a displacement is
 sigma = D eps(u) - beta T I.
+
+The strain of a gauge, the component along a direction of the strain at a point, is a row on the displacements too.
 """
 
 from __future__ import annotations
@@ -29,6 +31,9 @@ Array = NDArray[np.float64]
 # Gauss points in a direction: exact for a quadratic pressure on a flat side, and a uniform one on a curved side.
 _POINTS = 4
 Vector = NDArray[np.float64] | NDArray[np.complex128]
+_CANDIDATES = 32  # elements with the nearest centres
+_NEWTON_STEPS = 20
+_FARTHEST = 0.01  # distance of the gauge from the mesh, of the size of the mesh
 
 
 def pressure_force(full: FullModel, sector: SectorMesh, surface: ElementSides, pressure: float | Array) -> Array:
@@ -155,3 +160,75 @@ def nearest_vertices(full: FullModel, positions: ArrayLike) -> tuple[NDArray[np.
 
     distance, vertices = cKDTree(full.positions[full.vertex_node]).query(np.asarray(positions, dtype=float))
     return np.asarray(full.vertex_node[vertices], dtype=np.int64), np.asarray(distance)
+
+
+def strain_row(full: FullModel, sector: SectorMesh, at: ArrayLike, direction: ArrayLike) -> Array:
+    """Row o with the strain o @ u = d . eps(u) d at a point, d of length 1; the small strain of the element there.
+
+    `at`: the point, m; one outside of the mesh is moved to the nearest point of an element. Returns (N,): the row,
+    1/m.
+    """
+    point, along = np.asarray(at, dtype=float), np.asarray(direction, dtype=float)
+    if along.shape != (3,) or not np.all(np.isfinite(along)) or not np.any(along):
+        raise RomParameterError("output", "direction", along.tolist(), "must be three finite numbers, not all 0")
+    if point.shape != (3,) or not np.all(np.isfinite(point)):
+        raise RomParameterError("output", "at", point.tolist(), "must be three finite numbers (m)")
+    along = along / np.linalg.norm(along)
+    blocks = discretise(sector, full.element).blocks
+    found = [_nearest(block, point) for block in blocks]
+    best = min(range(len(found)), key=lambda k: found[k][0])
+    distance, element, place = found[best]
+    extent = float(np.ptp(full.positions, axis=0).max())
+    if distance > _FARTHEST * extent:
+        raise RomParameterError(
+            "output", "at", point.tolist(), f"must lie on the mesh (m); the nearest element is {distance:.3g} m away"
+        )
+    block = blocks[best]
+    _, gradients = block.reference.shape_functions(place[:, None])
+    slope = np.linalg.solve(_jacobian(block, element, place).T, gradients[0].T)  # (3, b): gradients in x, y, z
+    row = np.zeros(full.n_dofs)
+    row[node_dofs(block.nodes[element])] = np.outer(along @ slope, along)
+    return row
+
+
+def _jacobian(block: DiscreteBlock, element: int, place: Array) -> Array:
+    _, slopes = block.reference.geometry_functions(place[:, None])
+    return np.asarray(block.geometry[element].T @ slopes[0])
+
+
+def _nearest(block: DiscreteBlock, point: Array) -> tuple[float, int, Array]:
+    """Distance of the nearest point of a block, its element, and its place on the reference cell."""
+    centres = block.geometry.mean(axis=1)
+    order = np.argsort(np.sum((centres - point) ** 2, axis=1))[:_CANDIDATES]
+    found = [(*_inverted(block, int(element), point), int(element)) for element in order]
+    distance, place, element = min(found, key=lambda each: each[0])
+    return distance, element, place
+
+
+def _inverted(block: DiscreteBlock, element: int, point: Array) -> tuple[float, Array]:
+    """Distance of a point from an element and its place there: Newton's method, kept on the reference cell."""
+    place = _on_cell(block, block.reference.nodes.mean(axis=0))
+    best = np.inf, place
+    for _ in range(_NEWTON_STEPS):
+        values, _ = block.reference.geometry_functions(place[:, None])
+        rest = point - values[0] @ block.geometry[element]
+        distance = float(np.linalg.norm(rest))
+        if distance >= best[0] * (1.0 - 1e-12):
+            break
+        best = distance, place
+        step = np.linalg.lstsq(_jacobian(block, element, place), rest, rcond=None)[0]
+        place = _on_cell(block, place + step)
+    return best
+
+
+def _on_cell(block: DiscreteBlock, place: Array) -> Array:
+    """A place moved onto the reference cell."""
+    kind = block.reference.kind
+    if kind.startswith("hex"):
+        return np.clip(place, 0.0, 1.0)
+    flat = 3 if kind.startswith("tet") else 2
+    kept = np.clip(place, 0.0, 1.0)
+    total = kept[:flat].sum()
+    if total > 1.0:
+        kept[:flat] /= total
+    return kept

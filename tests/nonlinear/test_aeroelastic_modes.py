@@ -8,8 +8,7 @@ from lumped import lumped_blade
 from lumped_disk import sector_with_disk
 
 from rom import InfluenceCoefficients, modal_model
-from rom.cyclic.aeroelastic_modes import aeroelastic_modes
-from rom.cyclic.natural_frequencies import gyroscopic_frequencies
+from rom.cyclic.natural_frequencies import aeroelastic_modes, gyroscopic_frequencies
 
 N = 6
 SPRINGS = {"normal": 5.0, "tangential": 3.0}

@@ -10,7 +10,7 @@ from nonlinear import ContactParameters, Excitation, SolverOptions
 from nonlinear.branches.parameter_continuation import FixedFrequencyBalance, Homotopy, rate_of_change
 from nonlinear.branches.range_continuation import continue_over_range
 from nonlinear.contact.element_choice import contact_element
-from nonlinear.continuation import condensation, corrector
+from nonlinear.continuation import corrector
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.corrector import NormalPlane, compiled_corrector, correct
 from nonlinear.harmonic_balance.initial_solution import static_displacement
@@ -103,7 +103,7 @@ def test_solutions_are_those_of_the_corrector_in_python_without_more_iterations(
 def test_motions_too_few_to_converge_do_not_serve(dense, monkeypatch):
     """Dense factors take over, those of the corrector in Python where the kernels have none."""
     balance, options, points = curve("slip", 3, MANY)
-    monkeypatch.setattr(condensation, "motion_count", lambda balance, left: 1)
+    monkeypatch.setattr(corrector, "motion_count", lambda balance, left: 1)
     monkeypatch.setattr(corrector, "MOST_UNKNOWNS", balance.size if dense else 0)
     compiled = compiled_corrector(balance, options)
     for plane in planes(points):
@@ -119,8 +119,8 @@ def test_the_number_of_motions_follows_from_what_they_leave():
     balance, _, _ = curve("slip", 3, MANY)
     size = 3 * MANY
     decay = 10.0 ** -np.arange(size)
-    assert condensation.motion_count(balance, np.ones(size) * 1e3) == 0
-    counts = [condensation.motion_count(balance, factor * decay) for factor in (1.0, 1e2, 1e4)]
+    assert corrector.motion_count(balance, np.ones(size) * 1e3) == 0
+    counts = [corrector.motion_count(balance, factor * decay) for factor in (1.0, 1e2, 1e4)]
     assert 0 < counts[0] < counts[1] < counts[2]
 
 

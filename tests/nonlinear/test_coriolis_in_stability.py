@@ -17,7 +17,7 @@ from nonlinear.stability.ring_stability import LinearisedContact, RingStability
 from nonlinear.time_integration.ring import Ring
 from nonlinear.worst_motion.ring_integration import RingPatterns
 from rom import modal_model
-from rom.cyclic.aeroelastic_modes import aeroelastic_modes
+from rom.cyclic.natural_frequencies import aeroelastic_modes
 
 
 @lru_cache

@@ -20,7 +20,7 @@ from nonlinear.time_integration.ring import RetainedModes, Ring, RingState
 from nonlinear.time_integration.ring_integrator import RingIntegrator
 from nonlinear.time_integration.ring_motion import RingLimits, integrate_ring
 from rom import InfluenceCoefficients, modal_model
-from rom.cyclic.aeroelastic_modes import aeroelastic_modes
+from rom.cyclic.natural_frequencies import aeroelastic_modes
 
 N = 6
 RAYLEIGH = (0.02, 0.02)

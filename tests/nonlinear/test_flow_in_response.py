@@ -16,7 +16,7 @@ from nonlinear.response_solver import build_harmonic_balance
 from nonlinear.stability.floquet import FloquetAnalysis
 from nonlinear.stability.ring_stability import LinearisedContact, RingStability
 from rom import InfluenceCoefficients, modal_model
-from rom.cyclic.aeroelastic_modes import aeroelastic_modes
+from rom.cyclic.natural_frequencies import aeroelastic_modes
 
 N, EO = 12, 2
 FLOW = InfluenceCoefficients(2, np.array([-1, 0, 1]), np.array([0.02 - 0.01j, -0.01 - 0.02j, -0.03 + 0.02j]))

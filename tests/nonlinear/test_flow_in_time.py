@@ -22,8 +22,8 @@ from nonlinear.time_integration.ring_integrator import RingIntegrator, RingRecor
 from nonlinear.time_integration.ring_motion import RingLimits, integrate_ring
 from nonlinear.worst_motion.ring_integration import RingPatterns
 from rom import InfluenceCoefficients, ReducedModel, modal_model
-from rom.cyclic.aeroelastic_modes import aeroelastic_modes
 from rom.cyclic.contact_springs import contact_springs
+from rom.cyclic.natural_frequencies import aeroelastic_modes
 
 N = 6
 FLOW = (

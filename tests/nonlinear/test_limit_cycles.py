@@ -13,7 +13,7 @@ from nonlinear.contact.fourier import to_complex, to_real
 from nonlinear.nonlinear_modes.limit_cycles import self_excitation
 from nonlinear.response_solver import build_harmonic_balance
 from rom import InfluenceCoefficients, modal_model
-from rom.cyclic.aeroelastic_modes import aeroelastic_modes
+from rom.cyclic.natural_frequencies import aeroelastic_modes
 
 N = 12
 QUIET = SolverOptions((0.05, 0.5), harmonics=1, stability="folds")

@@ -22,7 +22,7 @@ from nonlinear.mistuned_ring.ring_receptance import RingReceptance
 from nonlinear.mistuned_ring.ring_response import mistuned_response
 from nonlinear.mistuned_ring.sector_ring import SectorRing
 from rom import InfluenceCoefficients, modal_model
-from rom.cyclic.aeroelastic_modes import aeroelastic_modes
+from rom.cyclic.natural_frequencies import aeroelastic_modes
 from rom.cyclic.receptance import RelativeReceptance
 
 N, EO = 5, 2

@@ -14,7 +14,7 @@ from nonlinear.nonlinear_modes.ring_in_flow import ring_in_flow, waves_of
 from nonlinear.time_integration.ring import RetainedModes, Ring
 from nonlinear.time_integration.ring_integrator import RingIntegrator
 from rom import InfluenceCoefficients, modal_model
-from rom.cyclic.aeroelastic_modes import aeroelastic_modes
+from rom.cyclic.natural_frequencies import aeroelastic_modes
 
 N = 6
 OPTIONS = SolverOptions((0.05, 0.5), harmonics=7, stability="ring")

@@ -27,9 +27,8 @@ from pipeline import run_scene
 from pipeline.errors import InputError
 from pipeline.explore.charts import Scale
 from pipeline.explore.knobs import Knob
-from pipeline.explore.scene_text import edited
-from pipeline.explore.server import MOST_CONNECTIONS, local_server
-from pipeline.explore.start import page_server
+from pipeline.explore.live import edited
+from pipeline.explore.start import MOST_CONNECTIONS, local_server, page_server
 from pipeline.explore.words import KnobWords
 from pipeline.explore.workshop import Cancelled, Kind, Workshop
 

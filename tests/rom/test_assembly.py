@@ -10,7 +10,7 @@ from scipy.sparse.linalg import spsolve
 from rom import Material, RomParameterError, assemble
 from rom.finite_elements.assembly import elastic_matrices, stress_at_quadrature
 from rom.finite_elements.discretisation import ELEMENTS, discretise
-from rom.finite_elements.strain_gauge import strain_row
+from rom.finite_elements.loads import strain_row
 
 STEEL = Material(young_modulus=2.1e11, poisson_ratio=0.3, density=7800.0)
 

@@ -74,7 +74,7 @@ def linear_flutter(rom: Path, scene: Scene) -> LinearFlutter | None:
         return None
     import numpy as np
 
-    from rom.cyclic.aeroelastic_modes import aeroelastic_modes
+    from rom.cyclic.natural_frequencies import aeroelastic_modes
     from rom.files.reduced_model_file import read_reduced_model
     from rom.linear_algebra.threads import one_blas_thread
 

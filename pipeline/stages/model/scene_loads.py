@@ -169,8 +169,7 @@ class _Loads:
 
     def _rows(self, output: Output) -> dict[str, Vector]:
         """The rows of an output: one, or three of a vector."""
-        from rom.finite_elements.loads import nodal_force
-        from rom.finite_elements.strain_gauge import strain_row
+        from rom.finite_elements.loads import nodal_force, strain_row
 
         if output.of_model:
             return {}
