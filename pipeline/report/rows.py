@@ -33,7 +33,7 @@ from pipeline.results.worst import (
 )
 from pipeline.scene.contact_section import PER_NODE, Contact
 from pipeline.scene.geometry_parameters import geometry_parameters
-from pipeline.scene.labels import member_label, prefixed, quantity, value_label
+from pipeline.scene.labels import prefixed, quantity, value_label
 from pipeline.scene.schema import Scene
 from pipeline.stages.model.build_mesh import SECTOR
 from pipeline.stages.model.model_chain import BuiltModel
@@ -44,6 +44,7 @@ from pipeline.store.output_folder import relative_path
 if TYPE_CHECKING:
     from geometry.sector import ContactFace, SectorMesh
     from pipeline.scene.schema import Scene
+    from pipeline.stages.curve.curve_summary import CurveSummary
     from pipeline.stages.curve.respond import CurveResult
     from rom.cyclic.reduced_model import ReducedModel
 
@@ -183,37 +184,16 @@ class Cell:
 
     text: str
     value: str = ""
-
-
-@dataclass(frozen=True)
-class CurveRow:
-    """One response curve: swept values, numbers and notes."""
-
-    number: int
-    label: str
-    swept: tuple[str, ...]
-    frequency: Cell
-    amplitude: Cell
-    worst_frequency: Cell
-    worst_amplitude: Cell
-    worst_kind: str
-    harmonics: Cell
-    truncation: Cell
-    sampling: Cell
-    energy: Cell
-    points: Cell
-    seconds: Cell
-    notes: tuple[str, ...]
+    name: str = ""  # of what has a number in the table of curves
 
 
 @dataclass(frozen=True)
 class CurveTable:
-    """Headings of the swept keys, unit of the amplitudes, whether a curve is sampled, one row for every curve."""
+    """The response curves: headings, and number, cells and notes of each."""
 
-    swept: tuple[str, ...]
-    unit: str
-    sampled: bool
-    rows: tuple[CurveRow, ...]
+    headings: tuple[str, ...]
+    sampled: bool  # whether a curve is sampled
+    rows: tuple[tuple[int, tuple[Cell, ...], tuple[str, ...]], ...]
 
 
 @dataclass(frozen=True)
@@ -228,42 +208,40 @@ class FrequencyTable:
 def curve_table(source: ReportSource, shown: Sequence[int]) -> CurveTable:
     """The curves of these numbers."""
     factor, unit = amplitude_scale(source.curves)
+    sampled = any(is_sampled(curve) for curve in source.curves)
+    peak, worst = "peak of main branch", "worst motion"
+    headings = ["curve", *(quantity(key).axis() for key in source.swept), f"{worst} [Hz]", f"{worst} [{unit}]"]
+    headings += ["on branch", f"{peak} [Hz]", f"{peak} [{unit}]", "harmonics", "truncation error"]
+    headings += [*("sampling error",) * sampled, "energy error", "points", "seconds"]
     rows = []
     for number in shown:
         curve = source.curves[number]
-        facts = curve.facts
-        swept = tuple(bare_value(key, value) for key, value in curve.member.parameters.items())
-        label = member_label(curve.member)
-        if facts is None:
-            none = Cell("-")
-            blank = *(none,) * 4, "-", *(none,) * 6
-            rows.append(CurveRow(number, label, swept, *blank, (f"failed: {curve.reason}",)))
-            continue
-        worst = worst_cells(facts, factor)
-        sampling = max(facts.sampling_error, facts.sampling_frequency_error)
-        rows.append(
-            CurveRow(
-                number,
-                label,
-                swept,
-                _number(facts.peak_frequency_hz, f"{{:.6g}}{END_MARK * facts.peak_at_end}"),
-                _number(facts.peak_amplitude_m, "{:.4g}", factor),
-                Cell(worst[0], _plain(facts.worst_frequency_hz)),
-                Cell(worst[1], _plain(facts.worst_amplitude_m)),
-                worst[2],
-                Cell(str(facts.harmonics), str(facts.harmonics)),
-                Cell(
-                    truncation_cell(facts.truncation_error, facts.truncation_branch), _plain(facts.truncation_error)
-                ),
-                Cell(share(sampling) if is_sampled(curve) else "none", _plain(sampling)),
-                _number(facts.energy_error, "{:.0e}"),
-                Cell(str(facts.points), str(facts.points)),
-                _number(facts.seconds, "{:.2f}"),
-                tuple(_notes(curve)),
-            )
-        )
-    sampled = any(is_sampled(curve) for curve in source.curves)
-    return CurveTable(tuple(quantity(key).axis() for key in source.swept), unit, sampled, tuple(rows))
+        first = [str(number), *(bare_value(key, value) for key, value in curve.member.parameters.items())]
+        failed = [Cell("-")] * (len(headings) - len(first))
+        cells = failed if curve.facts is None else _curve_cells(curve, curve.facts, factor, sampled)
+        notes = (f"failed: {curve.reason}",) if curve.facts is None else tuple(_notes(curve))
+        rows.append((number, (*map(Cell, first), *cells), notes))
+    return CurveTable(tuple(headings), sampled, tuple(rows))
+
+
+def _curve_cells(curve: CurveResult, facts: CurveSummary, factor: float, sampled: bool) -> list[Cell]:
+    frequency, amplitude, branch = worst_cells(facts, factor)
+    sampling = max(facts.sampling_error, facts.sampling_frequency_error)
+    truncation = truncation_cell(facts.truncation_error, facts.truncation_branch)
+    sampling_cell = Cell(share(sampling) if is_sampled(curve) else "none", _plain(sampling), "sampling")
+    return [
+        Cell(frequency, _plain(facts.worst_frequency_hz), "worst_frequency"),
+        Cell(amplitude, _plain(facts.worst_amplitude_m), "worst_amplitude"),
+        Cell(branch),
+        _number(facts.peak_frequency_hz, f"{{:.6g}}{END_MARK * facts.peak_at_end}", name="frequency"),
+        _number(facts.peak_amplitude_m, "{:.4g}", factor, "amplitude"),
+        Cell(str(facts.harmonics), str(facts.harmonics), "harmonics"),
+        Cell(truncation, _plain(facts.truncation_error), "truncation"),
+        *(sampling_cell,) * sampled,
+        _number(facts.energy_error, "{:.0e}", name="energy"),
+        Cell(str(facts.points), str(facts.points), "points"),
+        _number(facts.seconds, "{:.2f}", name="seconds"),
+    ]
 
 
 def _notes(curve: Any) -> Iterable[str]:
@@ -474,8 +452,8 @@ def _damping(scene: Scene) -> str:
     return f"damping ratio {quantity('response.damping_ratio').value(response.damping_ratio)}"
 
 
-def _number(value: float, form: str, factor: float = 1.0) -> Cell:
-    return Cell(form.format(value * factor), _plain(value)) if math.isfinite(value) else Cell("-")
+def _number(value: float, form: str, factor: float = 1.0, name: str = "") -> Cell:
+    return Cell(form.format(value * factor) if math.isfinite(value) else "-", _plain(value), name)
 
 
 def _plain(value: float) -> str:

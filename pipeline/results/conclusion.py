@@ -29,6 +29,7 @@ from pipeline.results.tables import (
     has_static_load,
     listed,
     measured_errors,
+    screen_table,
     short_value,
     static_cells,
     static_text,
@@ -63,6 +64,7 @@ if TYPE_CHECKING:
     from pipeline.stages.model.sweep_models import Models
     from pipeline.stages.request import Run, RunOutcome
 
+_SHAPE: dict[str, Any] = {"box": None, "padding": (0, 2, 0, 0)}  # of the tables
 _BEST = "highest of the best design"  # over the conditions
 ROW = ("contact", "free_blade_m")  # what summary.json adds to the entry of a curve that has a row
 ALL_SAID = {1: "", 2: "both "}  # of so many frequencies inside the range
@@ -218,25 +220,17 @@ def amplitude_unit(curves: Sequence[ShownCurve]) -> tuple[float, str]:
 
 def conclusion_table(curves: Sequence[ShownCurve], shown: Sequence[int], static: bool) -> Table:
     """One row a curve: swept values, worst motion, contact there, static contact where it acts, remark in words."""
-    from rich.markup import escape
-    from rich.table import Table
-
-    table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
     factor, unit = amplitude_unit(curves)
     swept = list(curves[0].parameters) if curves else []
-    headings = ["#", *(quantity(key).axis() for key in swept), f"worst [{unit}]"]
     means = static and any(curve.mean for curve in curves)
-    for name in [*headings, *(f"mean [{unit}]",) * means, "at [Hz]"]:
-        table.add_column(escape(name), justify="right", no_wrap=True)
-    table.add_column("contact", no_wrap=True)
     together = static and not any(curve.facts.interfaces for curve in curves if curve.facts is not None)
-    if together:
-        table.add_column("static open", justify="right")
-    table.add_column("remark")
+    headings = ["#", *(quantity(key).axis() for key in swept), f"worst [{unit}]", *(f"mean [{unit}]",) * means]
+    headings += ["at [Hz]", "contact", *("static open",) * together, "remark"]
     best = lowest(curves)
     marked = {}
     if isinstance(best, BestDesign) and compares_designs(swept):
         marked = {curves[best.highest].number: _BEST if condition_keys(swept) else "lowest"}
+    rows = []
     for curve in (curves[number] for number in shown):
         values = [short_value(key, value) for key, value in curve.parameters.items()]
         said = "; ".join(_remarks(curve, factor, marked.get(curve.number, "") if len(curves) > 1 else ""))
@@ -244,7 +238,10 @@ def conclusion_table(curves: Sequence[ShownCurve], shown: Sequence[int], static:
         cells = [height, *(_mean(curve.facts, factor),) * means, at]
         open_share = [] if not together else [static_cells(_static(curve))[1]]
         contact = CONTACT_SAID.get(curve.contact or "", "-")
-        table.add_row(str(curve.number), *values, *cells, contact, *open_share, escape(said))
+        rows.append([str(curve.number), *values, *cells, contact, *open_share, said])
+    table = screen_table(headings, rows, ("contact", "remark"), **_SHAPE)
+    for column in table.columns[: -1 - together]:
+        column.no_wrap = True
     return table
 
 
@@ -303,25 +300,11 @@ def interface_lines(curves: Sequence[ShownCurve], width: int, static: bool) -> l
 
 def _lines(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]], width: int) -> list[str]:
     """A table with its title as lines of text; none without rows."""
-    from rich.markup import escape
-    from rich.table import Table
-
-    if not rows:
-        return []
-    table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
-    for name in headings:
-        table.add_column(escape(name), justify="right")
-    for row in rows:
-        table.add_row(*row)
-    return [f"{title}:", *table_lines(table, width)]
+    return [f"{title}:", *table_lines(screen_table(headings, rows, **_SHAPE), width)] if rows else []
 
 
 def technical_table(curves: Sequence[ShownCurve], static: bool) -> Table:
     """One row a curve: peak of the main branch, static contact where loads act, errors, points, seconds."""
-    from rich.markup import escape
-    from rich.table import Table
-
-    table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
     factor, unit = amplitude_unit(curves)
     sampled = any(curve.facts is not None and curve.facts.sampling_error > 0.0 for curve in curves)
     static = static and not any(curve.facts.interfaces for curve in curves if curve.facts is not None)
@@ -335,13 +318,16 @@ def technical_table(curves: Sequence[ShownCurve], static: bool) -> Table:
         "points",
         "seconds",
     ]
-    for name in headings:
-        table.add_column(escape(name), justify="right")
-    for curve in curves:
-        if curve.facts is not None:
-            values = [short_value(key, value) for key, value in curve.parameters.items()]
-            table.add_row(str(curve.number), *values, *_technical(curve.facts, factor, sampled, static))
-    return table
+    rows = [
+        [
+            str(curve.number),
+            *(short_value(key, value) for key, value in curve.parameters.items()),
+            *_technical(curve.facts, factor, sampled, static),
+        ]
+        for curve in curves
+        if curve.facts is not None
+    ]
+    return screen_table(headings, rows, **_SHAPE)
 
 
 def _technical(facts: CurveSummary, factor: float, sampled: bool, static: bool) -> list[str]:

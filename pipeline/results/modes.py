@@ -18,6 +18,7 @@ from pipeline.codec import plain
 from pipeline.errors import reason_of
 from pipeline.results.contact_advice import ContactAdvice, stored_advice
 from pipeline.results.frequency_range import proposed_range, stored_resonances
+from pipeline.results.tables import screen_table
 from pipeline.scene.dotted_keys import NO_INTERFACE
 from pipeline.scene.labels import member_label
 from pipeline.stages.cache_keys import contact_inputs, modal_inputs, stiffness_inputs
@@ -237,14 +238,15 @@ def wave_heading(model: ModelModes, wave: WaveModes, several: bool) -> str:
 
 def wave_table(wave: WaveModes) -> Table:
     """One row a mode: frequencies with names for free, sliding and stuck shrouds, speeds of resonance, margin."""
-    table = _empty("mode", *(f"{state} [Hz]" for state in STATES), "resonance at [rev/min]", "margin [%]", "in range")
+    headings = ["mode", *(f"{state} [Hz]" for state in STATES), "resonance at [rev/min]", "margin [%]", "in range"]
+    rows = []
     shown = max([ROWS, *(mode.number for mode in wave.modes if mode.in_range)])
     for mode in wave.modes[:shown]:
         hertz = [f"{hz:.4g} {name}".rstrip() for hz, name in zip(mode.frequency_hz, mode.names, strict=True)]
         speeds = "-" if mode.speeds_rpm is None else " to ".join(f"{speed:.0f}" for speed in mode.speeds_rpm)
         margin = "-" if mode.margin is None else f"{100.0 * mode.margin:+.0f}"
-        table.add_row(str(mode.number), *hertz, speeds, margin, "yes" if mode.in_range else "no")
-    return table
+        rows.append([str(mode.number), *hertz, speeds, margin, "yes" if mode.in_range else "no"])
+    return screen_table(headings, rows, box=None)
 
 
 def flutter_line(flutter: LinearFlutter) -> str:
@@ -256,24 +258,24 @@ def flutter_line(flutter: LinearFlutter) -> str:
 
 def flutter_table(flutter: LinearFlutter) -> Table:
     """One row a mode: the least damping of its waves in the flow with free, sliding and stuck shrouds, and where."""
-    table = _empty("mode", *(f"{state}: least damping, nodal diameter" for state in STATES))
-    for mode, found in flutter.least():
-        if mode <= max(flutter.families) + 1:
-            said = (f"{100.0 * ratio:+.3g} % at {n:+d}, {hertz:.4g} Hz" for ratio, n, hertz in found)
-            table.add_row(str(mode), *said)
-    return table
+    rows = [
+        [str(mode), *(f"{100.0 * ratio:+.3g} % at {n:+d}, {hertz:.4g} Hz" for ratio, n, hertz in least)]
+        for mode, least in flutter.least()
+        if mode <= max(flutter.families) + 1
+    ]
+    return screen_table(["mode", *(f"{state}: least damping, nodal diameter" for state in STATES)], rows, box=None)
 
 
 def static_table(cases: Sequence[StaticCase], speed_rpm: float) -> Table:
     """One row a member of the sweep and interface: static contact, before the excitation acts."""
     title = f"static contact, {speed_rpm:g} rev/min"
-    table = _empty(title, "normal force [N]", "open [%]", "v [µm]", justify_first="left")
+    rows = []
     for case in cases:
         ends = (1e6 * case.lowest_m, 1e6 * case.highest_m)
         ends_said = " to ".join(dict.fromkeys(f"{value:.4g}" for value in ends))
         label = f"{case.label}, {case.interface}" if case.interface else case.label
-        table.add_row(label, f"{case.force_n:.4g}", f"{100.0 * case.open_share:.3g}", ends_said)
-    return table
+        rows.append([label, f"{case.force_n:.4g}", f"{100.0 * case.open_share:.3g}", ends_said])
+    return screen_table([title, "normal force [N]", "open [%]", "v [µm]"], rows, (title,), box=None)
 
 
 def range_line(model: ModelModes) -> str:
@@ -316,14 +318,3 @@ def left_out(models: Sequence[ModelModes]) -> str:
     """A line on models without a table; empty where there are none."""
     rest = len(models) - MOST_MODELS
     return f"... {rest} more reduced models, in modes.json" if rest > 0 else ""
-
-
-def _empty(first: str, *others: str, justify_first: Any = "right") -> Table:
-    from rich.markup import escape
-    from rich.table import Table
-
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    table.add_column(first, justify=justify_first)
-    for name in others:
-        table.add_column(escape(name), justify="right")
-    return table

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.results.best_design import DesignPoint, best_design, compares_designs, condition_keys
-from pipeline.results.tables import short_value
+from pipeline.results.tables import screen_table, short_value
 from pipeline.results.worst import with_unit
 from pipeline.scene.dotted_keys import is_design
 from pipeline.scene.labels import prefixed, quantity, value_label
@@ -115,34 +115,22 @@ ROWS = "curves.csv has all curves"
 
 def quantile_table(found: Mapping[str, Any]) -> Table:
     """Quantiles over the curves, a row for each quantity."""
-    from rich.markup import escape
-    from rich.table import Table
-
-    table = Table(header_style="bold", pad_edge=False)
-    table.add_column("quantile")
-    for level in found["levels"]:
-        table.add_column(f"{100 * level:g} %", justify="right")
     names = {"worst_amplitude_m": "worst motion", "worst_frequency_hz": "its frequency [Hz]"}
     names |= {"peak_amplitude_m": "main peak", "peak_frequency_hz": "its frequency [Hz]"}
+    rows = []
     for name, heading in names.items():
         values = found["quantiles"][name]
         if None in values:
             continue
         factor, unit = prefixed(values[-1], "m") if name.endswith("_m") else (1.0, "")
         digits = ".4g" if unit else ".6g"
-        table.add_row(
-            escape(f"{heading} [{unit}]" if unit else heading), *(f"{value * factor:{digits}}" for value in values)
-        )
-    return table
+        rows.append([f"{heading} [{unit}]" if unit else heading, *(f"{value * factor:{digits}}" for value in values)])
+    return screen_table(["quantile", *(f"{100 * level:g} %" for level in found["levels"])], rows, ("quantile",))
 
 
 def key_table(found: Mapping[str, Any]) -> Table:
     """Best and worst value of each swept key, with the median and the highest of the curves that have it."""
-    from rich.table import Table
-
-    table = Table(header_style="bold", pad_edge=False)
-    for heading in ("swept key", "best value", "median", "highest", "worst value", "median", "highest"):
-        table.add_column(heading, justify="left" if heading.endswith(("key", "value")) else "right")
+    left, rows = ("swept key", "best value", "worst value"), []
     for key, ends in found["keys"].items():
         cells = []
         for end in (ends["best"], ends["worst"]):
@@ -150,8 +138,9 @@ def key_table(found: Mapping[str, Any]) -> Table:
                 cells += ["not known" if is_design(key) else "a condition", "-", "-"]
                 continue
             cells += [_value(key, end["value"]), with_unit(end["median_m"]), with_unit(end["highest_m"])]
-        table.add_row(quantity(key).symbol, *cells)
-    return table
+        rows.append([quantity(key).symbol, *cells])
+    headings = [*left[:2], "median", "highest", left[2], "median", "highest"]
+    return screen_table(headings, rows, left)
 
 
 def overview_lines(table: CurveTable) -> tuple[list[str], dict[str, Any]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from pipeline.results.worst import MOST_NAMED, share
@@ -12,6 +12,8 @@ from pipeline.stages.curve.curve_summary import CurveSummary
 from pipeline.stages.curve.respond import CurveResult
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from nonlinear.response_curve import StaticContact
 
 
@@ -172,3 +174,21 @@ def measured_errors(models: Sequence[Mapping[str, Any]]) -> tuple[float, float] 
         max(model[f"{name}_error"] for model in known) for name in ("receptance", "modes_frequency")
     )
     return receptance, frequency
+
+
+def screen_table(
+    headings: Sequence[str], rows: Iterable[Sequence[str] | None], left: Collection[str] = (), **shape: Any
+) -> Table:
+    """A table for a terminal, in which the columns `left` start at the left; None in place of a row is a line."""
+    from rich.markup import escape
+    from rich.table import Table
+
+    table = Table(header_style="bold", pad_edge=False, **shape)
+    for name in headings:
+        table.add_column(escape(name), justify="left" if name in left else "right")
+    for row in rows:
+        if row is None:
+            table.add_section()
+        else:
+            table.add_row(*map(escape, row))
+    return table

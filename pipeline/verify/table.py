@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from pipeline.results.tables import screen_table
 from pipeline.scene.labels import quantity
 from pipeline.verify.advice import percent
 from pipeline.verify.model_errors import JointErrors, ModelErrors
@@ -32,20 +33,11 @@ def error_table(errors: ModelErrors, highest_hz: float) -> Table:
 
     `highest_hz` is the end of the frequency range.
     """
-    table = _empty(
-        "contact",
-        "",
-        "reduced\n[Hz]",
-        "full\n[Hz]",
-        "modal trunc.\nerror",
-        "contact dofs\nerror",
-        "other mesh\n[Hz]",
-        "mesh\nerror",
-    )
-    for joint in errors.joints:
-        _add_joint(table, joint, errors.factors(joint), highest_hz)
-    table.add_row("", "static flexibility", "", "", percent(errors.static), "", "", "")
-    return table
+    headings = ["contact", "", "reduced\n[Hz]", "full\n[Hz]", "modal trunc.\nerror"]
+    headings += ["contact dofs\nerror", "other mesh\n[Hz]", "mesh\nerror"]
+    rows = [row for joint in errors.joints for row in _joint_rows(joint, errors.factors(joint), highest_hz)]
+    static = ["", "static flexibility", "", "", percent(errors.static), "", "", ""]
+    return screen_table(headings, [*rows, static], headings[:2])
 
 
 def equilibrium_lines(cases: Sequence[VerifiedCase]) -> list[str]:
@@ -60,19 +52,13 @@ def equilibrium_lines(cases: Sequence[VerifiedCase]) -> list[str]:
 
 def overview(cases: Sequence[VerifiedCase]) -> Table:
     """One row for each case and contact condition: lowest frequency in the range, largest errors."""
-    names = (
-        "lowest\n[Hz]",
-        "modal trunc.\nerror",
-        "receptance",
-        "contact dofs\nerror",
-        "other mesh\n[Hz]",
-        "mesh\nerror",
-    )
-    table = _empty("case", "contact", *names)
+    headings = ["case", "contact", "lowest\n[Hz]", "modal trunc.\nerror", "receptance"]
+    headings += ["contact dofs\nerror", "other mesh\n[Hz]", "mesh\nerror"]
+    rows: list[Sequence[str] | None] = []
     for case, errors in cases:
         for index, joint in enumerate(errors.joints):
             mesh = joint.mesh_error(errors.factors(joint))
-            table.add_row(
+            row = [
                 case.label if index == 0 else "",
                 joint.joint,
                 f"{joint.full_hz[0]:.6g}",
@@ -81,39 +67,28 @@ def overview(cases: Sequence[VerifiedCase]) -> Table:
                 _or_dash(_largest(joint.contact_error, joint.within)),
                 "-" if joint.other_hz is None else f"{joint.other_hz[0]:.6g}",
                 _or_dash(_largest(mesh, joint.within)),
-            )
-        table.add_section()
-    return table
+            ]
+            rows.append(row)
+        rows.append(None)
+    return screen_table(headings, rows, headings[:2])
 
 
-def _empty(first: str, second: str, *numbers: str) -> Table:
-    from rich.table import Table
-
-    table = Table(header_style="bold", pad_edge=False)
-    table.add_column(first)
-    table.add_column(second)
-    for name in numbers:
-        table.add_column(name, justify="right")
-    return table
-
-
-def _add_joint(table: Table, joint: JointErrors, factors: Sequence[float], highest_hz: float) -> None:
+def _joint_rows(joint: JointErrors, factors: Sequence[float], highest_hz: float) -> Iterator[Sequence[str] | None]:
     modes, mesh = joint.modes_error, joint.mesh_error(factors)
     for index, full in enumerate(joint.full_hz):
-        name = f"mode {joint.first_mode + index}" + (" (above range)" if full > highest_hz else "")
-        table.add_row(
+        yield [
             joint.joint if index == 0 else "",
-            name,
+            f"mode {joint.first_mode + index}" + (" (above range)" if full > highest_hz else ""),
             f"{joint.reduced_hz[index]:.6g}",
             f"{full:.6g}",
             percent(modes[index]),
             _or_dash(joint.contact_error[index]),
             "-" if joint.other_hz is None else f"{joint.other_hz[index]:.6g}",
             percent(mesh[index]),
-        )
+        ]
     for name, error in (("receptance, contact nodes", joint.contact), ("receptance, output", joint.output)):
-        table.add_row("", name, "", "", percent(error), "", "", "")
-    table.add_section()
+        yield ["", name, "", "", percent(error), "", "", ""]
+    yield None
 
 
 def _largest(errors: Sequence[float], within: Sequence[bool]) -> float:
