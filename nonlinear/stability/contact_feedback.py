@@ -163,8 +163,8 @@ def _solved(upper: Any, pivots: Any, right: Matrix, transposed: int) -> Matrix:
 
 def add_identity(matrix: Matrix) -> Matrix:
     """`matrix` (..., n, n) with 1 added to its diagonal, in place."""
-    every = np.arange(matrix.shape[-1])
-    matrix[..., every, every] += 1.0
+    diagonal = np.einsum("...ii->...i", matrix)  # a view: to index the entries takes three times as long
+    diagonal += 1.0
     return matrix
 
 

@@ -16,7 +16,7 @@ from nonlinear.contact.parameters import Array
 from nonlinear.stability.contact_kernels import relative_motion_parts
 from nonlinear.stability.modal_condensation import Matrix
 from nonlinear.stability.point_contact import PointContact, columns_in_harmonics
-from nonlinear.stability.reduced_problem import ReducedProblem
+from nonlinear.stability.reduced_problem import ReducedProblem, weighted_sums
 from nonlinear.stability.slider_memory import SliderMemory
 
 MemoryFactors = tuple[ComplexArray, ComplexArray]
@@ -53,10 +53,12 @@ class FaceJacobian:
 
     def at(self, kappas: Array) -> ComplexArray:
         """B^H K B at some kappas (k,), (k, D, D)."""
-        weights = np.stack([np.ones_like(kappas), np.cos(kappas), np.sin(kappas)], axis=1)
-        size = self.parts.shape[1]
-        values = weights @ self.parts.reshape(3, size**2).view(float)
-        return np.asarray(values.view(complex).reshape(len(kappas), size, size))
+        return weighted_sums(self.parts, part_weights(kappas))
+
+
+def part_weights(kappas: Array) -> Array:
+    """Weights of the parts of a `FaceJacobian` at some kappas (k,), (k, 3)."""
+    return np.stack([np.ones_like(kappas), np.cos(kappas), np.sin(kappas)], axis=1)
 
 
 @dataclass(frozen=True)
@@ -126,18 +128,16 @@ class FaceContact:
         """B^H K(0) B, (D, D)."""
         return np.asarray(self._periodic.at(np.array([kappa]))[0])
 
-    def linearised(self, sigma: complex, kappas: Array) -> tuple[ComplexArray, MemoryFactors | ComplexArray | None]:
-        """B^H K(sigma) B and its derivative: two factors for two sliders, the whole with a cone, None for none."""
+    def linearised(self, sigma: complex, kappas: Array) -> tuple[FaceJacobian, MemoryFactors | ComplexArray | None]:
+        """B^H K(sigma) B, and its derivative at some kappas: two factors for two sliders, the whole with a cone."""
         if not isinstance(self.contact.memory, SliderMemory | None):
             whole, derivative = self._whole(sigma)
-            return whole.at(kappas), derivative.at(kappas)
+            return whole, derivative.at(kappas)
         value, sliders = self._periodic, self.sliders
         if sliders is None:
-            return value.at(kappas), None
+            return value, None
         of_memory, change = sliders.linearised(sigma, kappas)
-        if of_memory is not None:
-            value = FaceJacobian(value.parts + of_memory.parts)
-        return value.at(kappas), change
+        return value if of_memory is None else FaceJacobian(value.parts + of_memory.parts), change
 
     @cached_property
     def sliders(self) -> FaceMemory | None:

@@ -101,35 +101,37 @@ class CondensedPoles:
         state = row * poles.shape[2] + mode
         return cls(state, poles[retained], residues[retained], g_0.ravel(), g_1.ravel())
 
-    def pencils(self, contact: ComplexArray, change: tuple[Matrix, Matrix] | Matrix | None) -> Pencil:
+    def pencils(self, parts: ComplexArray, weights: Array, change: tuple[Matrix, Matrix] | Matrix | None) -> Pencil:
         """The problems of some contacts K + sigma dK closed around the poles, (k, n_z, n_z).
 
-        The unknowns c without a state are eliminated first: the others, u, see the contact
+        K: sums of the same parts. The unknowns c without a state are eliminated first: the others, u, see the contact
 
             S = K_uu + K_uc (1 - g_c K_cc)^-1 g_c K_cu,
 
         g = g_0 + sigma g_1, and its derivative in sigma.
-        Shapes: `contact` (k, D, D), `change` (k, D, D), dK; or (k, D, M) and (k, M, D), its factors.
+        Shapes: `parts` (m, D, D), `weights` (k, m), `change` (k, D, D), dK; or (k, D, M) and (k, M, D), its factors.
         """
         moves = np.zeros(self.flexibility.size, dtype=bool)
         moves[self.state] = True
         u, c, place = np.flatnonzero(moves), np.flatnonzero(~moves), np.cumsum(moves)[self.state] - 1
         if not (u.size and c.size):
-            return ContactFeedback.closed(self.model, contact).pencil(change)
-        g_0, g_1 = self.flexibility[c], self.derivative[c]
-        k_u, k_c = contact[:, u], contact[:, c]
-        factors = Factors.of(add_identity(-g_0[:, None] * k_c[..., c]))
-        motion = factors.solved(g_0[:, None] * k_c[..., u])  # d_c = motion d_u
-        force = factors.rows_solved(k_u[..., c]) * g_0  # as much of f_c as acts on u
-        derivative = (force * (g_1 / g_0**2)) @ motion
+            return ContactFeedback.closed(self.model, weighted_sums(parts, weights)).pencil(change)
+        # of the parts, which are fewer: the sums are then written once, in the order in which they are solved with
+        k_uu, k_uc, k_cu, k_cc = (parts[:, rows[:, None], columns] for rows in (u, c) for columns in (u, c))
+        g_0, slope = self.flexibility[c, None], self.derivative[c] / self.flexibility[c]
+        factors = Factors.of(add_identity(weighted_sums(-g_0 * k_cc, weights)))
+        motion = factors.solved(weighted_sums(g_0 * k_cu, weights))  # d_c = motion d_u
+        from_c = weighted_sums(k_uc, weights)
+        force = factors.rows_solved(from_c)  # times g_0: as much of f_c as acts on u
+        derivative = (force * slope) @ motion
         if change is not None:
             inputs, outputs = change if isinstance(change, tuple) else (change, None)
-            inputs = inputs[:, u] + force @ inputs[:, c]
+            inputs = inputs[:, u] + force @ (g_0 * inputs[:, c])
             last = inputs if outputs is None else outputs
             seen = last[..., u] + last[..., c] @ motion
             derivative += seen if outputs is None else inputs @ seen
         left = CondensedPoles(place, self.pole, self.residue, self.flexibility[u], self.derivative[u])
-        return ContactFeedback.closed(left.model, k_u[..., u] + k_u[..., c] @ motion).pencil(derivative)
+        return ContactFeedback.closed(left.model, weighted_sums(k_uu, weights) + from_c @ motion).pencil(derivative)
 
     @property
     def model(self) -> CondensedModes:
@@ -141,6 +143,13 @@ class CondensedPoles:
             Diagonal(self.flexibility),
             Diagonal(self.derivative),
         )
+
+
+def weighted_sums(parts: ComplexArray, weights: Array) -> ComplexArray:
+    """Sums of `parts` (m, n, l) times `weights` (k, m), (k, n, l)."""
+    rows = np.ascontiguousarray(parts).reshape(len(parts), -1)
+    sums = weights @ rows.view(float)  # a product of real matrices is faster
+    return np.asarray(sums.view(complex).reshape(len(weights), *parts.shape[1:]))
 
 
 def condensed_flexibility(

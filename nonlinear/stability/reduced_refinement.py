@@ -117,7 +117,8 @@ class ModalPencil:
     @cached_property
     def _factors(self) -> Factors:
         matrix = -self.contact.matrix(self.shift)
-        matrix[np.diag_indices_from(matrix)] += self.stiffness[0]
+        diagonal = np.einsum("ii->i", matrix)  # a view
+        diagonal += self.stiffness[0]
         return Factors.of(matrix)
 
 
@@ -230,7 +231,7 @@ class ReducedWave:
         retained = reduced.near(self.parameters, omega, complex(shift).imag)
         poles = reduced.condensed_around(shift, retained, omega)
         inputs, outputs = self._modal.derivative(shift)
-        pencils = poles.pencils(self._modal.matrix(shift)[None], (inputs[None], outputs[None]))
+        pencils = poles.pencils(self._modal.matrix(shift)[None], np.ones((1, 1)), (inputs[None], outputs[None]))
         return pencils.eigenvalues()[0] + shift
 
     @cached_property

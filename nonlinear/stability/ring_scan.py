@@ -21,7 +21,7 @@ from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactParameters
 from nonlinear.stability.eigenproblem import OVERLAP, WIDTH, Pencil
 from nonlinear.stability.modal_condensation import Matrix
-from nonlinear.stability.modal_contact import face_contact
+from nonlinear.stability.modal_contact import face_contact, part_weights
 from nonlinear.stability.perturbation_pencils import PerturbationPencils, nearest_eigenvalues
 from nonlinear.stability.point_contact import PointContact
 from nonlinear.stability.reduced_problem import ABOVE, ReducedProblems
@@ -217,9 +217,8 @@ class PatternScan:
         def formed(shift: complex, kappas: Array) -> SliceMatrices:
             retained = reduced.near(self.contact, contact.omega, shift.imag)
             condensed = reduced.condensed_around(shift, retained, contact.omega)
-            return SliceMatrices(
-                retained, condensed.pencils(*face_contact(reduced, contact).linearised(shift, kappas))
-            )
+            closed, change = face_contact(reduced, contact).linearised(shift, kappas)
+            return SliceMatrices(retained, condensed.pencils(closed.parts, part_weights(kappas), change))
 
         return ScannedSlices(formed, self._interpolation, reduced.problem.static)
 

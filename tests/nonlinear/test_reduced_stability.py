@@ -111,8 +111,9 @@ def test_contact_in_modes_with_its_memory(law, sigma):
     reduced, kappa = analysis.few_modes.at(OMEGA), 1.1
     relative = reduced.relative(reduced.modal, kappa)
     value, derivative = (reduced.projected(reduced.in_harmonics(part), relative) for part in point.at(complex(sigma)))
-    matrices, memory = face_contact(reduced, point).linearised(complex(sigma), np.array([0.3, kappa]))
-    matrix = matrices[1]
+    kappas = np.array([0.3, kappa])
+    faces, memory = face_contact(reduced, point).linearised(complex(sigma), kappas)
+    matrix = faces.at(kappas)[1]
     assert matrix == pytest.approx(value, abs=1e-12 * np.abs(value).max())
     product = (memory[0] @ memory[1] if isinstance(memory, tuple) else memory)[1]
     assert np.abs(derivative).max() > 1e-3 * np.abs(value).max()
@@ -129,8 +130,10 @@ def test_unknowns_without_a_state_are_eliminated_exactly(states, factors):
         return rng.normal(size=shape) + 1j * rng.normal(size=shape)
 
     poles = CondensedPoles(state, random(state.size), random(state.size), 0.1 * random(size), 0.1 * random(size))
-    contact, change = random(2, size, size), (random(2, size, 3), random(2, 3, size))
-    found = poles.pencils(contact, change if factors else change[0] @ change[1])
+    change = random(2, size, 3), random(2, 3, size)
+    parts, weights = random(3, size, size), rng.normal(size=(2, 3))
+    contact = np.einsum("km,mij->kij", weights, parts)
+    found = poles.pencils(parts, weights, change if factors else change[0] @ change[1])
     for k in range(2):
         exact = ContactFeedback.closed(poles.model, contact[k]).pencil(change[0][k] @ change[1][k])
         assert found.matrix[k] == pytest.approx(exact.matrix, abs=1e-11)
