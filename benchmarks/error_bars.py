@@ -65,10 +65,22 @@ class Case:
         face = np.eye(3)[:, :1] if self.limit else np.eye(3)[:, 2:]
         other, number = (None, None) if alone else (face, self.blades)
         model = ReducedModel(np.eye(1), np.eye(1), face, np.zeros((1, 3)), one, {"tip": one}, other, n_blades=number)
-        values = (1.0, self.stiffness, 0.5, 2.0 * self.limit) if self.limit else (self.stiffness, 0.0, 0.0, None)
-        names = ("normal_stiffness", "tangential_stiffness", "friction", "interference")
-        given = dict(zip(names, values, strict=True)) | ({} if self.limit else {"interference": self.interference})
-        contact = ContactParameters.shared(1, **given)
+        if self.limit:
+            contact = ContactParameters.shared(
+                1,
+                normal_stiffness=1.0,
+                tangential_stiffness=self.stiffness,
+                friction=0.5,
+                interference=2.0 * self.limit,
+            )
+        else:
+            contact = ContactParameters.shared(
+                1,
+                normal_stiffness=self.stiffness,
+                tangential_stiffness=0.0,
+                friction=0.0,
+                interference=self.interference,
+            )
         return (
             modal_model(model, damping_ratio=self.damping_ratio),
             contact,

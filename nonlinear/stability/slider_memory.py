@@ -302,16 +302,15 @@ class _Cycle(NamedTuple):
 
 
 def _stick_ends(
-    cycle: _Cycle, sample: Integers, length: Integers, slipped: NDArray[np.bool_], at_once: NDArray[np.bool_]
+    cycle: _Cycle, sample: Integers, length: Integers, sign: Integers, at_once: NDArray[np.bool_]
 ) -> tuple[Array, Array]:
     """Where stick intervals begin and end, in instants: zeros between two of them, where these are of other signs.
 
     A slider stops where its speed is zero, or sticks from where contact begins; it leaves stick where the limit or
-    the end of contact is reached. `sample`: the last instant before an interval of `length` instants; `at_once`: the
-    first instant of contact, which counts as slip.
+    the end of contact is reached. `sample`: the last instant before an interval of `length` instants; `sign`: of the
+    slip there, 0 where contact begins; `at_once`: the first instant of contact, which counts as slip.
     """
-    last, first = cycle.at(sample), cycle.at(sample + 1)
-    sign = np.where(slipped, np.sign(last.speed), 0.0)
+    last, first, slipped = cycle.at(sample), cycle.at(sample + 1), sign != 0
     stops = [sign * part.speed - part.limit_speed for part in (last, first)]
     before = sample - at_once
     touches = [cycle.at(before + k).limit for k in (0, 1)]
@@ -387,7 +386,7 @@ class MemorySampler:
         at_once = (state[node, direction, sample - 1] == LIFT_OFF) & (np.abs(restart) <= np.abs(slipped))
         dw_dn = np.where((after == 0) | at_once, restart, slipped)
         cycle = self._cycle(motion, speed, node, direction)
-        start, end = _stick_ends(cycle, sample, length, (after != 0) & ~at_once, at_once)
+        start, end = _stick_ends(cycle, sample, length, np.where(at_once, 0, after), at_once)
         start, extent = (np.asarray(2.0 * np.pi / n * part, dtype=np.float64) for part in (start, end - start))
         return SliderMemory(node, direction, start, extent, dw_dn, kt, self.n_harmonics)
 
