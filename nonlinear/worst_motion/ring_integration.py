@@ -389,7 +389,7 @@ def at_the_end(envelope: Array, repeats: int) -> tuple[float, float]:
     half = WINDOW // (2 * repeats)
     last, before = (float(np.abs(heights[: part * half] - heights[0]).max()) for part in (1, 2))
     grows = before / last - 1.0 if last > 0.0 else math.inf  # of a geometric series, backwards
-    return float(heights[0]), last / max(grows - 1.0, 1.0 / SLOWEST - 1.0)
+    return float(heights[0]), MARGIN * last / max(grows - 1.0, 1.0 / SLOWEST - 1.0)
 
 
 def recurrence(motion: RingMotion) -> float:

@@ -16,5 +16,5 @@ def test_errors_contain_the_truth(seeds, monkeypatch):
     sys.modules.pop("error_bars")
     for kind in KINDS[: 2 if len(seeds) < 10 else 3]:
         contained = [item.contained for item in comparisons if item.kind == kind]
-        assert len(contained) >= 0.3 * len(seeds)
+        assert len(contained) >= 0.25 * len(seeds)  # heights of 16 of 60 rings repeat
         assert sum(contained) >= 48 / 50 * len(contained), [item.row() for item in comparisons if not item.contained]
