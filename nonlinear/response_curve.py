@@ -15,6 +15,7 @@ from nonlinear.contact.fourier import ComplexArray, largest_lengths
 from nonlinear.contact.parameters import Array, ContactParameters
 
 Kind = Literal["complete", "start failed", "step too small", "too many points", "turned back", "too large"]
+OpenKind = Literal["effort", "grows", "end", "incomplete", "undecided", "not searched"]
 END_TOLERANCE = 1e-9  # relative distance of a frequency from a limit of the range that counts as reached
 
 
@@ -55,6 +56,10 @@ class WorstMotion:
         What was searched and what was not, in a sentence.
     unresolved : str
         What the search left open, so that the worst motion may be higher; "" where nothing.
+    open_kinds : tuple of str
+        Kinds of what was left open, in the order of `unresolved`. "effort": a longer search may settle it. "grows": a
+        motion without bound. "end": it lies at an end of the frequency range. "incomplete": branches were not
+        followed to their ends. "undecided": the sign of a growth rate is not known. "not searched": all else.
     at_end : bool
         Whether it lies at an end of the frequency range, from where the response rises further: a lower bound.
     not_counted : str
@@ -90,6 +95,7 @@ class WorstMotion:
     followed_m: tuple[float, ...] = ()
     searched: str = ""
     unresolved: str = ""
+    open_kinds: tuple[OpenKind, ...] = ()
     at_end: bool = False
     not_counted: str = ""
     truncation_error: float = float("nan")

@@ -27,7 +27,7 @@ from nonlinear.worst_motion.candidates import Place, branches_of, height_said
 from nonlinear.worst_motion.ring_integration import USUAL_PERIODS, Integrated, RingIntegration, Solution, period_cost
 from nonlinear.worst_motion.ring_starts import RingStarts
 from nonlinear.worst_motion.stepped_sweep import SteppedSweep
-from nonlinear.worst_motion.worst_motion import left_open, worst_of
+from nonlinear.worst_motion.worst_motion import Open, left_open, worst_of
 from rom.cyclic.modal_model import ModalModel
 from rom.cyclic.sector_modes import RingModes
 
@@ -205,7 +205,7 @@ def _with_unseen(worst: WorstMotion, curve: ResponseCurve, tried: list[int]) -> 
         return worst
     highest = height_said(curve.amplitude_m[unseen].max())
     said = f"{np.count_nonzero(unseen)} points of the branch, up to {highest}, were not looked at in time"
-    return left_open(worst, said)
+    return left_open(worst, Open("not searched", said))
 
 
 def _said(worst: WorstMotion, stability: str) -> WorstMotion:

@@ -191,9 +191,10 @@ def _of_first_harmonic(curve: ResponseCurve, options: SolverOptions) -> Response
         return replace(changed, worst=worst)
     height, at = (float(getattr(branches[place[0]], name)[place[1]]) for name in ("amplitude_m", "frequency_hz"))
     at_end = at_range_end(at, options.frequency_hz)
-    unresolved = "" if worst.at_end and not at_end else worst.unresolved
-    found = replace(worst, amplitude_m=height, frequency_hz=at, branch=place[0], index=place[1], at_end=at_end)
-    return replace(changed, worst=replace(found, unresolved=unresolved))
+    if worst.at_end and not at_end:  # what is said of the end comes first
+        worst = replace(worst, unresolved=worst.unresolved.partition("; ")[2], open_kinds=worst.open_kinds[1:])
+    worst = replace(worst, amplitude_m=height, frequency_hz=at, branch=place[0], index=place[1], at_end=at_end)
+    return replace(changed, worst=worst)
 
 
 def solved_response(value: float, curve: ResponseCurve, reason: str, options: SolverOptions) -> SolvedResponse:

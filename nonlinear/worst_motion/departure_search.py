@@ -61,6 +61,7 @@ class Departure:
     # the highest motion known
     falls: bool = False
     failure: str = ""  # why there is no motion, or none of the pattern that grows fastest
+    failed: bool = False  # whether time integration was tried and failed
     spent: bool = False  # whether too few periods were left to find a motion
     sweep: Sweep | None = None  # the motion over the frequency, where it was followed
     reach_m: float = 0.0  # how high the solution is where there is no motion, or those of the range, m
@@ -220,7 +221,7 @@ class DepartureSearch:
         try:
             motion, failure = self.mix(frequency_hz, start, most - self._spent, height)
         except ArithmeticError as error:
-            return replace(none, failure=f"failed: {error}"), True
+            return replace(none, failure=f"failed: {error}", failed=True), True
         if motion is None:
             return replace(none, failure=failure, spent=True) if failure else None, True
         self._spent += motion.periods * motion.n_blades
@@ -344,7 +345,7 @@ class DepartureSearch:
             left = max(self._to_depart - self._spent, 0)
             motion, failure = self.integrate(place, min(left, self._one_start), height)
         except ArithmeticError as error:
-            return Departure(place, frequency_hz, None, failure=f"failed: {error}")
+            return Departure(place, frequency_hz, None, failure=f"failed: {error}", failed=True)
         if motion is None:
             spent = left < self._one_start
             return Departure(place, frequency_hz, None, failure=SPENT if spent else failure, spent=spent)

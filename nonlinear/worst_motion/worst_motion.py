@@ -8,13 +8,13 @@ started from the unstable solution with a disturbance in its worst pattern, tell
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from nonlinear.options import SEARCH_COST, TRUNCATION_TOLERATED, SolverOptions
 from nonlinear.problem import ProblemTuple
-from nonlinear.response_curve import ResponseCurve, WorstMotion, at_range_end
+from nonlinear.response_curve import OpenKind, ResponseCurve, WorstMotion, at_range_end
 from nonlinear.time_integration.ring import Ring
 from nonlinear.time_integration.ring_motion import RingMotion
 from nonlinear.worst_motion.candidates import (
@@ -59,6 +59,7 @@ NEVER = "mistuned blades, other residual tractions, motions that other initial c
 LEAVES = 'which response.stability = "ring" with response.search = "standard" finds'
 DOUBTFUL = 50.0  # rate of decay times omega / this that no error reaches: of rings that hit it was omega / 70 at most
 NOT_KNOWN = "its growth rate is not known: no motion is found with twice the harmonics"
+IRREGULAR = "irregular"  # kind of a motion that has not settled
 MOST_STRETCHES = 6  # unstable stretches that time integration starts from
 
 
@@ -119,6 +120,13 @@ def _integrated(starts: Sequence[Departure], sweeps: Sequence[Sweep]) -> str:
     return f"{text} ({solved} by harmonic balance of several blades)" if solved else text
 
 
+class Open(NamedTuple):
+    """What was left open: its kind, and in words where and how high the solutions are there."""
+
+    kind: OpenKind
+    said: str
+
+
 def unresolved(
     curve: ResponseCurve,
     departures: Sequence[Departure],
@@ -126,38 +134,40 @@ def unresolved(
     reason: str,
     height_m: float,
     share: float = COULD_MATTER,
-) -> str:
-    """What was left open, where and how high the solutions are there; "" where nothing.
+) -> Iterator[Open]:
+    """What was left open.
 
     Solutions below a share of the worst motion do not matter; `height_m`: of the highest stable solution.
     """
-    found, branches = [], branches_of(curve)
-    boundless = list(_unbounded(departures))
+    branches = branches_of(curve)
+    boundless = [Open("grows", said) for said in _unbounded(departures)]
     if departures and departures[-1].unbounded and not departures[-1].start:
-        return boundless[-1]
+        yield boundless[-1]
+        return
     highest = max([height_m, *(each.new_height for each in departures)])
     least = share * highest
     left_out = [height for height in left_out if height >= least]
+    yield from boundless
     if not curve.termination.complete:
-        found.append("the main branch is incomplete")
+        yield Open("incomplete", "the main branch is incomplete")
     broken = sum(not branch.termination.complete for branch in curve.detached)
     if broken:
-        found.append(f"{broken} detached branch{'es are' if broken > 1 else ' is'} incomplete")
-    found += _beyond_effort(branches, least)
+        yield Open("incomplete", f"{broken} detached branch{'es are' if broken > 1 else ' is'} incomplete")
+    yield from _beyond_effort(branches, least)
     if left_out:
         count = len(left_out)
         parts = f"{count} unstable part{'s' if count > 1 else ''} of the branches, up to {height_said(max(left_out))}"
-        found.append(f"{parts}, without time integration ({reason})")
-    failed: dict[str, dict[float, float]] = {}
-    for each in departures:
-        reach = each.reach_m or float(branches[each.place[0]].amplitude_m[each.place[1]])
-        if each.failure and reach >= least:
-            failed.setdefault(each.failure, {})[each.frequency_hz] = reach
-    found += [
-        f"time integration at {_list(places)} {failure} (solutions up to {height_said(max(places.values()))})"
-        for failure, places in failed.items()
-    ]
-    return "; ".join([*boundless, *found, *_seen_higher(departures, highest), *_not_followed(departures, highest)])
+        yield Open("not searched", f"{parts}, without time integration ({reason})")
+    failures: dict[tuple[str, bool], dict[float, float]] = {}
+    for departure in departures:
+        reach = departure.reach_m or float(branches[departure.place[0]].amplitude_m[departure.place[1]])
+        if departure.failure and reach >= least:
+            failures.setdefault((departure.failure, departure.failed), {})[departure.frequency_hz] = reach
+    for (failure, failed), places in failures.items():
+        said = f"time integration at {_list(places)} {failure} (solutions up to {height_said(max(places.values()))})"
+        yield Open("not searched" if failed else "effort", said)
+    for said in (*_seen_higher(departures, highest), *_not_followed(departures, highest)):
+        yield Open("effort", said)
 
 
 def _seen_higher(departures: Sequence[Departure], highest_m: float) -> Iterator[str]:
@@ -169,10 +179,10 @@ def _seen_higher(departures: Sequence[Departure], highest_m: float) -> Iterator[
         yield f"motions up to {reach} at {_list(higher)} were not seen to persist"
 
 
-def _beyond_effort(branches: Sequence[ResponseCurve], least_m: float) -> Iterator[str]:
+def _beyond_effort(branches: Sequence[ResponseCurve], least_m: float) -> Iterator[Open]:
     """What the work of `SolverOptions.effort` left open of the branches."""
     if branches[0].branches_left_out < 0:
-        yield f"detached branches were not searched for to the end: {FURTHER}"
+        yield Open("incomplete", f"detached branches were not searched for to the end: {FURTHER}")
     undecided = [
         height
         for branch in branches
@@ -182,7 +192,8 @@ def _beyond_effort(branches: Sequence[ResponseCurve], least_m: float) -> Iterato
     ]
     if undecided:
         count, reach = len(undecided), height_said(max(undecided))
-        yield f"stability of {count} point{'s' if count > 1 else ''}, up to {reach}, is not decided: {FURTHER}"
+        said = f"stability of {count} point{'s' if count > 1 else ''}, up to {reach}, is not decided: {FURTHER}"
+        yield Open("undecided", said)
 
 
 def _unbounded(departures: Sequence[Departure]) -> Iterator[str]:
@@ -238,7 +249,8 @@ def find_worst_motion(
         curve, options, modal.n_blades, None if reason else integrate, reason, *others, blade_periods=most
     )
     if options.search == "thorough" and standard is not None and standard.amplitude_m > worst.amplitude_m:
-        worst = replace(standard, searched=worst.searched, unresolved=worst.unresolved, not_counted=worst.not_counted)
+        kept = {name: getattr(worst, name) for name in ("searched", "unresolved", "open_kinds", "not_counted")}
+        worst = replace(standard, **kept)
     if worst.motion != "periodic" or worst.branch < 0 or options.method != "coupled":
         return worst
     solution = Solution.of(branches[worst.branch], worst.index)
@@ -262,7 +274,8 @@ def _decided(worst: WorstMotion, integration: RingIntegration, solution: Solutio
     try:
         motion = integration.motion(solution, USUAL_PERIODS)
     except ArithmeticError as failure:
-        return left_open(worst, f"undecided: {undecided}, and time integration failed: {failure}")
+        said = f"undecided: {undecided}, and time integration failed: {failure}"
+        return left_open(worst, Open("undecided", said))
     tolerance = max(SAME_AMPLITUDE, worst.truncation_error)
     near = motion.periodic and abs(motion.amplitude_m - motion.started_m) <= tolerance * motion.started_m
     if motion.stays or near:
@@ -270,7 +283,7 @@ def _decided(worst: WorstMotion, integration: RingIntegration, solution: Solutio
     said = (
         f"{undecided}, and the ring leaves it, within {motion.periods} periods for {height_said(motion.amplitude_m)}"
     )
-    return left_open(replace(worst, unstable=motion.amplitude_m < worst.amplitude_m), said)
+    return left_open(replace(worst, unstable=motion.amplitude_m < worst.amplitude_m), Open("undecided", said))
 
 
 def _omega_at_highest(curve: ResponseCurve) -> float:
@@ -287,12 +300,13 @@ def _checked(worst: WorstMotion, integration: RingIntegration, solution: Solutio
         return worst
     k = leading.nodal_diameter
     said = f"unstable against nodal diameter {k}, the ring leaves it for a lower or a higher one, {LEAVES}"
-    return left_open(replace(worst, unstable=True, nodal_diameter=k), said)
+    return left_open(replace(worst, unstable=True, nodal_diameter=k), Open("undecided", said))
 
 
-def left_open(worst: WorstMotion, said: str) -> WorstMotion:
-    """A worst motion that may be higher for one more reason; without one as it was."""
-    return replace(worst, unresolved="; ".join(filter(None, (said, worst.unresolved))))
+def left_open(worst: WorstMotion, *reasons: Open) -> WorstMotion:
+    """A worst motion that may be higher for further reasons, which come first; without any as it was."""
+    said = "; ".join(filter(None, (*(reason.said for reason in reasons), worst.unresolved)))
+    return replace(worst, unresolved=said, open_kinds=(*(reason.kind for reason in reasons), *worst.open_kinds))
 
 
 def worst_of(
@@ -336,19 +350,10 @@ def worst_of(
                 departures += search.swept()
             departures = search.followed(departures)
         left_out, reason = matter[MOST_STRETCHES:], f"the {MOST_STRETCHES} highest were integrated"
-    spoken: dict[str, Any] = {
-        "searched": searched(curve, options, n_blades, departures, bool(left_out)),
-        "unresolved": unresolved(curve, departures, [each.height_m for each in left_out], reason, height, share),
-    }
-    found = max(departures, key=lambda each: (each.new_height, each.sweep is not None), default=None)
-    if found is not None and found.motion is not None and found.new_height > height:
-        worst = _reached(found, found.motion, spoken)
-    elif place is None:
-        worst = WorstMotion(float("nan"), float("nan"), -1, -1, **spoken)
-    else:
-        holder = branches[place[0]]
-        error = holder.truncation_error
-        worst = WorstMotion(height, float(holder.frequency_hz[place[1]]), *place, **spoken, truncation_error=error)
+    said = searched(curve, options, n_blades, departures, bool(left_out))
+    worst = replace(_highest(branches, departures, place, height), searched=said)
+    heights = [stretch.height_m for stretch in left_out]
+    worst = left_open(worst, *_too_short(worst), *unresolved(curve, departures, heights, reason, height, share))
     beside = [_not_counted(number, branches[number], departures) for number in doubtful if number != worst.branch]
     return _with_end(replace(worst, not_counted="; ".join(beside)), options)
 
@@ -366,7 +371,7 @@ def _with_end(worst: WorstMotion, options: SolverOptions) -> WorstMotion:
     if not (worst.amplitude_m > 0.0 and at_range_end(worst.frequency_hz, options.frequency_hz)):
         return worst
     end = f"{worst.frequency_hz:.6g} Hz is an end of the frequency range, beyond which the response may rise further"
-    return left_open(replace(worst, at_end=True), end)
+    return left_open(replace(worst, at_end=True), Open("end", end))
 
 
 def affordable(branches: Sequence[ResponseCurve], options: SolverOptions) -> int:
@@ -395,14 +400,32 @@ def _range(sweep: Sweep | None) -> dict[str, Any]:
     return {"followed_hz": tuple(sweep.frequency_hz.tolist()), "followed_m": tuple(sweep.amplitude_m.tolist())}
 
 
-def _reached(departure: Departure, motion: RingMotion, spoken: dict[str, Any]) -> WorstMotion:
-    """The motion that the ring reached from an unstable solution; open where it was not observed for long."""
+def _too_short(worst: WorstMotion) -> Iterator[Open]:
+    """That an irregular motion was not observed for long."""
+    if worst.motion == IRREGULAR and worst.periods * worst.ring_blades < OBSERVED // 2:
+        yield Open("effort", f"the irregular motion was followed for {worst.periods} periods only: {FURTHER}")
+
+
+def _highest(
+    branches: Sequence[ResponseCurve], departures: Sequence[Departure], place: Place | None, height_m: float
+) -> WorstMotion:
+    """The highest motion that the ring reached where it is above the highest stable solution, else that."""
+    departure = max(departures, key=lambda one: (one.new_height, one.sweep is not None), default=None)
+    if departure is not None and departure.motion is not None and departure.new_height > height_m:
+        return _reached(departure, departure.motion)
+    if place is None:
+        return WorstMotion(float("nan"), float("nan"), -1, -1)
+    holder = branches[place[0]]
+    frequency_hz = float(holder.frequency_hz[place[1]])
+    return WorstMotion(height_m, frequency_hz, *place, truncation_error=holder.truncation_error)
+
+
+def _reached(departure: Departure, motion: RingMotion) -> WorstMotion:
+    """The motion that the ring reached from an unstable solution."""
     branch, index = departure.place
     periodic = motion.periodic and motion.settled
     solved = departure.sweep is not None and departure.sweep.solved
-    short = not motion.settled and motion.persistence * motion.n_blades < OBSERVED // 2
-    seen = f"the irregular motion was followed for {motion.persistence} periods only: {FURTHER}"
-    worst = WorstMotion(
+    return WorstMotion(
         departure.new_height,
         departure.frequency_hz,
         branch if motion.stays or not periodic else -1,
@@ -414,14 +437,12 @@ def _reached(departure: Departure, motion: RingMotion, spoken: dict[str, Any]) -
         motion.persistence,
         1000.0 if periodic else recurrence(motion),
         **_range(departure.sweep),
-        **spoken,
         truncation_error=departure.sweep.truncation_error if departure.sweep and solved else motion.height_error,
     )
-    return left_open(worst, seen * short)
 
 
 def _kind(motion: RingMotion) -> str:
     """What a motion in time is called."""
     if not (motion.periodic and motion.settled):
-        return "quasi-periodic" if motion.settled else "irregular"
+        return "quasi-periodic" if motion.settled else IRREGULAR
     return "periodic" if motion.repeats_after <= 1 else f"subharmonic 1:{motion.repeats_after}"

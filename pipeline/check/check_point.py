@@ -301,8 +301,7 @@ def _worst_in_time(
 
 def is_open(worst: WorstMotion) -> bool:
     """Whether more than an end of the frequency range was left open; not of a solution that the ring leaves."""
-    left = worst.unresolved.partition("; ")[2] if worst.at_end else worst.unresolved
-    return bool(left) and not worst.unstable
+    return bool(set(worst.open_kinds) - {"end"}) and not worst.unstable
 
 
 def worst_lines(found: WorstCheck) -> Iterator[str]:

@@ -39,9 +39,7 @@ from pipeline.results.worst import (
     CONTACT_SAID,
     END_MARK,
     FREE,
-    GROWS_SAID,
     NOTICEABLE,
-    SHORT_OF_TIME,
     STUCK,
     UNSTABLE_SAID,
     contact_state,
@@ -392,15 +390,14 @@ def _remarks(curve: ShownCurve, factor: float, compared: str) -> Iterator[str]:
         yield f"INCOMPLETE: {curve.reason}"
     if compared:
         yield compared
-    if GROWS_SAID in facts.worst_unresolved:
+    if "grows" in facts.worst_open_kinds:
         yield "FLUTTER, can grow without bound"
     elif facts.at_end:
         yield "end of the range, no peak; may be higher"
     elif facts.worst_unstable:
         yield UNSTABLE_SAID
     elif facts.worst_unresolved:
-        short = any(reason in facts.worst_unresolved for reason in SHORT_OF_TIME)
-        yield f"{'NOT SETTLED, ' * short}may be higher"
+        yield f"{'NOT SETTLED, ' * ('effort' in facts.worst_open_kinds)}may be higher"
     elif not math.isfinite(facts.worst_amplitude_m):
         yield "peak of the response curve; the worst motion is not known"
     yield from _beside_peak(facts, factor)
@@ -515,7 +512,7 @@ def open_lines(
     )
     open_ = [c for c in curves if not c.closed and c.number not in (*waiting, *failed)]
     if open_:
-        more = any(c.facts and any(reason in c.facts.worst_unresolved for reason in SHORT_OF_TIME) for c in open_)
+        more = any(c.facts and "effort" in c.facts.worst_open_kinds for c in open_)
         which = "them" if len(open_) > 1 else "it"
         hint = f' (response.search = "thorough" may settle {which})' * (more and search in ("quick", "standard"))
         parts.append(f"not settled: {listed([c.number for c in open_])}{hint}")

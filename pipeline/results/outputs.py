@@ -204,6 +204,7 @@ _NUMBERS: dict[str, Any] = {
 _OF_SEARCH = (
     "worst_searched",
     "worst_unresolved",
+    "worst_open_kinds",
     "worst_at_end",
     "worst_not_counted",
     "worst_truncation_error",

@@ -24,9 +24,6 @@ END_MARK = " (end)"  # beside a frequency or an amplitude at an end of the frequ
 # the same as a remark
 UNSTABLE_SAID = "unstable: the blades leave this motion for a lower or a higher one (response.search)"
 UNSTABLE_MARK = " (unstable)"  # beside the amplitude of a solution that the ring leaves
-# what is open after too short a time integration
-SHORT_OF_TIME = ("take too long", "left out", "not seen to persist", "was followed")
-GROWS_SAID = "what the flow feeds"  # the same where the ring leaves a solution for a motion without a limit
 STARRED = ("quasi-periodic", "irregular")  # kinds of worst motions that do not repeat
 MOST_NAMED = 10  # curves whose numbers are listed
 NOTICEABLE = 1.03  # ratio of the worst motion to the peak of the main branch above which a run warns

@@ -69,6 +69,7 @@ CURVE_KEYS = {
     "worst_ring_blades",
     "worst_searched",
     "worst_unresolved",
+    "worst_open_kinds",
     "worst_at_end",
     "worst_not_counted",
     "worst_truncation_error",

@@ -76,6 +76,7 @@ class CurveSummary:
     worst_followed_m: tuple[float, ...] = ()
     worst_searched: str = ""
     worst_unresolved: str = ""
+    worst_open_kinds: tuple[str, ...] = ()
     worst_at_end: bool = False
     worst_not_counted: str = ""
     worst_truncation_error: float = math.nan
