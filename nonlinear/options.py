@@ -22,7 +22,7 @@ NO_PEAK = "the worst motion lies at an end of the frequency range, which is no p
 NEARLY_LOWEST = 1.1  # factor on the lowest worst motion that bounds the values told of beside it
 MOST_UNKNOWNS = 10_000  # of a harmonic balance; its dense Jacobian then takes 0.8 GB
 # work of one curve at effort 1, in millions of operations, about as many milliseconds
-MOST_WORK: dict[str, float] = {"branch": 3e4, "stability": 8e4, "detached": 1e4}
+MOST_WORK: dict[str, float] = {"branch": 3e4, "stability": 8e4, "detached": 6e4}
 
 
 def least_samples(n_harmonics: int) -> int:

@@ -24,7 +24,7 @@ from nonlinear.response_curve import Kind, Peak, ResponseCurve, TerminationReaso
 from nonlinear.response_solver import forced_response
 from nonlinear.time_integration.ring import whole_ring
 from nonlinear.worst_motion.candidates import Place, branches_of, height_said
-from nonlinear.worst_motion.ring_integration import USUAL_PERIODS, Integrated, RingIntegration, Solution, period_cost
+from nonlinear.worst_motion.ring_integration import USUAL_PERIODS, Integrated, RingIntegration, Solution
 from nonlinear.worst_motion.ring_starts import RingStarts
 from nonlinear.worst_motion.stepped_sweep import SteppedSweep
 from nonlinear.worst_motion.worst_motion import Open, left_open, worst_of
@@ -173,6 +173,8 @@ def _worst_motion(
     The indices of the points looked at are added to `tried`.
     """
     branches, options = branches_of(curve), integration.options
+    if options.search != "off":
+        integration = integration.with_cost(Solution.of(curve, int(np.argmax(curve.amplitude_m))))
     seen: list[tuple[float, float]] = []  # heights of points on which the ring stays, and their errors
 
     def integrate(place: Place, blade_periods: int, height_m: float) -> Integrated:
@@ -189,9 +191,8 @@ def _worst_motion(
 
     reason = "switched off" if options.search == "off" else ""
     others = SteppedSweep(integration), RingStarts(integration, branches)
-    highest = 2.0 * np.pi * float(curve.frequency_hz[int(np.argmax(curve.amplitude_m))])
-    cost = period_cost(integration.ring, highest)
-    most = round(options.effort * SEARCH_COST[options.search] * min(PERIODS * n_blades, MOST_PERIODS / cost))
+    affordable = min(PERIODS * n_blades, MOST_PERIODS / integration.cost)
+    most = round(options.effort * SEARCH_COST[options.search] * affordable)
     found = worst_of(curve, options, None, None if reason else integrate, reason, *others, blade_periods=most)
     return found, max(seen, default=(0.0, float("nan")))[1]
 

@@ -125,6 +125,7 @@ class RingWork(NamedTuple):
     kept: Array  # (2, q, r): forces and motion before iterations that may not settle
     updates: NDArray[np.int64]  # (q,): of E since it was that with open contacts
     moved: Array  # (r,): E times the residual
+    moves: NDArray[np.int64]  # (1,): changes of the forces of a node since the state was loaded
 
 
 def node_law(contact: ContactParameters, n_nodes: int) -> NodeLaw:
@@ -482,11 +483,12 @@ def _solve_plane(
 def pass_on(j: int, changes: Array, system: RingSystem, work: RingWork) -> None:
     """Move both neighbouring pairs of faces by changes (r,) of the forces on the pair after blade j."""
     last, k = len(work.guess) - 1, j * system.each
-    if last == 0:
-        return
     after, before = j + 1 if j < last else 0, j - 1 if j > 0 else last
     for row in range(0, 3 * work.load.shape[1], 3):
         if changes[row] != 0.0 or changes[row + 1] != 0.0 or changes[row + 2] != 0.0:
+            work.moves[0] += 1
+            if last == 0:
+                continue
             add_node(row, changes, system.previous[k], work.guess[after])
             add_node(row, changes, system.following[k], work.guess[before])
 

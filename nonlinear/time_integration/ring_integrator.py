@@ -83,6 +83,7 @@ class RingRecord:
     # (P, q, 2 m) coordinates, and rates divided by omega, of the retained modes at the end of each period: the
     # contact-driven part, in the units of modal coordinates
     ends: Array
+    moves: int  # changes of the forces of a node until those of each step were found
 
     @property
     def vibration_m(self) -> float:
@@ -237,7 +238,7 @@ class RingIntegrator:
         """
         work = self._loaded(state)
         output = np.empty((periods, self.steps, self.n_blades))
-        ends = []
+        ends, moves = [], 0
         scale = float(np.abs(work.force).max())
         last = (
             np.flatnonzero(self.structure.retained.any(axis=tuple(range(self.structure.retained.ndim - 1))))[-1] + 1
@@ -247,6 +248,7 @@ class RingIntegrator:
             scale = self._march(work, 0, self.steps, scale, output[period])
             if scale < 0.0:
                 finer = self._finer(self._stored(before), 1, NOT_FOUND)
+                moves += int(before.moves[0]) + finer.moves
                 work, output[period] = self._loaded(finer.final), finer.output_m[0]
                 scale = float(np.abs(work.force).max())
             both = self.structure.unpacked_state(work.coordinates, work.rates / self.omega)
@@ -255,7 +257,7 @@ class RingIntegrator:
         fed = np.exp(min(self.structure.feeding * self.period * periods, LARGEST_EXPONENT))
         if not largest <= RUNAWAY * (periods + 1) * fed * first:
             return self._finer(state, periods, "the motion grows without bound")
-        return RingRecord(self._stored(work), output, np.array(ends))
+        return RingRecord(self._stored(work), output, np.array(ends), moves + int(work.moves[0]))
 
     def _finer(self, state: RingState, periods: int, reason: str) -> RingRecord:
         """The same with half the step, the output at the ends of the steps of this one."""
@@ -348,6 +350,7 @@ class RingIntegrator:
             kept=np.zeros((2, *packed_force.shape)),
             updates=np.zeros(self.n_blades, dtype=np.int64),
             moved=np.zeros(width),
+            moves=np.zeros(1, dtype=np.int64),
         )
 
     def _stored(self, work: RingWork, theta: float = 0.0) -> RingState:

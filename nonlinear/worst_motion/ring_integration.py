@@ -22,7 +22,7 @@ from nonlinear.stability.ring_stability import (
     RingStability,
     largest_nodal_diameter,
 )
-from nonlinear.time_integration.ring import RETENTION, RetainedModes, Ring
+from nonlinear.time_integration.ring import RETENTION, Ring
 from nonlinear.time_integration.ring_integrator import RingIntegrator, with_more_harmonics
 from nonlinear.time_integration.ring_motion import (
     KEEPS,
@@ -47,9 +47,10 @@ LONGER = 240  # periods for which a motion is followed on that would be the high
 OBSERVED, LEAST_OBSERVED = 8000, 1000
 SLOWEST = 0.9  # of a disturbance, left after 20 periods, in the slowest decay that is looked for
 RECURS = 0.05  # relative distance from the height of a motion within which it comes again
-# steps a period times contact displacements of a blade, up to which a period costs as much as this; the power with
-# which it costs more beyond, as stiff contacts take more iterations too; the factor of the friction cone
-USUAL_PERIOD, STIFFER, CONE = 2400, 1.5, 20.0
+# work of a usual period of a blade, a step being one; changes of the forces of a node, times the nodes of a blade,
+# that take as long as a step without them; periods from which the work of a period is known; power of the work that
+# counts: where periods take long the search may take longer
+USUAL_PERIOD, AS_A_STEP, PROBED, DEARER = 160.0, 65.0, 3, 0.9
 FOLLOWED = 0.02  # disturbance then, relative to the vibration
 # factors then on the highest frequency of modes that are integrated, as stiff contacts need them, and on the steps
 CONFIRMED, CONFIRMED_STEPS = 2.0, 0.5
@@ -169,6 +170,7 @@ class RingIntegration:
 
     ring: Ring
     options: SolverOptions  # options of the curve
+    cost: float = 1.0  # of a period of a blade, relative to a usual one
 
     def __call__(self, solution: Solution, blade_periods: int, height_m: float) -> Integrated:
         """The motion that the ring reaches from a solution disturbed in a pattern that grows, with coarse steps.
@@ -263,7 +265,7 @@ class RingIntegration:
             self.ring, omega, nodal_diameter=pattern, retention=CONFIRMED * RETENTION, finer=finer
         )
         effort = min(self.options.effort * SEARCH_COST[self.options.search], 1.0)
-        effort /= period_cost(self.ring, omega)
+        effort /= self.cost
         most, envelope = effort * max(OBSERVED // motion.n_blades, LEAST_OBSERVED), motion.envelope_m
         repeats, settled = motion.repeats_after, False
         while len(envelope) + LONGER <= most and not (repeats and settled):
@@ -344,6 +346,19 @@ class RingIntegration:
                 blades.setdefault(number, k)
         return blades
 
+    def with_cost(self, solution: Solution) -> "RingIntegration":
+        """The same, with the cost of a period as the steps and iterations near a solution tell, 1 at least."""
+        nodes, pattern = self.ring.modal.n_contacts, 0
+        try:
+            integrator = self.coarse(solution.omega, pattern)
+            state = integrator.on_wave(solution.displacement)
+            disturbed = integrator.disturbed(state, pattern, VISIBLE * integrator.vibration(state))
+            moves = integrator.march(disturbed, PROBED).moves / (PROBED * integrator.n_blades)
+        except ArithmeticError:
+            return self  # nothing will be integrated
+        work = integrator.steps + moves * nodes / AS_A_STEP
+        return replace(self, cost=max(work / USUAL_PERIOD, 1.0) ** DEARER)
+
     def motion(self, solution: Solution, most_periods: int) -> RingMotion:
         """The same within some periods, however many blades, and with the growth rate of a small disturbance."""
         return self._motion(solution, self.pattern(solution), RingLimits(most_periods=most_periods))
@@ -362,16 +377,6 @@ class RingIntegration:
 
     def _patterns(self, solution: Solution) -> RingPatterns:
         return RingPatterns(self.ring, self.options, solution.omega, solution.displacement)
-
-
-def period_cost(ring: Ring, omega: float) -> float:
-    """Cost of a period of a blade, relative to a usual one, 1 at least: steps times contact displacements."""
-    try:
-        steps = RetainedModes.of(ring, omega, COARSE * RETENTION).steps(omega, COARSE_STEPS)
-    except ArithmeticError:
-        return 1.0  # nothing will be integrated
-    weight = 3 * ring.modal.n_contacts * (CONE if ring.contact.cone.any() else 1.0)
-    return max(float(steps * weight / USUAL_PERIOD) ** STIFFER, 1.0)
 
 
 def counts(motion: RingMotion) -> bool:

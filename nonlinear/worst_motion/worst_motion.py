@@ -39,7 +39,6 @@ from nonlinear.worst_motion.ring_integration import (
     RingIntegration,
     RingPatterns,
     Solution,
-    period_cost,
     recurrence,
 )
 from nonlinear.worst_motion.ring_starts import RingStarts
@@ -238,13 +237,15 @@ def find_worst_motion(
         standard = find_worst_motion((modal, contact, excitation, replace(options, search="standard")), curve)
     branches = branches_of(curve)
     integration = RingIntegration(Ring(modal, contact, excitation, options.output), options)
+    if not _why_not(options):
+        integration = integration.with_cost(Solution.of(curve, int(np.argmax(curve.amplitude_m))))
 
     def integrate(place: Place, blade_periods: int, height_m: float) -> Integrated:
         return integration(Solution.of(branches[place[0]], place[1]), blade_periods, height_m)
 
     reason = _why_not(options)
     others = SteppedSweep(integration), RingStarts(integration, branches)
-    most = round(affordable(branches, options) / period_cost(integration.ring, _omega_at_highest(curve)))
+    most = round(affordable(branches, options) / integration.cost)
     worst = worst_of(
         curve, options, modal.n_blades, None if reason else integrate, reason, *others, blade_periods=most
     )
@@ -284,10 +285,6 @@ def _decided(worst: WorstMotion, integration: RingIntegration, solution: Solutio
         f"{undecided}, and the ring leaves it, within {motion.periods} periods for {height_said(motion.amplitude_m)}"
     )
     return left_open(replace(worst, unstable=motion.amplitude_m < worst.amplitude_m), Open("undecided", said))
-
-
-def _omega_at_highest(curve: ResponseCurve) -> float:
-    return 2.0 * math.pi * float(curve.frequency_hz[int(np.argmax(curve.amplitude_m))])
 
 
 def _checked(worst: WorstMotion, integration: RingIntegration, solution: Solution) -> WorstMotion:

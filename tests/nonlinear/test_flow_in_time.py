@@ -320,7 +320,7 @@ def test_what_does_not_repeat_is_as_high_as_its_samples_and_a_parabola():
     time = 2.0 * np.pi * np.arange(1, 60 * 64 + 1) / 64
     fine = 2.0 * np.pi * np.linspace(0.0, 1.0, 2001)
     for factor in (1.0, 1.2733, 2.41):
-        record = RingRecord(None, np.cos(factor * time + 0.3).reshape(60, 64, 1), None)
+        record = RingRecord(None, np.cos(factor * time + 0.3).reshape(60, 64, 1), None, 0)
         true = [np.abs(np.cos(factor * (fine + 2.0 * np.pi * period) + 0.3)).max() for period in range(60)]
         assert record.envelope_m[:, 0].max() == pytest.approx(1.0, abs=1e-5)
         assert np.all(record.envelope_m[:, 0] < np.array(true) + 1e-5)
