@@ -79,7 +79,7 @@ def test_a_search_for_detached_branches_that_is_not_finished_is_named(whole, mon
 
 
 def test_time_integration_gets_fewer_periods_where_a_period_takes_more_work(whole):
-    """The friction cone was counted as ninety times as dear as two sliders, and is none dearer: none was integrated."""
+    """The friction cone was counted as ninety times as dear as two sliders, and takes as long."""
     modal, contact, excitation, options = problem(search="standard")
     highest = Solution.of(whole, int(np.argmax(whole.amplitude_m)))
 
