@@ -17,7 +17,7 @@ from pipeline.render import ring
 from pipeline.render.drawing_process import OperatingJob, drawing_main
 from pipeline.render.ring import ENLARGED, Window, aim, drawn_length, save_png, wheel, write_heading
 from pipeline.scene.labels import prefixed
-from pipeline.scene.schema import Excitation
+from pipeline.scene.loads_section import Excitation
 from pipeline.stages.curve.curve_file import modes_of_curve, section_from_attributes
 from pipeline.stages.model.model_files import is_joined
 from pipeline.stages.scene_to_solver import section_excitation

@@ -32,8 +32,8 @@ from pipeline.figures.response import has_lines, panel_keys
 from pipeline.figures.style import CURVES_LOG_FROM, LOG_FROM, drawn, group_colours, scale, styled, subplots
 from pipeline.render.ring import LEFT_DARK, RIGHT_COLOUR, VIEW, blades_of, turned
 from pipeline.report.viewer import Surface, outer_surface
+from pipeline.scene.blade_section import DAMPER, INTERFACES
 from pipeline.scene.labels import value_label
-from pipeline.scene.schema import DAMPER, INTERFACES
 from pipeline.stages.model.build_mesh import SECTOR
 from pipeline.stages.model.model_chain import BuiltModel
 

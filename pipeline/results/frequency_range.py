@@ -16,8 +16,9 @@ from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.store.fingerprints import fingerprint
 
 if TYPE_CHECKING:
+    from pipeline.scene.contact_section import Contact
     from pipeline.scene.reading import Member
-    from pipeline.scene.schema import Contact, Scene
+    from pipeline.scene.schema import Scene
     from pipeline.store.content_store import Store
 
 ROOM = 0.05  # part of a frequency by which the proposed range goes beyond it

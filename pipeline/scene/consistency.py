@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from nonlinear.options import least_samples
 from pipeline.errors import InputError, input_error, shown, shown_key
 from pipeline.scene.aero_section import unfit_aero
+from pipeline.scene.blade_section import DAMPER, INTERFACES
 from pipeline.scene.contact_section import PER_NODE, FaceField, Interface
 from pipeline.scene.dotted_keys import CONTACT, INTERFACE, interface_of, of_contact
 from pipeline.scene.fields import LEAST_DAMPING
@@ -25,7 +26,7 @@ from pipeline.scene.model_section import unfit_beside_matrices, unfit_matrix_key
 from pipeline.scene.plausibility import far_beyond, hints_first, rayleigh_ratio
 from pipeline.scene.presets import SIZE
 from pipeline.scene.reading import Member, SceneFile, parameter_error, scene_of_tables
-from pipeline.scene.schema import DAMPER, INTERFACES, SECTIONS, Scene
+from pipeline.scene.schema import SECTIONS, Scene
 from pipeline.scene.size_limits import check_balance, check_modes, check_size, check_speed, check_sweep
 from pipeline.scene.sweep import SHIFTED, read_sweep
 from pipeline.scene.toml_text import key_lines, line_of, load_tables, plain_key, with_line

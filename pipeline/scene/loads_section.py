@@ -15,7 +15,18 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import Field, ValidationInfo, field_validator
 
 from pipeline.errors import InputError, shown, system_reason
-from pipeline.scene.fields import NotNegative, Number, Section, Vector, Whole, allowed_of, key
+from pipeline.scene.fields import (
+    POSITIVE,
+    NotNegative,
+    Number,
+    Positive,
+    Section,
+    Truth,
+    Vector,
+    Whole,
+    allowed_of,
+    key,
+)
 from pipeline.scene.input_files import Contents, csv_rows, decimal_point, file_problem, read_bytes
 
 if TYPE_CHECKING:
@@ -379,3 +390,76 @@ def files_of(*values: Any) -> list[str]:
     """The files of lists of tables, or of a table."""
     items = [item for value in values if value for item in (value if isinstance(value, tuple) else (value,))]
     return [item.file for item in items if getattr(item, "file", None) is not None]
+
+
+class Load(Section):
+    """[load]: static loads."""
+
+    speed_rpm: Number = key(
+        "rotational speed, rev/min; 0: no centrifugal load", "a number, {bounds}", 0.0, ge=0.0, le=1e6
+    )
+    equilibrium: Literal["nonlinear", "linear"] = key(
+        "static equilibrium at speed: at large displacements, or the quick linear one",
+        "{words}",
+        "nonlinear",
+    )
+    coriolis: Truth = key(
+        "whether Coriolis forces act in the vibration at speed, where the model has their matrix",
+        "true or false",
+        True,
+    )
+    force: tuple[StaticForce, ...] = key("static forces", "tables [[load.force]]", ())
+    pressure: tuple[Pressure, ...] = key("static pressures", "tables [[load.pressure]]", ())
+    temperature: Temperature | None = key("temperature field", "a table [load.temperature]", None)
+
+    def placed(self, folder: Path) -> Load:
+        """The section with the full paths of its files, which are relative to the folder."""
+        found: Load = placed(self, ("force", "temperature"), folder)
+        return found
+
+
+class Excitation(Section):
+    """[excitation]: an engine order and its multiples, forces on a point or on loads of the blade."""
+
+    engine_order: Whole = key("engine order", "a whole number, {bounds}", ge=0, le=100000)
+    force: Positive = key("amplitude, N", POSITIVE)
+    direction: Literal["x", "-x", "y", "-y", "z", "-z"] | Vector = key(
+        "direction of the force and of the default output",
+        '"x", "y", "z", "-x", "-y", "-z" or a list of three numbers, {bounds}, not all 0',
+        "y",
+    )
+    at: Literal["tip"] | Vector = key(
+        "loaded and observed point, m",
+        '"tip" or a list of three numbers, {bounds}: x, y and z of a point of the blade',
+        "tip",
+    )
+
+    harmonic: tuple[ExcitationHarmonic, ...] = key(
+        "multiples of the engine order that act as well", "tables [[excitation.harmonic]], each order once", ()
+    )
+    load: tuple[ExcitationLoad, ...] = key("where the force acts, in place of `at`", "tables [[excitation.load]]", ())
+
+    @field_validator("harmonic")
+    @classmethod
+    def _each_order_once(cls, value: Any) -> Any:
+        orders = [item.order for item in value]
+        if len(set(orders)) < len(orders):
+            raise ValueError("tables [[excitation.harmonic]], each order once")
+        return value
+
+    @property
+    def unit_direction(self) -> tuple[float, float, float]:
+        """The direction as a vector of length 1 (three zeros where it is zero, which the checks refuse)."""
+        return unit_vector(self.direction)
+
+    @property
+    def highest_harmonic(self) -> int:
+        """The highest harmonic in which the excitation acts."""
+        given = {item.order: item.amplitude for item in self.harmonic}
+        acting = [h for h in {1, *given, *(item.harmonic for item in self.load)} if given.get(h, 1.0) != 0.0]
+        return max(acting, default=1)
+
+    def placed(self, folder: Path) -> Excitation:
+        """The section with the full paths of its files, which are relative to the folder."""
+        found: Excitation = placed(self, ("load",), folder)
+        return found

@@ -16,12 +16,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from pipeline.errors import InputError, input_error, shown, shown_key
-from pipeline.scene.contact_section import FaceField, mean_of
+from pipeline.scene.contact_section import Contact, FaceField, mean_of
 from pipeline.scene.dotted_keys import CONTACT, INTERFACE, of_contact
-from pipeline.scene.material_section import FORCED, USUAL_MATERIAL, WAVE_SPEED, Usual, wave_speed
+from pipeline.scene.material_section import FORCED, USUAL_MATERIAL, WAVE_SPEED, Material, Usual, wave_speed
 from pipeline.scene.mesh_section import MAIN_INTERFACE, Mesh
 from pipeline.scene.reading import Member, SceneFile
-from pipeline.scene.schema import Contact, Material, Response, Rom, Scene
+from pipeline.scene.response_section import Response, Rom
+from pipeline.scene.schema import Scene
 from pipeline.scene.size_limits import speed_warning, tip_speed
 from pipeline.scene.varied_keys import studied_keys
 

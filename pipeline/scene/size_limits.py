@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 
 from nonlinear.options import MOST_UNKNOWNS
 from pipeline.errors import input_error, shown
+from pipeline.scene.blade_section import Platform, Snubber
 from pipeline.scene.geometry_parameters import geometry_parameters
 from pipeline.scene.input_files import file_size
 from pipeline.scene.reading import Member, SceneFile
-from pipeline.scene.schema import Platform, Scene, Snubber
+from pipeline.scene.schema import Scene
 
 if TYPE_CHECKING:
     from pathlib import Path

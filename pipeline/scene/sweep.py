@@ -17,10 +17,10 @@ from types import UnionType
 from typing import Annotated, Any, Union, get_args, get_origin
 
 from pipeline.errors import InputError, input_error, shown, shown_key, system_reason
-from pipeline.scene.contact_section import FaceField, Interface, mean_of
+from pipeline.scene.contact_section import Contact, FaceField, Interface, mean_of
 from pipeline.scene.dotted_keys import INTERFACE, interface_of, of_contact, split_key
 from pipeline.scene.input_files import csv_rows, decimal_point, open_regular
-from pipeline.scene.schema import NOT_SWEPT, NOT_SWEPT_KEYS, SECTIONS, Contact, Scene, section_class
+from pipeline.scene.schema import NOT_SWEPT, NOT_SWEPT_KEYS, SECTIONS, Scene, section_class
 from pipeline.scene.units import column_name
 from pipeline.scene.validation_errors import unknown_key
 

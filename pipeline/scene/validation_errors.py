@@ -16,9 +16,10 @@ from pipeline.scene.dotted_keys import CONTACT
 from pipeline.scene.fields import allowed_of
 from pipeline.scene.loads_section import TABLES as LOAD_TABLES
 from pipeline.scene.loads_section import Temperature
+from pipeline.scene.material_section import Material
 from pipeline.scene.mesh_section import MeshInterface, MeshSets
 from pipeline.scene.model_section import ModelSets
-from pipeline.scene.schema import SECTIONS, Material, Scene
+from pipeline.scene.schema import SECTIONS, Scene
 from pipeline.scene.units import number_in_text
 from pipeline.studies.uncertainty.section import UncertainParameter
 from pipeline.studies.wear.section import DutyPoint

@@ -9,9 +9,10 @@ from collections.abc import Collection, Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pipeline.errors import InputError, input_error, shown_key
+from pipeline.scene.blade_section import DAMPER, INTERFACES
 from pipeline.scene.contact_section import OF_INTERFACE
 from pipeline.scene.dotted_keys import CONTACT, INTERFACE, interface_of, split_key
-from pipeline.scene.schema import DAMPER, INTERFACES, Scene
+from pipeline.scene.schema import Scene
 
 if TYPE_CHECKING:
     from pipeline.scene.reading import SceneFile

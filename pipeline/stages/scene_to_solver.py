@@ -10,9 +10,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from pipeline.scene.blade_section import DAMPER, INTERFACES
 from pipeline.scene.contact_section import AS_FIELD, OF_INTERFACE, PER_NODE, FaceField
 from pipeline.scene.dotted_keys import NO_INTERFACE
-from pipeline.scene.schema import DAMPER, INTERFACES
 
 if TYPE_CHECKING:
     import numpy as np
@@ -22,8 +22,11 @@ if TYPE_CHECKING:
     from nonlinear.contact.parameters import ContactParameters
     from nonlinear.options import Excitation, SolverOptions
     from pipeline.scene.aero_section import AeroFamily
-    from pipeline.scene.schema import Contact, Load, Response, Scene
-    from pipeline.scene.schema import Excitation as ExcitationSection
+    from pipeline.scene.contact_section import Contact
+    from pipeline.scene.loads_section import Excitation as ExcitationSection
+    from pipeline.scene.loads_section import Load
+    from pipeline.scene.response_section import Response
+    from pipeline.scene.schema import Scene
     from rom.cyclic.influence_coefficients import InfluenceCoefficients
     from rom.cyclic.reduced_model import ReducedModel
     from rom.cyclic.sector_modes import RingModes

@@ -20,8 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.scene.contact_section import mean_of
+from pipeline.scene.loads_section import Excitation
 from pipeline.scene.material_section import Fatigue, Stress
-from pipeline.scene.schema import Excitation, Response
+from pipeline.scene.response_section import Response
 from pipeline.stages.curve.curve_file import BRANCHES, contacts_of_curve, modes_of_curve, section_from_attributes
 from pipeline.stages.model.build_reduced_model import at_speed, boundary_choice
 from pipeline.stages.model.model_files import is_joined

@@ -14,7 +14,8 @@ import numpy as np
 
 from pipeline.scene.geometry_parameters import sector_of
 from pipeline.scene.labels import quantity
-from pipeline.scene.schema import Rom, Scene
+from pipeline.scene.response_section import Rom
+from pipeline.scene.schema import Scene
 from pipeline.verify.model_errors import ORDER, ModelErrors
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from geometry import build_sector
 from pipeline.scene.geometry_parameters import geometry_parameters
 from pipeline.scene.presets import PRESETS
 from pipeline.scene.reading import read_scene
-from pipeline.scene.schema import DEFAULT_MODES
+from pipeline.scene.response_section import DEFAULT_MODES
 from pipeline.stages.model.build_reduced_model import boundary_choice
 from pipeline.stages.scene_to_solver import linear_operation
 from rom import Material, ReductionOptions, assemble, reduce_sector

@@ -10,8 +10,11 @@ from pipeline_support import ground_model, shroud, small_scene, write_scene
 
 from nonlinear import ContactError
 from nonlinear.contact.parameters import punch_stiffness
+from pipeline.scene.contact_section import Contact
+from pipeline.scene.loads_section import Load
 from pipeline.scene.reading import read_scene
-from pipeline.scene.schema import Contact, Load, Response, Scene
+from pipeline.scene.response_section import Response
+from pipeline.scene.schema import Scene
 from pipeline.scene.sweep import as_in_scene, key_value
 from pipeline.stages.curve.curve_file import section_from_attributes, used_parameters
 from pipeline.stages.scene_to_solver import InterfaceContact, contact_on_model, contact_parameters, resolved_contacts

@@ -19,8 +19,9 @@ from pipeline.codec import restored
 from pipeline.scene.aero_section import AeroFamily
 from pipeline.scene.contact_section import OF_INTERFACE, Contact
 from pipeline.scene.dotted_keys import CONTACT, INTERFACE
-from pipeline.scene.loads_section import ExcitationHarmonic
-from pipeline.scene.schema import MAIN_INTERFACE, Load, Response
+from pipeline.scene.loads_section import ExcitationHarmonic, Load
+from pipeline.scene.mesh_section import MAIN_INTERFACE
+from pipeline.scene.response_section import Response
 from pipeline.stages.cache_keys import rotation_of_response
 from pipeline.stages.curve.curve_summary import (
     RESIDUAL_BOUNDS,

@@ -15,7 +15,8 @@ from pipeline.errors import reason_of
 from pipeline.executor.task import Task, TaskFailed, TaskResult
 from pipeline.process.progress import Counter
 from pipeline.process.workers import WorkerDied
-from pipeline.scene.schema import Response, Scene
+from pipeline.scene.response_section import Response
+from pipeline.scene.schema import Scene
 from pipeline.stages.cache_keys import curve_key
 from pipeline.stages.curve.carry_branches import EXTENDED, BranchCarrier, Extension, added_branches, extension_task
 from pipeline.stages.curve.curve_file import CURVE

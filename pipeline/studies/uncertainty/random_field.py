@@ -23,8 +23,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.scene.blade_section import DAMPER
 from pipeline.scene.dotted_keys import INTERFACE, interface_of, of_contact, split_key
-from pipeline.scene.schema import DAMPER, Scene
+from pipeline.scene.schema import Scene
 from pipeline.scene.sweep import SHIFTED, key_value
 from pipeline.stages.scene_to_solver import contact_parameters, resolved_contacts
 from pipeline.studies.study import StudyError
