@@ -26,10 +26,11 @@ from pipeline.process.progress import Reporter
 from pipeline.results.closure import static_ranges
 from pipeline.results.publishing import PicturesMissing
 from pipeline.run import solved_members
-from pipeline.scene.dotted_keys import is_condition, of_contact
+from pipeline.scene.dotted_keys import of_contact
 from pipeline.scene.labels import value_label
 from pipeline.scene.plausibility import far_beyond
 from pipeline.scene.reading import SceneFile, derived_member, given_scene
+from pipeline.scene.schema import has_role, meaning_of
 from pipeline.scene.sweep import key_value, swept_keys
 from pipeline.scene.validation_errors import meant
 from pipeline.stages.curve.curve_file import read_curve
@@ -49,15 +50,6 @@ if TYPE_CHECKING:
 
 COMMAND, OPTION = "shroud", "--over"
 WRITTEN = "KEY=LOW:HIGH with numbers, LOW below HIGH, or KEY"
-STATIC = ("contact.interference", "contact.preload")  # their ranges come from linear responses
-DECADE = (
-    "contact.normal_stiffness",
-    "contact.tangential_stiffness",
-    "excitation.force",
-    "response.damping_ratio",
-    "material.young_modulus",
-)
-FIXED = {"contact.friction": (0.05, 1.0)}
 MOST_DAMPING = 0.99
 SHARE = 0.2  # of the value, on each side, for all other keys
 OVER, TOLERANCE, LIFETIME = "--over", "--tolerance", "--life"  # how messages name them
@@ -104,13 +96,14 @@ def default_range(file: SceneFile, key: str, now: float | None, static: Range | 
     values = [value for value in swept if value is not None]
     if len(set(values)) > 1:
         return min(values), max(values)
-    if (same := of_contact(key)) in FIXED:
-        return FIXED[same]
-    if same in STATIC and static is not None:
+    searched = meaning_of(key).searched
+    if isinstance(searched, tuple):
+        return searched
+    if searched == "static" and static is not None:
         return static
     if not now:
         raise _error(key, "no range, and the scene's value tells none", WRITTEN)
-    if same in DECADE:
+    if searched == "decade":
         high = 10.0 * now
         return 0.1 * now, min(high, MOST_DAMPING) if key == "response.damping_ratio" else high
     highest = 180.0 if key == "shroud.angle" else math.inf
@@ -307,7 +300,7 @@ def _base(file: SceneFile, over: Iterable[str], given_model: bool) -> SceneFile:
     """The scene without a sweep but of its load cases, which are not optimised; the first values of all others."""
     if not file.swept:
         return file
-    cases = [key for key in file.swept if is_condition(key) and key not in over]
+    cases = [key for key in file.swept if has_role(key, "condition") and key not in over]
     first = {key: value for key, value in file.members[0].parameters.items() if key not in cases}
     points: list[dict[str, Any]] = []
     for member in file.members:
@@ -325,7 +318,7 @@ def _without_optimum(scene: Any) -> Any:
 def _ranges(context: StudyContext, file: SceneFile, asked: Mapping[str, Range | None]) -> dict[str, Range]:
     """The ranges asked for, and those of keys that were given none."""
     open_keys = [key for key, limits in asked.items() if limits is None]
-    linear = [key for key in open_keys if of_contact(key) in STATIC and key not in file.swept]
+    linear = [key for key in open_keys if meaning_of(key).searched == "static" and key not in file.swept]
     static = _static_ranges(context) if linear else {}
     found = {}
     for key, limits in asked.items():

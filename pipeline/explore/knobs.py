@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from pipeline.scene.contact_section import PER_NODE, Law
 from pipeline.scene.dotted_keys import CONTACT, interface_of, of_contact, split_key
-from pipeline.scene.labels import Quantity, quantity
+from pipeline.scene.labels import SHOWN, Quantity, quantity
+from pipeline.scene.schema import meaning_of
 from pipeline.scene.sweep import key_value
 from pipeline.scene.units import key_unit
 from pipeline.stages.engine_orders import SPEED
@@ -20,20 +21,12 @@ if TYPE_CHECKING:
     from pipeline.scene.schema import Scene
 
 Kind = Literal["number", "whole", "choice"]
-DECADES = {  # ranges in decades below and above the value of the scene
-    "contact.normal_stiffness": (2.0, 2.0),
-    "contact.tangential_stiffness": (2.0, 2.0),
-    "excitation.force": (2.0, 2.0),
-    "response.damping_ratio": (1.0, 1.0),
-    "damper.mass": (1.0, 1.0),
-}
 LIMITS = {"response.damping_ratio": (1e-6, 0.5)}
 FRICTION = (0.0, 1.0)
 MOST_ORDER = 100  # engine orders of a structure whose number of blades is not known
 HARMONICS = (1, 3, 5, 7, 9, 11, 15, "auto")
 SHARE = 0.2  # of the value on each side, for what has no better range
 STEPS, CLOSELY = 200, 1000  # of a range, and of that of an interference, or some more
-SHOWN = {"m": ("mm", 1e3), "degrees": ("°", 1.0)}  # units that figures show in place of those of a scene
 NO_INTERFERENCE = (-1e-4, 1e-4)  # m, where linear responses tell nothing
 Range = tuple[float, float]
 
@@ -134,9 +127,8 @@ def _range(file: SceneFile, scene: Scene, key: str, value: float, static: Mappin
     same = of_contact(key)
     swept = [key_value(member.scene, key) for member in file.members] if key in file.swept else []
     values = [value, *(each for each in swept if each is not None)]
-    if same in DECADES:
-        down, up = DECADES[same]
-        low, high = value * 10.0**-down, value * 10.0**up
+    if decades := meaning_of(key).decades:
+        low, high = value * 10.0**-decades, value * 10.0**decades
         least, most = LIMITS.get(same, (0.0, math.inf))
         limits = max(low, least), min(high, most)
     elif same == "contact.friction":
@@ -155,7 +147,7 @@ def _range(file: SceneFile, scene: Scene, key: str, value: float, static: Mappin
 
 def _number(key: str, value: float, limits: Range, cost: float | None) -> Knob:
     named, whole = _named(key), key == "excitation.engine_order"
-    log = of_contact(key) in DECADES and limits[0] > 0.0
+    log = meaning_of(key).decades > 0.0 and limits[0] > 0.0
     step = 1.0 if whole else _round_step(limits, CLOSELY if of_contact(key) == "contact.interference" else STEPS)
     return Knob(
         key,

@@ -20,6 +20,7 @@ from pipeline.export.motions import MotionChoice, mesh_motion, write_motion, wri
 from pipeline.export.source import WAVES, Kind, curves, kind_of
 from pipeline.output_paths import check_output_path
 from pipeline.process.isolated_reading import read_given_model
+from pipeline.scene.schema import MEANINGS
 from pipeline.store.disk_errors import storage_error
 from rom.cyclic.reduced_model import ReducedModel
 
@@ -216,8 +217,7 @@ def _sets(source: Path) -> Iterator[dict[str, Any]]:
 
 def _parameters(attributes: dict[str, Any]) -> str:
     """The parameters in which curves usually differ."""
-    names = {"contact.interference": "v0", "contact.friction": "mu", "excitation.engine_order": "EO"}
-    known = {short: attributes.get(key) for key, short in names.items()}
+    known = {meaning.short: attributes.get(key) for key, meaning in MEANINGS.items() if meaning.short}
     return ", ".join(f"{short} {value:.6g}" for short, value in known.items() if isinstance(value, int | float))
 
 

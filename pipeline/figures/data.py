@@ -6,7 +6,7 @@ A swept key has its values, their places along an axis, and the label of that ax
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from pipeline.figures.style import ordered_colours
 from pipeline.results.worst import height_mark
+from pipeline.scene.fields import NOTHING_MORE
 from pipeline.scene.labels import member_label, quantity
-from pipeline.scene.schema import Scene
+from pipeline.scene.schema import MEANINGS, Scene
 from pipeline.stages.curve.curve_file import AMPLITUDE, branch_groups, contacts_of_curve, curve_from
 from pipeline.stages.curve.curve_summary import checked
 from pipeline.stages.engine_orders import Swept
@@ -29,9 +30,6 @@ if TYPE_CHECKING:
     from pipeline.scene.reading import Member
     from pipeline.stages.curve.curve_summary import CurveSummary
     from pipeline.stages.curve.respond import CurveResult
-
-
-_AXES = {"contact.interference": "interference v0 [µm], gap below 0"}
 
 
 @dataclass(frozen=True)
@@ -67,7 +65,8 @@ class SweepKey:
     @property
     def axis(self) -> str:
         """Label of an axis, with the convention of the sign where there is one."""
-        return _AXES.get(self.name) or quantity(self.name).axis()
+        known, shown = MEANINGS.get(self.name, NOTHING_MORE), quantity(self.name)
+        return ", ".join(filter(None, (replace(shown, symbol=known.name or shown.symbol).axis(), known.sign)))
 
 
 def sweep_keys(curves: Sequence[Swept]) -> list[SweepKey]:

@@ -37,7 +37,9 @@ from pipeline.results.tables import (
     sampling_errors,
 )
 from pipeline.results.worst import NOTICEABLE, motion_said, share, unstable_peaks, with_unit
+from pipeline.scene.fields import NOTHING_MORE
 from pipeline.scene.labels import quantity
+from pipeline.scene.schema import MEANINGS
 from pipeline.stages.curve.curve_summary import CurveSummary
 from pipeline.stages.curve.respond import CurveResult
 
@@ -353,7 +355,7 @@ def story(source: ReportSource, points: Sequence[SweepPoint], errors: Sequence[E
 
 def swept_range(key: SweepKey) -> str:
     """The range of a swept key: `interference v0 from -250 to 400 µm (8 values)`."""
-    name = "interference v0" if key.name == "contact.interference" else quantity(key.name).symbol
+    name = MEANINGS.get(key.name, NOTHING_MORE).name or quantity(key.name).symbol
     first, last = key.values[0], key.values[-1]
     if not key.numeric:
         return f"{name} {', '.join(key.text(value) for value in key.values[:6])}{' ...' * (len(key.values) > 6)}"

@@ -11,8 +11,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from pipeline.scene.dotted_keys import is_design
 from pipeline.scene.labels import value_label
+from pipeline.scene.schema import has_role
 
 # what is said where a design has been swept, and none is best
 OPEN = "not known, every curve may be higher"
@@ -40,12 +40,12 @@ class BestDesign:
 
 def condition_keys(keys: Iterable[str]) -> list[str]:
     """Swept keys that are no choice of a design."""
-    return [key for key in keys if not is_design(key)]
+    return [key for key in keys if not has_role(key, "design")]
 
 
 def compares_designs(keys: Iterable[str]) -> bool:
     """Whether any swept key is a choice of a design."""
-    return any(map(is_design, keys))
+    return any(has_role(key, "design") for key in keys)
 
 
 def best_design(points: Sequence[DesignPoint]) -> BestDesign | str:
@@ -55,7 +55,9 @@ def best_design(points: Sequence[DesignPoint]) -> BestDesign | str:
     """
     groups: dict[str, dict[str, list[int]]] = {}
     for place, point in enumerate(points):
-        parts = ({k: v for k, v in point.parameters.items() if is_design(k) == chosen} for chosen in (True, False))
+        parts = (
+            {k: v for k, v in point.parameters.items() if has_role(k, "design") == chosen} for chosen in (True, False)
+        )
         design, condition = (json.dumps(part, sort_keys=True, default=str) for part in parts)
         own = str(place) if condition == "{}" else design
         groups.setdefault(own, {}).setdefault(condition, []).append(place)
@@ -72,7 +74,7 @@ def best_design(points: Sequence[DesignPoint]) -> BestDesign | str:
         return OPEN if len(conditions) == 1 else OPEN_OVER
     highest = min((max(places, key=lambda k: points[k].height) for places in settled), key=lambda k: points[k].height)
     lowest = min((k for k, point in enumerate(points) if _is_settled(point)), key=lambda k: points[k].height)
-    values = {key: value for key, value in points[highest].parameters.items() if is_design(key)}
+    values = {key: value for key, value in points[highest].parameters.items() if has_role(key, "design")}
     return BestDesign(values, highest, lowest)
 
 
@@ -82,4 +84,6 @@ def _is_settled(point: DesignPoint) -> bool:
 
 def values_label(parameters: Mapping[str, Any], design: bool) -> str:
     """The values of the design, or of the conditions."""
-    return ", ".join(value_label(key, value) for key, value in parameters.items() if is_design(key) == design)
+    return ", ".join(
+        value_label(key, value) for key, value in parameters.items() if has_role(key, "design") == design
+    )

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from pipeline.results.best_design import DesignPoint, best_design, compares_designs, condition_keys
 from pipeline.results.tables import screen_table, short_value
 from pipeline.results.worst import with_unit
-from pipeline.scene.dotted_keys import is_design
 from pipeline.scene.labels import prefixed, quantity, value_label
+from pipeline.scene.schema import has_role
 from pipeline.stages.curve.curve_table import CurveTable, plain_value
 
 if TYPE_CHECKING:
@@ -135,7 +135,7 @@ def key_table(found: Mapping[str, Any]) -> Table:
         cells = []
         for end in (ends["best"], ends["worst"]):
             if end is None:
-                cells += ["not known" if is_design(key) else "a condition", "-", "-"]
+                cells += ["not known" if has_role(key, "design") else "a condition", "-", "-"]
                 continue
             cells += [_value(key, end["value"]), with_unit(end["median_m"]), with_unit(end["highest_m"])]
         rows.append([quantity(key).symbol, *cells])

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import Field
 
 from pipeline.errors import InputError, input_error, shown
-from pipeline.scene.fields import Number, Section, Whole, key
+from pipeline.scene.fields import Meaning, Number, Section, Whole, key
 from pipeline.scene.input_files import Contents
-from pipeline.scene.loads_section import TABLE, File, csv_columns, placed
+from pipeline.scene.loads_section import File, csv_columns, placed
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -39,35 +39,36 @@ Numbers = Annotated[tuple[Annotated[Number, Field(ge=0.0, le=1e6)], ...], Field(
 class AeroFamily(Section):
     """[[aero.family]]: aerodynamic influence coefficients of one mode family, or their sums for each wave."""
 
-    mode: Whole = key("number of the mode with free contacts in its wave", "a whole number, {bounds}", ge=1, le=100)
+    mode: Whole = key("number of the mode with free contacts in its wave", ge=1, le=100)
     offset: Places | None = key(
-        "places from the blade that feels the force to the one that moves, in +y", "a list of whole numbers", None
+        "places from the blade that feels the force to the one that moves, in +y",
+        None,
+        allowed="a list of whole numbers",
     )
     nodal_diameter: Places | None = key(
         "in place of offset: nodal diameters of the waves, above 0 backward, each one of the ring",
-        "a list of whole numbers (give this or offset)",
         None,
+        allowed="a list of whole numbers (give this or offset)",
     )
     real: tuple[Coefficient, ...] = key(
         "modal force over modal displacement and the square of the natural frequency, in phase with the displacement",
-        VALUES,
         (),
+        allowed=VALUES,
     )
     imaginary: tuple[Coefficient, ...] = key(
         "the same ahead of the displacement by a quarter of a period: above 0 the flow feeds the vibration",
-        VALUES,
         (),
+        allowed=VALUES,
     )
     speed_rpm: Numbers | None = key(
-        "speeds of the coefficients, rev/min; linear between them at load.speed_rpm", ROWS, None
+        "speeds of the coefficients, rev/min; linear between them at load.speed_rpm", None, allowed=ROWS
     )
     frequency: Numbers | None = key(
-        "frequencies of the coefficients, Hz; linear between them at the frequency of the family", ROWS, None
+        "frequencies of the coefficients, Hz; linear between them at the frequency of the family", None, allowed=ROWS
     )
     file: File | None = key(
         "in place of the lists: columns offset, nodal_diameter or phase_angle, real, and imaginary, damping_ratio or "
         "log_decrement, of a table speed_rpm, frequency; relative to the scene file",
-        TABLE,
         None,
     )
 
@@ -165,10 +166,10 @@ def _by_nodal_diameter(file: Path | str, columns: dict[str, NDArray[Any]]) -> di
 class Aero(Section):
     """[aero]: the flow around the blades, as forces on their modes."""
 
-    family: Annotated[tuple[AeroFamily, ...], Field(min_length=1)] = key(
-        "mode families that the flow acts on", "tables [[aero.family]] with different modes"
+    family: Annotated[Annotated[tuple[AeroFamily, ...], Field(min_length=1)], Meaning(swept=False)] = key(
+        "mode families that the flow acts on", allowed="tables [[aero.family]] with different modes"
     )
-    scale: Number = key("factor on all coefficients", "a number, {bounds}", 1.0, ge=0.0, le=1000.0)
+    scale: Number = key("factor on all coefficients", 1.0, ge=0.0, le=1000.0)
 
     def placed(self, folder: Path) -> Aero:
         """The section with the full paths of its files, which are relative to the folder of the scene."""

@@ -7,20 +7,30 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from pipeline.scene.fields import (
-    BLADES,
-    FILLET,
-    LENGTH,
-    POSITIVE,
+    DEGREES,
+    PER_METRE,
+    SMALL_LENGTH,
     Length,
+    Meaning,
     NotNegative,
     Number,
     Positive,
     Section,
+    Usual,
     Whole,
     key,
+    metres,
 )
 from pipeline.scene.mesh_section import MAIN_INTERFACE
 
+Thickness = Annotated[Length, metres(1e-4, 0.5, 2.0)]
+Width = Annotated[Length, metres(1e-4, 1.0, 10.0)]
+Radius = Annotated[Length, metres(0.01, 13.0, 130.0)]
+AxialWidth = Annotated[Length, metres(1e-3, 2.0, 20.0)]
+Gap = Annotated[Number, Field(ge=0.0, le=1.0), SMALL_LENGTH]
+Fillet = Annotated[Number, Field(ge=0.0, le=10.0)]
+Stagger = Annotated[Number, Field(ge=-80.0, le=80.0)]
+FaceAngle = Annotated[Number, Field(ge=1e-12, le=180.0)]
 DAMPER = "damper"
 INTERFACES = {  # contact interfaces that the sections of a blade made here make
     "shroud": (MAIN_INTERFACE,),
@@ -32,31 +42,32 @@ INTERFACES = {  # contact interfaces that the sections of a blade made here make
 class Blade(Section):
     """[blade]: the airfoil and the ring that it stands in."""
 
-    n_blades: Whole = key("blades of the ring", BLADES, ge=3, le=10000)
-    hub_radius: Length = key("radius of the root, m, clamped or on the rim of [disk]", LENGTH)
-    length: Length = key("hub to the outer surface of the shroud, m", LENGTH)
-    chord: Length = key("chord of the airfoil section, m", LENGTH)
-    thickness: Length = key("thickness of the airfoil section at the root, m", LENGTH)
-    tip_thickness: Length | None = key("thickness at the shroud, m; tapers linearly", LENGTH, None)
-    twist: Number = key(
-        "rotation of the section from the root to the shroud about the radius, degrees",
-        "a number, {bounds}",
-        0.0,
-        ge=-80.0,
-        le=80.0,
+    n_blades: Annotated[Whole, Meaning(words="nb nblades blades numberofblades", discrete=True)] = key(
+        "blades of the ring", ge=3, le=10000
     )
-    section: Literal["rectangle", "lens"] = key("shape of the section", "{words}", "rectangle")
-    root_stagger: Number = key(
-        "angle from the engine axis to the chord at the root, degrees; the twist adds to it",
-        "a number, {bounds}",
-        0.0,
-        ge=-80.0,
-        le=80.0,
+    hub_radius: Annotated[Length, metres(0.01, 10.0, 100.0, words="radius rhub")] = key(
+        "radius of the root, m, clamped or on the rim of [disk]"
     )
-    fillet_radius: Number = key("radius of the fillet at the root, m; 0: none", FILLET, 0.0, ge=0.0, le=10.0)
-    camber: Number = key(
+    length: Annotated[Length, metres(0.005, 3.0, 30.0, "blade length", words="span height")] = key(
+        "hub to the outer surface of the shroud, m"
+    )
+    chord: Annotated[Length, metres(1e-3, 1.0, 10.0, "chord")] = key("chord of the airfoil section, m")
+    thickness: Annotated[Length, metres(1e-4, 0.5, 2.0, "blade thickness")] = key(
+        "thickness of the airfoil section at the root, m"
+    )
+    tip_thickness: Thickness | None = key("thickness at the shroud, m; tapers linearly", None)
+    twist: Annotated[Stagger, Meaning("degrees", "twist", Usual(1.6, 80.0, DEGREES))] = key(
+        "rotation of the section from the root to the shroud about the radius, degrees", 0.0
+    )
+    section: Literal["rectangle", "lens"] = key("shape of the section", "rectangle")
+    root_stagger: Annotated[Stagger, Meaning("degrees", "root stagger", words="stagger")] = key(
+        "angle from the engine axis to the chord at the root, degrees; the twist adds to it", 0.0
+    )
+    fillet_radius: Annotated[Fillet, metres(1e-6, 0.1, 1.0, "fillet at the root")] = key(
+        "radius of the fillet at the root, m; 0: none", 0.0
+    )
+    camber: Annotated[Number, Meaning("degrees", "camber", Usual(1.6, 90.0, DEGREES))] = key(
         "angle by which the camber line turns from edge to edge, degrees; above 0 it bulges towards +y",
-        "a number, {bounds}",
         0.0,
         ge=-90.0,
         le=90.0,
@@ -66,101 +77,99 @@ class Blade(Section):
 class Shroud(Section):
     """[shroud]: the platform at the tip, one pitch wide, with Z-shaped sides."""
 
-    angle: Number = key(
-        "angle between the engine axis and the contact face, seen from the tip, degrees",
-        "a number above 0, {bounds}",
-        ge=1e-12,
-        le=180.0,
+    angle: Annotated[
+        FaceAngle,
+        Meaning("degrees", "shroud angle", Usual(3.2, 180.0, DEGREES), words="alpha shroudangle contactangle"),
+    ] = key("angle between the engine axis and the contact face, seen from the tip, degrees")
+    thickness: Thickness = key("radial thickness of the platform, m")
+    axial_width: AxialWidth = key("width of the platform along the engine axis, m")
+    contact_length: Annotated[Length, metres(1e-4, 1.0, 10.0, "contact length", words="lc")] = key(
+        "length of the contact segment of the Z, m"
     )
-    thickness: Length = key("radial thickness of the platform, m", LENGTH)
-    axial_width: Length = key("width of the platform along the engine axis, m", LENGTH)
-    contact_length: Length = key("length of the contact segment of the Z, m", LENGTH)
-    gap: Number = key("design gap between neighbours, circumferential, m", "a number, {bounds}", 0.0, ge=0.0, le=1.0)
-    edge_angle: Literal["auto"] | Annotated[Number, Field(ge=-75.0, le=75.0)] = key(
+    gap: Gap = key("design gap between neighbours, circumferential, m", 0.0)
+    edge_angle: Annotated[
+        Literal["auto"] | Annotated[Number, Field(ge=-75.0, le=75.0)], Meaning("degrees", "edge angle")
+    ] = key(
         "angle from the engine axis to the side edges, degrees, measured as the stagger; auto: 0 where the airfoil "
         "fits, else the one that leaves most room",
-        'a number, {bounds}, or "auto"',
         "auto",
     )
-    fillet_radius: Number = key(
-        "radius of the fillet between airfoil and platform, m; 0: none", FILLET, 0.0, ge=0.0, le=10.0
+    fillet_radius: Annotated[Fillet, metres(1e-6, 0.1, 1.0, "fillet at the shroud")] = key(
+        "radius of the fillet between airfoil and platform, m; 0: none", 0.0
     )
 
 
 class Snubber(Section):
     """[snubber]: wings on both sides of the airfoil out to the neighbours, around mid chord."""
 
-    radius: Length = key("mid radius, m", LENGTH)
-    thickness: Length = key("radial thickness, m", LENGTH)
-    width: Length = key("width of the contact face along the engine axis, m", LENGTH)
-    angle: Number = key(
+    radius: Radius = key("mid radius, m")
+    thickness: Thickness = key("radial thickness, m")
+    width: Width = key("width of the contact face along the engine axis, m")
+    angle: Annotated[FaceAngle, Meaning("degrees", usual=Usual(3.2, 180.0, DEGREES))] = key(
         "angle between the engine axis and the contact face, measured as that of the shroud, degrees",
-        "a number above 0, {below}, but not between 75 and 105",
         180.0,
-        ge=1e-12,
-        le=180.0,
+        allowed="a number above 0, {below}, but not between 75 and 105",
     )
-    gap: Number = key("design gap between neighbours, circumferential, m", "a number, {bounds}", 0.0, ge=0.0, le=1.0)
+    gap: Gap = key("design gap between neighbours, circumferential, m", 0.0)
 
 
 class Platform(Section):
     """[platform]: platform near the root; a damper may lie under its two inclined flanks."""
 
-    radius: Length = key("mid radius, m", LENGTH)
-    thickness: Length = key("radial thickness at the airfoil, m", LENGTH)
-    flank_angle: Number = key(
-        "inclination of the underside at both ends, degrees; 0: tangential to the ring",
-        "a number, {bounds}",
-        30.0,
-        ge=0.0,
-        le=75.0,
+    radius: Radius = key("mid radius, m")
+    thickness: Thickness = key("radial thickness at the airfoil, m")
+    flank_angle: Annotated[Number, Meaning("degrees")] = key(
+        "inclination of the underside at both ends, degrees; 0: tangential to the ring", 30.0, ge=0.0, le=75.0
     )
-    flank_length: Length | None = key(
-        "extent of a flank along the circumference, m; by default half the thickness is left at its end", LENGTH, None
+    flank_length: Width | None = key(
+        "extent of a flank along the circumference, m; by default half the thickness is left at its end", None
     )
-    width: Length | None = key(
-        "width along the engine axis at the ends, m; by default that of the airfoil", LENGTH, None
-    )
-    gap: Annotated[Number, Field(ge=0.0, le=1.0)] | None = key(
-        "gap between neighbours, circumferential, m; by default 2 % of the pitch", "a number, {bounds}", None
-    )
+    width: Width | None = key("width along the engine axis at the ends, m; by default that of the airfoil", None)
+    gap: Gap | None = key("gap between neighbours, circumferential, m; by default 2 % of the pitch", None)
 
 
 class Damper(Section):
     """[damper]: a rigid body under the flanks of neighbouring platforms, which contacts alone hold."""
 
-    mass: Positive = key("mass, kg", POSITIVE)
-    form: Literal["wedge", "cylinder"] = key(
-        "a wedge touches the flanks, a cylinder a line on each", "{words}", "wedge"
-    )
-    radius: Length | None = key(
-        "radius of its centre of mass, m; by default that of the form between the flanks", LENGTH, None
+    mass: Annotated[
+        Positive,
+        Meaning(
+            symbol="damper mass",
+            usual=Usual(1e-5, 1.0, "the key is in kg", 1e-9, 100.0),
+            shown=("g", 1e3),
+            uncertain=True,
+            decades=1.0,
+        ),
+    ] = key("mass, kg")
+    form: Literal["wedge", "cylinder"] = key("a wedge touches the flanks, a cylinder a line on each", "wedge")
+    radius: Radius | None = key(
+        "radius of its centre of mass, m; by default that of the form between the flanks", None
     )
     inertia: tuple[Positive, Positive, Positive] | None = key(
         "moments of inertia about the engine axis, the circumference and the radius through its centre, kg m^2; by "
         "default those of the form between the flanks",
-        "three numbers above 0, {bounds}",
         None,
+        allowed="three numbers above 0, {bounds}",
     )
-    axial_stiffness: NotNegative = key(
-        "stiffness of what locates it along the engine axis, N/m", "a number, {bounds}", 0.0
+    axial_stiffness: Annotated[NotNegative, Meaning("N/m", usual=Usual(1.0, 1e12, PER_METRE))] = key(
+        "stiffness of what locates it along the engine axis, N/m", 0.0
     )
 
 
 class Disk(Section):
     """[disk]: the disk that carries the blades; without it each blade is clamped at its root."""
 
-    bore_radius: Length = key("inner radius, m", LENGTH)
-    rim_width: Length = key("axial width at the hub radius, m; the airfoil stands on it", LENGTH)
-    bore_width: Length | None = key(
-        "axial width at the bore, m; by default that of the rim, linear between them", LENGTH, None
+    bore_radius: Annotated[Length, metres(1e-3, 10.0, 100.0)] = key("inner radius, m")
+    rim_width: AxialWidth = key("axial width at the hub radius, m; the airfoil stands on it")
+    bore_width: AxialWidth | None = key(
+        "axial width at the bore, m; by default that of the rim, linear between them", None
     )
-    profile: tuple[tuple[Length, Length], ...] = key(
+    profile: Annotated[tuple[tuple[Length, Length], ...], Meaning("m", swept=False)] = key(
         "[radius, axial width], m, at further radii between bore and rim",
-        "a list of [radius, width], two numbers above 0, {bounds}, with ascending radii",
         (),
+        allowed="a list of [radius, width], two numbers above 0, {bounds}, with ascending radii",
     )
-    bore: Literal["clamped", "free"] = key("whether the bore is held", "{words}", "clamped")
-    size: Length | None = key(
-        "length of the elements along the radius at the bore, m; by default three times mesh.size", LENGTH, None
+    bore: Literal["clamped", "free"] = key("whether the bore is held", "clamped")
+    size: Annotated[Length | None, Meaning("m")] = key(
+        "length of the elements along the radius at the bore, m; by default three times mesh.size", None
     )

@@ -3,27 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator
 
 from pipeline.scene.fields import (
     AS_FIELD,
-    STIFFNESS,
+    PER_METRE,
     Distance,
     Distances,
+    Meaning,
     NotNegative,
     Number,
     Positives,
     Section,
+    Usual,
     Whole,
     key,
+    optional,
 )
 
 Coefficient = Annotated[Number, Field(ge=-1e15, le=1e15)]
-Coefficients = tuple[Coefficient, Coefficient]
-NODE_BY_NODE = f"a number, {{bounds}}, a list of such numbers node by node, or {AS_FIELD}"
-TWO = "two numbers, along t1 and t2, -1e15 to 1e15"
+Coefficients = Annotated[tuple[Coefficient, Coefficient], "two numbers, along t1 and t2, -1e15 to 1e15"]
 
 
 class FaceField(Section):
@@ -32,9 +34,9 @@ class FaceField(Section):
     x along t1 and y along t2 have the mean 0 and the mean square 1/3: on a rectangle they run from -1 to 1.
     """
 
-    mean: Coefficient = key("mean over the face", "a number, {bounds}")
-    tilt: Coefficients = key("change from the middle of the face to its edges along t1 and t2", TWO, (0.0, 0.0))
-    crown: Coefficients = key("by how much the middle is above the edges along t1 and t2", TWO, (0.0, 0.0))
+    mean: Coefficient = key("mean over the face")
+    tilt: Coefficients = key("change from the middle of the face to its edges along t1 and t2", (0.0, 0.0))
+    crown: Coefficients = key("by how much the middle is above the edges along t1 and t2", (0.0, 0.0))
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -56,39 +58,84 @@ def mean_of(value: Any) -> Any:
     return value.mean if isinstance(value, FaceField) else value
 
 
-Stiffness = Literal["punch"] | NotNegative | Positives | FaceField
-_MEANINGS = {
-    "normal_stiffness": "kn, N/m",
-    "tangential_stiffness": "kt, N/m",
-    "friction": "friction coefficient",
-    "interference": "v0, m: above 0 pressed together, below 0 a gap",
-    "preload": "N0, N for each node (a number: on average): normal load already in equilibrium",
-}
-PER_NODE = tuple(_MEANINGS)  # keys with a value for each contact node
+OVER_FACE = f"a number, {{bounds}}, a list of such numbers node by node, or {AS_FIELD}"
+OverFace = Annotated[NotNegative | Positives | FaceField, OVER_FACE]
+Overlap = Annotated[Distance | Distances | FaceField, OVER_FACE]
+Stiffness = Annotated[
+    Literal["punch"] | NotNegative | Positives | FaceField,
+    "a number, {bounds} (whole face, shared by the nodes as their areas), a list of such numbers node by node, "
+    f'{AS_FIELD}, or "punch"',
+]
+_SPRING = Meaning(
+    "N/m", usual=Usual(1e3, 1e12, PER_METRE), shown=("N/µm", 1e-6), nodes="summed", searched="decade", decades=2.0
+)
+# keys with a value for each contact node
+PER_NODE = ("normal_stiffness", "tangential_stiffness", "friction", "interference", "preload")
 OF_INTERFACE = (*PER_NODE, "law")  # keys that an interface may have of its own
-_LAW = "one slider along t1 and one along t2, or one slider in the plane"
 Law = Literal["two_sliders", "cone"]
 
 
 class Contact(Section):
     """[contact]: springs, friction and interference of the contact nodes."""
 
-    normal_stiffness: Stiffness = key(_MEANINGS["normal_stiffness"], STIFFNESS)
-    tangential_stiffness: Stiffness = key(_MEANINGS["tangential_stiffness"], STIFFNESS)
-    friction: NotNegative | Positives | FaceField = key(_MEANINGS["friction"], NODE_BY_NODE)
-    interference: Distance | Distances | FaceField = key(_MEANINGS["interference"], NODE_BY_NODE, 0.0)
-    preload: NotNegative | Positives | FaceField = key(_MEANINGS["preload"], NODE_BY_NODE, 0.0)
-    law: Law = key(_LAW, "{words}", "two_sliders")
+    normal_stiffness: Annotated[
+        Stiffness, replace(_SPRING, symbol="kn", words="kn stiffness", solver="normal_stiffness")
+    ] = key("kn, N/m")
+    tangential_stiffness: Annotated[
+        Stiffness, replace(_SPRING, symbol="kt", words="kt", solver="tangential_stiffness")
+    ] = key("kt, N/m")
+    friction: Annotated[
+        OverFace,
+        Meaning(
+            symbol="friction coefficient",
+            usual=Usual(0.0, 2.0, "a friction coefficient is 0.1 to 1 or so", most=10.0, any_units=True),
+            words="mu frictioncoefficient coefficientoffriction",
+            short="mu",
+            solver="friction",
+            role="condition",
+            searched=(0.05, 1.0),
+        ),
+    ] = key("friction coefficient")
+    interference: Annotated[
+        Overlap,
+        Meaning(
+            "m",
+            "v0",
+            Usual(-0.001, 0.001, "the key is in metres: 1e-6 is 1 um, above 0 pressed together", -0.05, 0.05),
+            words="v0 gap initialgap",
+            shown=("µm", 1e6),
+            name="interference v0",
+            sign="gap below 0",
+            short="v0",
+            solver="interference",
+            role="design",
+            nodes="shifted",
+            searched="static",
+        ),
+    ] = key("v0, m: above 0 pressed together, below 0 a gap", 0.0)
+    preload: Annotated[
+        OverFace,
+        Meaning(
+            "N",
+            "preload",
+            Usual(0.0, 1e6, "the key is in N for each node"),
+            words="n0 normalload",
+            solver="preload",
+            role="design",
+            searched="static",
+        ),
+    ] = key("N0, N for each node (a number: on average): normal load already in equilibrium", 0.0)
+    law: Annotated[Law, Meaning(formerly={"uncoupled": "two_sliders", "coupled": "cone"})] = key(
+        "one slider along t1 and one along t2, or one slider in the plane", "two_sliders"
+    )
     integration: Literal["exact", "sampled"] = key(
-        "how a period is integrated: from event to event or at equal instants", "{words}", "exact"
+        "how a period is integrated: from event to event or at equal instants", "exact"
     )
-    samples: Whole = key(
-        "instants of a period where it is sampled", "a whole number, {bounds}", 1024, ge=16, le=65536
-    )
-    interfaces: Annotated[tuple[str, ...], Field(min_length=1)] | None = key(
+    samples: Whole = key("instants of a period where it is sampled", 1024, ge=16, le=65536)
+    interfaces: Annotated[Annotated[tuple[str, ...], Field(min_length=1)] | None, Meaning(swept=False)] = key(
         "contact interfaces that touch; by default all that the model has",
-        "a list of names of interfaces, one or more",
         None,
+        allowed="a list of names of interfaces, one or more",
     )
 
     @field_validator("interfaces")
@@ -117,12 +164,12 @@ def contact_unless_of_a_file(tables: Any) -> Any:
 class Interface(Section):
     """[interface.NAME]: contact parameters of one interface; those left out are as in [contact]."""
 
-    normal_stiffness: Stiffness | None = key(_MEANINGS["normal_stiffness"], STIFFNESS, None)
-    tangential_stiffness: Stiffness | None = key(_MEANINGS["tangential_stiffness"], STIFFNESS, None)
-    friction: NotNegative | Positives | FaceField | None = key(_MEANINGS["friction"], NODE_BY_NODE, None)
-    interference: Distance | Distances | FaceField | None = key(_MEANINGS["interference"], NODE_BY_NODE, None)
-    preload: NotNegative | Positives | FaceField | None = key(_MEANINGS["preload"], NODE_BY_NODE, None)
-    law: Law | None = key(_LAW, "{words}", None)
+    normal_stiffness: Stiffness | None = optional(Contact, "normal_stiffness")
+    tangential_stiffness: Stiffness | None = optional(Contact, "tangential_stiffness")
+    friction: OverFace | None = optional(Contact, "friction")
+    interference: Overlap | None = optional(Contact, "interference")
+    preload: OverFace | None = optional(Contact, "preload")
+    law: Law | None = optional(Contact, "law")
 
     @property
     def given(self) -> dict[str, Any]:

@@ -47,20 +47,3 @@ def flattened_keys(table: Mapping[str, Any]) -> dict[str, Any]:
         inner = flattened_keys(item) if isinstance(item, Mapping) else {"": item}
         found |= {f"{name}.{last}" if last else name: each for last, each in inner.items()}
     return found
-
-
-# what a designer chooses; what else can be swept is a condition that a machine meets, or a setting of the computation
-DESIGN_TABLES = ("blade", "shroud", "snubber", "platform", "damper", "disk", "material", "model")
-DESIGN_KEYS = ("contact.interference", "contact.preload", "mesh.file", "mesh.n_blades")
-CONDITION_TABLES = ("excitation", "load", "aero")
-CONDITION_KEYS = ("contact.friction", "response.damping_ratio", "response.rayleigh")
-
-
-def is_design(key: str) -> bool:
-    """Whether the value of a key is chosen by a designer."""
-    return key.partition(".")[0] in DESIGN_TABLES or of_contact(key) in DESIGN_KEYS
-
-
-def is_condition(key: str) -> bool:
-    """Whether the value of a key is met by a machine: an optimum holds under all that are swept."""
-    return key.partition(".")[0] in CONDITION_TABLES or of_contact(key) in CONDITION_KEYS

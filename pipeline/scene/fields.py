@@ -1,8 +1,12 @@
-"""Types and texts that sections of a scene have in common."""
+"""Types and texts that sections of a scene have in common, and what is known of a key beside the values it allows."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args, get_origin
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from types import NoneType, UnionType
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, Field, GetJsonSchemaHandler
 from pydantic.fields import FieldInfo
@@ -11,13 +15,83 @@ if TYPE_CHECKING:
     from pydantic_core import CoreSchema
 
 
-def key(meaning: str, allowed: str, default: Any = ..., **constraints: Any) -> Any:
+class Usual(NamedTuple):
+    """Usual values of a key, what may be wrong beyond them, and the values beyond which it is wrong."""
+
+    low: float
+    high: float
+    hint: str
+    least: float = -math.inf
+    most: float = math.inf
+    any_units: bool = False  # whether it holds for matrices too, which may be in any units
+
+    def is_usual(self, value: float) -> bool:
+        """Whether a value needs no warning; 0 never does, and where no sign is unusual its size counts."""
+        return value == 0.0 or self.low <= value <= self.high or (self.least < 0.0 < self.low <= -value <= self.high)
+
+    def is_nonsense(self, value: float) -> bool:
+        """Whether a value is far beyond all experience."""
+        return value != 0.0 and not self.least <= value <= self.most
+
+    @property
+    def of_widths(self) -> Usual:
+        """The same for differences of values: any small one is usual."""
+        return Usual(0.0, self.high - min(self.low, 0.0), self.hint, 0.0, self.most - min(self.least, 0.0))
+
+
+DEGREES, HERTZ = "the key is in degrees", "the key is in Hz"
+PER_METRE = "the key is in N/m: 1 N/mm is 1000 N/m"
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """What is known of a key beside the values it allows, in the annotation of its field."""
+
+    unit: str = ""  # SI unit
+    symbol: str = ""  # in labels; "": the key itself
+    usual: Usual | None = None
+    words: str = ""  # symbols and other words that stand for it; compared without case, "_" and "-"
+    shown: tuple[str, float] | None = None  # unit of labels and factor from SI; None: as all keys of its unit
+    name: str = ""  # in place of the symbol where there is room
+    sign: str = ""  # what a sign of its values means
+    short: str = ""  # in place of the symbol where there is no room
+    role: Literal["", "design", "condition"] = ""  # chosen by a designer, or met by a machine; "": as its table
+    swept: bool = True  # whether it can be swept, where its table can
+    nodes: Literal["scaled", "summed", "shifted"] = "scaled"  # how its values node by node follow one number
+    discrete: bool = False  # no continuous way leads from one value to another one
+    solver: str = ""  # parameter of the solver, over which peaks are followed; it may be drawn at random
+    searched: Literal["", "decade", "static"] | tuple[float, float] = ""  # default range of an optimum
+    decades: float = 0.0  # below and above the value of the scene that a knob turns through
+    at_once: bool = False  # whether branches are not continued over it in steps, as over others of the solver
+    uncertain: bool = False  # whether it may be drawn at random too
+    formerly: Mapping[str, str] | None = None  # deprecated words with those of today
+
+
+def metres(low: float, high: float, most: float, symbol: str = "", **facts: Any) -> Meaning:
+    """Of a length: usual values and the largest one that is no nonsense."""
+    return Meaning("m", symbol, Usual(low, high, "the key is in metres", most=most), **facts)
+
+
+NOTHING_MORE = Meaning()
+SMALL_LENGTH, MOTION = metres(1e-6, 0.1, 1.0), metres(1e-9, 0.1, 1.0)
+HOURS = Meaning(usual=Usual(1e-3, 1e6, "the key is in hours", most=1e9))
+STRENGTH = Meaning("Pa", usual=Usual(1e6, 1e10, "the key is in Pa: 250 MPa are 250e6", 1e4, 1e12))
+
+
+def key(meaning: str, default: Any = ..., allowed: str = "", **constraints: Any) -> Any:
     """The field of a key: what it means with its unit, and what is allowed, which error messages quote.
 
-    In the text of what is allowed stands for the constraints of the field, so that each bound is written once:
-    `{bounds}` "1 to 15", `{low}` and `{high}` one of them, `{count}` "1 to 20" elements, `{words}` its words.
+    What is allowed is left out where the type says it, by a text in its annotation or as one number, words, true or
+    false, a table. In a text stands for the constraints of the field, so that each bound is written once: `{bounds}`
+    "1 to 15", `{low}` and `{high}` one of them, `{count}` "1 to 20" elements, `{words}` its words.
     """
     return Field(default, description=meaning, json_schema_extra={"allowed": allowed}, **constraints)
+
+
+def optional(section: type[BaseModel], name: str) -> Any:
+    """The field of a key of another section that may be left out here."""
+    field = section.model_fields[name]
+    return Field(None, description=field.description, json_schema_extra=field.json_schema_extra)
 
 
 class Section(BaseModel):
@@ -34,9 +108,9 @@ class Section(BaseModel):
         return found
 
 
-def _constraints(field: FieldInfo) -> dict[str, str]:
-    """The constraints of a field in words, as `key` names them."""
-    limits: dict[str, Any] = {}
+def _constraints(field: FieldInfo) -> tuple[dict[str, float], list[str]]:
+    """The first bounds of a field by the name of their kind, and its words."""
+    limits: dict[str, float] = {}
     words: list[str] = []
     waiting: list[Any] = [*field.metadata, field.annotation]
     while waiting:
@@ -49,7 +123,14 @@ def _constraints(field: FieldInfo) -> dict[str, str]:
             waiting += get_args(item)  # of Annotated its metadata too
         for name in ("ge", "gt", "le", "lt", "min_length", "max_length"):
             if (value := getattr(item, name, None)) is not None:
-                limits.setdefault(name, _short(value))
+                limits.setdefault(name, value)
+    return limits, words
+
+
+def _in_words(field: FieldInfo) -> dict[str, str]:
+    """The constraints of a field as `key` names them."""
+    numbers, words = _constraints(field)
+    limits = {name: _short(value) for name, value in numbers.items()}
     low, high = limits.get("ge", limits.get("gt", "")), limits.get("le", limits.get("lt", ""))
     return {
         "low": low,
@@ -72,8 +153,53 @@ def allowed_of(section: type[BaseModel], name: str) -> str:
     """What is allowed for a key of a section."""
     field = section.model_fields[name]
     extra = field.json_schema_extra
-    allowed = str(extra["allowed"]) if isinstance(extra, dict) else ""
-    return allowed.format(**_constraints(field)) if "{" in allowed else allowed
+    allowed = str(extra["allowed"] if isinstance(extra, dict) else "") or _of_type(field)
+    return allowed.format(**_in_words(field)) if "{" in allowed else allowed
+
+
+def _of_type(field: FieldInfo) -> str:
+    """What the type of a field allows: as it says itself, or one number, words, or one of both."""
+    if text := next((item for item in _notes(field) if isinstance(item, str)), ""):
+        return text
+    kinds = [kind for kind in _alternatives(field.annotation) if kind is not NoneType]
+    limits, words = _constraints(field)
+    if words and len(kinds) > 1:
+        kinds = [kind for kind in kinds if kind is not Literal]
+    text = {
+        bool: "true or false",
+        int: WHOLE,
+        float: POSITIVE if 0.0 < limits.get("ge", 0.0) <= 1e-6 else "a number, {bounds}",
+        Literal: "{words}",
+    }.get(kinds[0], "a table")
+    return f"{text}, or {{words}}" if words and kinds[0] is not Literal else text
+
+
+def _alternatives(annotation: Any) -> list[Any]:
+    """The types that an annotation allows; Literal for words."""
+    if (origin := get_origin(annotation)) is Annotated:
+        return _alternatives(get_args(annotation)[0])
+    if origin in (Union, UnionType):
+        return [kind for each in get_args(annotation) for kind in _alternatives(each)]
+    return [origin or annotation]
+
+
+def meaning_in(section: type[BaseModel], name: str) -> Meaning:
+    """What else is known of a key of a section."""
+    return next((item for item in _notes(section.model_fields[name]) if isinstance(item, Meaning)), NOTHING_MORE)
+
+
+def _notes(field: FieldInfo) -> Iterator[Any]:
+    """What stands in the annotation of a field, and in those of the types that it may be of."""
+    yield from field.metadata
+    if get_origin(field.annotation) in (Union, UnionType):
+        for kind in get_args(field.annotation):
+            yield from get_args(kind)[1:] if get_origin(kind) is Annotated else ()
+
+
+def bounds_in(section: type[BaseModel], name: str) -> tuple[float, float]:
+    """The lowest and the highest number that a key of a section allows."""
+    limits, _ = _constraints(section.model_fields[name])
+    return limits["ge"], limits["le"] if "le" in limits else limits["lt"] * (1.0 - 1e-12)
 
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
@@ -91,32 +217,27 @@ Ratio = Annotated[Number, Field(ge=LEAST_DAMPING, lt=1.0)]
 Vector = tuple[Distance, Distance, Distance]
 # of files from other programs: in any unit of length
 Coordinate = Annotated[Number, Field(ge=-1e6, le=1e6)]
-AxisPoint = tuple[Coordinate, Coordinate, Coordinate]
-# names of geometry.UNIT_SYSTEMS
-# fmt: off
-LengthUnit = Literal[
-    "m", "mm", "in", "mm-kg-s", "mm-kg-ms", "mm-g-ms", "mm-g-s", "mm-kgf-s", "cm-g-s", "m-t-s", "in-lbf-lbm",
-    "in-kip-s", "ft-lbf-s", "ft-lbf-lbm",
-]
-# fmt: on
-EngineAxis = Literal["x", "-x", "y", "-y", "z", "-z"] | Vector
-
-TINY = ("1e-12", "1e-9")  # lower bounds that only keep numbers from underflowing
-POSITIVE = "a number above 0, {below}"
-LENGTH = POSITIVE
-FILLET = "a number, {bounds}"
-BLADES = "a whole number, {bounds}"
+AxisPoint = Annotated[tuple[Coordinate, Coordinate, Coordinate], "three numbers, {bounds}"]
 UNIT = (
     '"m", "mm" or "in" (with kg, N, s; with t, N, s; with lbf, s), or "mm-kg-s", "mm-kg-ms", "mm-g-ms", "mm-g-s", '
     '"mm-kgf-s", "cm-g-s", "m-t-s", "in-lbf-lbm", "in-kip-s", "ft-lbf-s", "ft-lbf-lbm"'
 )
-AXIS = '"x", "y", "z", "-x", "-y", "-z" or a list of three numbers, {bounds}, not all 0'
-AXIS_POINT = "three numbers, {bounds}"
+# names of geometry.UNIT_SYSTEMS
+# fmt: off
+LengthUnit = Annotated[Literal[
+    "m", "mm", "in", "mm-kg-s", "mm-kg-ms", "mm-g-ms", "mm-g-s", "mm-kgf-s", "cm-g-s", "m-t-s", "in-lbf-lbm",
+    "in-kip-s", "ft-lbf-s", "ft-lbf-lbm",
+], UNIT]
+# fmt: on
+EngineAxis = Annotated[
+    Literal["x", "-x", "y", "-y", "z", "-z"] | Vector,
+    '"x", "y", "z", "-x", "-y", "-z" or a list of three numbers, {bounds}, not all 0',
+]
+
+TINY = ("1e-12", "1e-9")  # lower bounds that only keep numbers from underflowing
+POSITIVE = "a number above 0, {below}"
+WHOLE = "a whole number, {bounds}"
 AS_FIELD = "a table with mean, tilt and crown over the face"
-STIFFNESS = (
-    "a number, {bounds} (whole face, shared by the nodes as their areas), a list of such numbers node by node, "
-    f'{AS_FIELD}, or "punch"'
-)
 
 
 class StudyKeys(Section):

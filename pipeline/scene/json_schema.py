@@ -37,7 +37,7 @@ def scene_schema() -> dict[str, Any]:
     return {"$schema": DIALECT, **schema, "title": "Scene of shroud"}
 
 
-def _accept_deprecated(field: dict[str, Any], spellings: dict[str, str]) -> None:
+def _accept_deprecated(field: dict[str, Any], spellings: Mapping[str, str]) -> None:
     """Let the field be one of today's words, or a deprecated spelling of one."""
     old = {"enum": list(spellings), "deprecated": True}
     field["anyOf"] = [{"enum": field.pop("enum")}, old]

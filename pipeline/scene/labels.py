@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pipeline.scene.contact_section import FaceField
 from pipeline.scene.dotted_keys import interface_of, of_contact, split_key
 from pipeline.scene.mesh_section import MAIN_INTERFACE
 from pipeline.scene.reading import Member
-
-if TYPE_CHECKING:
-    from pipeline.scene.schema import Scene
+from pipeline.scene.schema import Scene, meaning_of
 
 
 @dataclass(frozen=True)
@@ -44,37 +42,7 @@ class Quantity:
 
 
 _PREFIXES = ((1e-9, "n"), (1e-6, "µ"), (1e-3, "m"), (1.0, ""), (1e3, "k"), (1e6, "M"))
-_QUANTITIES = {
-    "contact.interference": Quantity("v0", "µm", 1e6),
-    "contact.normal_stiffness": Quantity("kn", "N/µm", 1e-6),
-    "contact.tangential_stiffness": Quantity("kt", "N/µm", 1e-6),
-    "contact.friction": Quantity("friction coefficient"),
-    "contact.preload": Quantity("preload", "N"),
-    "excitation.engine_order": Quantity("engine order"),
-    "excitation.force": Quantity("force", "N"),
-    "shroud.angle": Quantity("shroud angle", "°"),
-    "shroud.edge_angle": Quantity("edge angle", "°"),
-    "shroud.contact_length": Quantity("contact length", "mm", 1e3),
-    "damper.mass": Quantity("damper mass", "g", 1e3),
-    "blade.length": Quantity("blade length", "mm", 1e3),
-    "blade.thickness": Quantity("blade thickness", "mm", 1e3),
-    "blade.chord": Quantity("chord", "mm", 1e3),
-    "blade.twist": Quantity("twist", "°"),
-    "blade.camber": Quantity("camber", "°"),
-    "blade.fillet_radius": Quantity("fillet at the root", "mm", 1e3),
-    "shroud.fillet_radius": Quantity("fillet at the shroud", "mm", 1e3),
-    "blade.root_stagger": Quantity("root stagger", "°"),
-    "mesh.file": Quantity("mesh"),
-    "mesh.size": Quantity("mesh size", "mm", 1e3),
-    "mesh.grading": Quantity("mesh grading"),
-    "load.speed_rpm": Quantity("speed", "rev/min"),
-    "material.young_modulus": Quantity("Young's modulus", "GPa", 1e-9),
-    "material.density": Quantity("density", "kg/m³"),
-    "response.damping_ratio": Quantity("damping ratio"),
-    "response.harmonics": Quantity("harmonics"),
-    "rom.modes": Quantity("modes kept"),
-    "rom.contact_dofs": Quantity("contact dofs"),
-}
+SHOWN = {"m": ("mm", 1e3), "degrees": ("°", 1.0), "kg/m^3": ("kg/m³", 1.0)}  # in place of SI units
 
 
 def quantity(key: str) -> Quantity:
@@ -85,8 +53,10 @@ def quantity(key: str) -> Quantity:
 
 def _quantity(key: str) -> Quantity:
     """The quantity of a dotted key, whatever interface it is of."""
-    known = _QUANTITIES.get(of_contact(key))
-    return known if known is not None else Quantity(split_key(key)[1].replace("_", " "))
+    known = meaning_of(key)
+    if not known.symbol:
+        return Quantity(split_key(key)[1].replace("_", " "))
+    return Quantity(known.symbol, *(known.shown or SHOWN.get(known.unit, (known.unit, 1.0))))
 
 
 def value_label(key: str, value: Any) -> str:

@@ -16,12 +16,13 @@ from pydantic import Field, ValidationInfo, field_validator
 
 from pipeline.errors import InputError, shown, system_reason
 from pipeline.scene.fields import (
-    POSITIVE,
+    Meaning,
     NotNegative,
     Number,
     Positive,
     Section,
     Truth,
+    Usual,
     Vector,
     Whole,
     allowed_of,
@@ -165,15 +166,15 @@ def _refused(file: str, found: str, allowed: str) -> InputError:
 
 HIGHEST_HARMONIC = 31
 DIRECTION = '"x", "y", "z", "-x", "-y", "-z" or a list of three numbers, {bounds}, not all 0'
-POINT = '"tip" or a list of three numbers, {bounds}: x, y and z of a point of the blade'
-SET = "the name of a node set"
-SURFACE = "the name of a surface or of a node set that holds whole element faces"
-TABLE = "the name of a CSV file"
-NUMBER = "a number, {bounds}"
-ANGLE = "a number, {bounds}"
-Name = Annotated[str, Field(min_length=1, max_length=200)]
-File = Annotated[str, Field(min_length=1, max_length=1000)]
-Direction = Literal["x", "-x", "y", "-y", "z", "-z"] | Vector
+NodeSet = Annotated[str, Field(min_length=1, max_length=200), "the name of a node set"]
+Surface = Annotated[
+    str, Field(min_length=1, max_length=200), "the name of a surface or of a node set that holds whole element faces"
+]
+File = Annotated[str, Field(min_length=1, max_length=1000), "the name of a CSV file"]
+Direction = Annotated[Literal["x", "-x", "y", "-y", "z", "-z"] | Vector, DIRECTION]
+Point = Annotated[
+    Literal["tip"] | Vector, '"tip" or a list of three numbers, {bounds}: x, y and z of a point of the blade'
+]
 Value = Annotated[Number, Field(ge=-1e15, le=1e15)]
 Angle = Annotated[Number, Field(ge=-1e6, le=1e6)]
 Harmonic = Annotated[Whole, Field(ge=1, le=HIGHEST_HARMONIC)]
@@ -223,35 +224,32 @@ def _not_zero(section: type[Section], value: Any) -> Any:
 class ExcitationHarmonic(Section):
     """[[excitation.harmonic]]: a multiple of the engine order."""
 
-    order: Harmonic = key("multiple h of the engine order", "a whole number, {bounds}")
-    amplitude: NotNegative = key("amplitude relative to that of excitation.force", "a number, {bounds}", 1.0)
-    phase: Angle = key("phase, degrees: force amplitude cos(h w t + phase)", ANGLE, 0.0)
+    order: Harmonic = key("multiple h of the engine order")
+    amplitude: NotNegative = key("amplitude relative to that of excitation.force", 1.0)
+    phase: Angle = key("phase, degrees: force amplitude cos(h w t + phase)", 0.0)
 
 
 class ExcitationLoad(Section):
     """[[excitation.load]]: where the excitation acts, in place of the point excitation.at."""
 
-    at: Literal["tip"] | Vector | None = key("a point, m: its nearest mesh vertex", POINT, None)
-    set: Name | None = key("the nodes of a set", SET, None)
-    surface: Name | None = key("a pressure on a surface", SURFACE, None)
-    file: File | None = key("forces on nodes, real or complex; relative to the scene file", TABLE, None)
+    at: Point | None = key("a point, m: its nearest mesh vertex", None)
+    set: NodeSet | None = key("the nodes of a set", None)
+    surface: Surface | None = key("a pressure on a surface", None)
+    file: File | None = key("forces on nodes, real or complex; relative to the scene file", None)
     mode: Annotated[Whole, Field(ge=1, le=1000)] | None = key(
-        "a modal force on a mode with free contacts", "a whole number, {bounds}", None, validate_default=True
+        "a modal force on a mode with free contacts", None, validate_default=True
     )
     direction: Direction | None = key(
-        "direction of the force at a point or on a set; else excitation.direction", DIRECTION, None
+        "direction of the force at a point or on a set; else excitation.direction", None
     )
     amplitude: Value = key(
         "for 1 N of excitation.force: N at a point or on a set, Pa on a surface, N / sqrt(kg) on a mode, factor of a "
         "file",
-        NUMBER,
         1.0,
     )
-    phase: Angle = key("phase, degrees", ANGLE, 0.0)
-    harmonic: Harmonic = key("harmonic of the excitation that it acts in", "a whole number, {bounds}", 1)
-    share: Literal["total", "each"] = key(
-        "whether the nodes of a set share the force or each has it", "{words}", "total"
-    )
+    phase: Angle = key("phase, degrees", 0.0)
+    harmonic: Harmonic = key("harmonic of the excitation that it acts in", 1)
+    share: Literal["total", "each"] = key("whether the nodes of a set share the force or each has it", "total")
 
     @field_validator("mode")
     @classmethod
@@ -267,14 +265,12 @@ class ExcitationLoad(Section):
 class StaticForce(Section):
     """[[load.force]]: a static force."""
 
-    at: Literal["tip"] | Vector | None = key("a point, m: its nearest mesh vertex", POINT, None)
-    set: Name | None = key("the nodes of a set", SET, None)
-    file: File | None = key("forces on nodes, N; relative to the scene file", TABLE, None, validate_default=True)
-    force: Value = key("N; a factor of a file", NUMBER, 1.0)
-    direction: Direction = key("direction of the force at a point or on a set", DIRECTION, "y")
-    share: Literal["total", "each"] = key(
-        "whether the nodes of a set share the force or each has it", "{words}", "total"
-    )
+    at: Point | None = key("a point, m: its nearest mesh vertex", None)
+    set: NodeSet | None = key("the nodes of a set", None)
+    file: File | None = key("forces on nodes, N; relative to the scene file", None, validate_default=True)
+    force: Value = key("N; a factor of a file", 1.0)
+    direction: Direction = key("direction of the force at a point or on a set", "y")
+    share: Literal["total", "each"] = key("whether the nodes of a set share the force or each has it", "total")
 
     @field_validator("file")
     @classmethod
@@ -290,21 +286,18 @@ class StaticForce(Section):
 class Pressure(Section):
     """[[load.pressure]]: a static pressure of the gas."""
 
-    surface: Name = key("the loaded surface", SURFACE)
-    pressure: Value = key("Pa, above 0 towards the body", NUMBER)
+    surface: Surface = key("the loaded surface")
+    pressure: Value = key("Pa, above 0 towards the body")
 
 
 class Temperature(Section):
     """[load.temperature]: a temperature field; the material needs an expansion coefficient."""
 
-    uniform: Angle | None = key("temperature of the whole blade, degrees C or K as `reference`", ANGLE, None)
+    uniform: Angle | None = key("temperature of the whole blade, degrees C or K as `reference`", None)
     file: File | None = key(
-        "temperatures of nodes: a column `temperature`; relative to the scene file",
-        TABLE,
-        None,
-        validate_default=True,
+        "temperatures of nodes: a column `temperature`; relative to the scene file", None, validate_default=True
     )
-    reference: Angle = key("temperature without thermal stress", ANGLE, 20.0)
+    reference: Angle = key("temperature without thermal stress", 20.0)
 
     @field_validator("file")
     @classmethod
@@ -316,19 +309,17 @@ class Output(Section):
     """[[output]]: a quantity that is recorded at every point of the curves."""
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,39}$")] = key(
-        "name in the result files", "letters, digits and '_', beginning with a letter, 40 at most"
+        "name in the result files", allowed="letters, digits and '_', beginning with a letter, 40 at most"
     )
-    at: Literal["tip"] | Vector | None = key(
-        "a point, m: its nearest mesh vertex; of a strain the point itself", POINT, None
-    )
-    set: Name | None = key("mean displacement of the nodes of a set", SET, None, validate_default=True)
+    at: Point | None = key("a point, m: its nearest mesh vertex; of a strain the point itself", None)
+    set: NodeSet | None = key("mean displacement of the nodes of a set", None, validate_default=True)
     direction: Direction | Literal["magnitude"] = key(
-        "component of the displacement, or its length; direction of a strain", f'{DIRECTION}, or "magnitude"', "y"
+        "component of the displacement, or its length; direction of a strain",
+        "y",
+        allowed=f'{DIRECTION}, or "magnitude"',
     )
     quantity: Literal["displacement", "strain"] = key(
-        "displacement (m), or strain along the direction as of a strain gauge",
-        "{words}",
-        "displacement",
+        "displacement (m), or strain along the direction as of a strain gauge", "displacement"
     )
 
     @field_validator("set")
@@ -395,22 +386,24 @@ def files_of(*values: Any) -> list[str]:
 class Load(Section):
     """[load]: static loads."""
 
-    speed_rpm: Number = key(
-        "rotational speed, rev/min; 0: no centrifugal load", "a number, {bounds}", 0.0, ge=0.0, le=1e6
+    speed_rpm: Annotated[Number, Meaning("rev/min", "speed", words="rpm speed omega rotation rotationalspeed")] = key(
+        "rotational speed, rev/min; 0: no centrifugal load", 0.0, ge=0.0, le=1e6
     )
     equilibrium: Literal["nonlinear", "linear"] = key(
-        "static equilibrium at speed: at large displacements, or the quick linear one",
-        "{words}",
-        "nonlinear",
+        "static equilibrium at speed: at large displacements, or the quick linear one", "nonlinear"
     )
     coriolis: Truth = key(
-        "whether Coriolis forces act in the vibration at speed, where the model has their matrix",
-        "true or false",
-        True,
+        "whether Coriolis forces act in the vibration at speed, where the model has their matrix", True
     )
-    force: tuple[StaticForce, ...] = key("static forces", "tables [[load.force]]", ())
-    pressure: tuple[Pressure, ...] = key("static pressures", "tables [[load.pressure]]", ())
-    temperature: Temperature | None = key("temperature field", "a table [load.temperature]", None)
+    force: Annotated[tuple[StaticForce, ...], Meaning(swept=False)] = key(
+        "static forces", (), allowed="tables [[load.force]]"
+    )
+    pressure: Annotated[tuple[Pressure, ...], Meaning(swept=False)] = key(
+        "static pressures", (), allowed="tables [[load.pressure]]"
+    )
+    temperature: Annotated[Temperature | None, Meaning(swept=False)] = key(
+        "temperature field", None, allowed="a table [load.temperature]"
+    )
 
     def placed(self, folder: Path) -> Load:
         """The section with the full paths of its files, which are relative to the folder."""
@@ -421,23 +414,39 @@ class Load(Section):
 class Excitation(Section):
     """[excitation]: an engine order and its multiples, forces on a point or on loads of the blade."""
 
-    engine_order: Whole = key("engine order", "a whole number, {bounds}", ge=0, le=100000)
-    force: Positive = key("amplitude, N", POSITIVE)
-    direction: Literal["x", "-x", "y", "-y", "z", "-z"] | Vector = key(
-        "direction of the force and of the default output",
-        '"x", "y", "z", "-x", "-y", "-z" or a list of three numbers, {bounds}, not all 0',
-        "y",
-    )
-    at: Literal["tip"] | Vector = key(
-        "loaded and observed point, m",
-        '"tip" or a list of three numbers, {bounds}: x, y and z of a point of the blade',
-        "tip",
-    )
+    engine_order: Annotated[
+        Whole,
+        Meaning(
+            symbol="engine order",
+            usual=Usual(0.0, 1e3, "it is the number of force maxima around the ring"),
+            words="eo order engineorders",
+            short="EO",
+            discrete=True,
+        ),
+    ] = key("engine order", ge=0, le=100000)
+    force: Annotated[
+        Positive,
+        Meaning(
+            "N",
+            "force",
+            Usual(1e-6, 1e5, "the key is in N, the force on one blade", most=1e10),
+            words="f0 amplitude forceamplitude",
+            solver="force",
+            searched="decade",
+            decades=2.0,
+        ),
+    ] = key("amplitude, N")
+    direction: Direction = key("direction of the force and of the default output", "y")
+    at: Annotated[Point, Meaning("m")] = key("loaded and observed point, m", "tip")
 
-    harmonic: tuple[ExcitationHarmonic, ...] = key(
-        "multiples of the engine order that act as well", "tables [[excitation.harmonic]], each order once", ()
+    harmonic: Annotated[tuple[ExcitationHarmonic, ...], Meaning(swept=False)] = key(
+        "multiples of the engine order that act as well",
+        (),
+        allowed="tables [[excitation.harmonic]], each order once",
     )
-    load: tuple[ExcitationLoad, ...] = key("where the force acts, in place of `at`", "tables [[excitation.load]]", ())
+    load: Annotated[tuple[ExcitationLoad, ...], Meaning(swept=False)] = key(
+        "where the force acts, in place of `at`", (), allowed="tables [[excitation.load]]"
+    )
 
     @field_validator("harmonic")
     @classmethod

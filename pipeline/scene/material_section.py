@@ -4,19 +4,34 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
 from pipeline.errors import InputError, input_error, shown
-from pipeline.scene.fields import POSITIVE, Number, Positive, Section, Truth, Whole, allowed_of, key
+from pipeline.scene.fields import (
+    POSITIVE,
+    STRENGTH,
+    Meaning,
+    Number,
+    Positive,
+    Section,
+    Truth,
+    Usual,
+    Whole,
+    allowed_of,
+    key,
+    meaning_in,
+    optional,
+)
 
 if TYPE_CHECKING:
     from pipeline.scene.reading import SceneFile
 
 
-LIMIT = f"{POSITIVE}, or a table of such numbers by the name of the material, not above the tensile strength"
+BY_MATERIAL = f"{POSITIVE}, or a table of such numbers by the name of the material"
 Limit = Positive | Annotated[dict[str, Positive], Field(min_length=1)]
+BelowTensile = Annotated[Limit, f"{BY_MATERIAL}, not above the tensile strength"]
 
 
 class Stress(Section):
@@ -28,26 +43,24 @@ class Stress(Section):
         | Annotated[tuple[Annotated[Whole, Field(ge=0)], ...], Field(min_length=1, max_length=20)]
     ) = key(
         'true for the curves with the highest and the lowest worst motion, "all", false, or their numbers from 0',
-        'true, false, "all" or a list of {count} numbers of curves, the first is 0',
         True,
+        allowed='true, false, "all" or a list of {count} numbers of curves, the first is 0',
     )
-    hot_spots: Whole = key("number of hot spots listed", "a whole number, {bounds}", 5, ge=1, le=50)
+    hot_spots: Whole = key("number of hot spots listed", 5, ge=1, le=50)
     check: Truth = key(
-        "whether the harmonics are compared with a solution of the full model under the same forces",
-        "true or false",
-        True,
+        "whether the harmonics are compared with a solution of the full model under the same forces", True
     )
 
 
 class Fatigue(Section):
     """[fatigue]: limits of the material, for the margins of the stress cycles."""
 
-    endurance_limit: Limit = key("amplitude of a fully reversed cycle that is endured, Pa", LIMIT)
-    tensile_strength: Limit = key(
-        "ultimate tensile strength, Pa", f"{POSITIVE}, or a table of such numbers by the name of the material"
+    endurance_limit: Annotated[BelowTensile, STRENGTH] = key(
+        "amplitude of a fully reversed cycle that is endured, Pa"
     )
-    yield_strength: Limit | None = key("yield strength, Pa; none: no yield line", LIMIT, None)
-    factor: Number = key("margin that is required", "a number from {bounds}", 1.0, ge=0.1, le=100.0)
+    tensile_strength: Annotated[Limit, STRENGTH] = key("ultimate tensile strength, Pa", allowed=BY_MATERIAL)
+    yield_strength: Annotated[BelowTensile | None, STRENGTH] = key("yield strength, Pa; none: no yield line", None)
+    factor: Number = key("margin that is required", 1.0, ge=0.1, le=100.0)
 
     def limits_of(self, material: str) -> tuple[float, float, float | None] | None:
         """Endurance limit, tensile and yield strength of a material; None where there are none for it."""
@@ -91,40 +104,12 @@ def unfit_stress_keys(file: SceneFile) -> Iterator[InputError]:
                 yield input_error(file.path, f"fatigue.{name}{of}", shown(value), allowed_of(Fatigue, name))
 
 
-POISSON = "a number above {low} and below {high}"
-EXPANSION = "a number, {bounds}"
+Poisson = Annotated[Number, Field(gt=-1.0, lt=0.4999), "a number above {low} and below {high}"]
+Expansion = Annotated[Number, Field(ge=0.0, le=0.01)]
 
 FORCED = "to use it anyway: --force (in Python: force=True)"
 
 
-class Usual(NamedTuple):
-    """Usual values of a key, what may be wrong beyond them, and the values beyond which it is wrong."""
-
-    low: float
-    high: float
-    hint: str
-    least: float = -math.inf
-    most: float = math.inf
-
-    def is_usual(self, value: float) -> bool:
-        """Whether a value needs no warning; 0 never does, and where no sign is unusual its size counts."""
-        return value == 0.0 or self.low <= value <= self.high or (self.least < 0.0 < self.low <= -value <= self.high)
-
-    def is_nonsense(self, value: float) -> bool:
-        """Whether a value is far beyond all experience."""
-        return value != 0.0 and not self.least <= value <= self.most
-
-    @property
-    def of_widths(self) -> Usual:
-        """The same for differences of values: any small one is usual."""
-        return Usual(0.0, self.high - min(self.low, 0.0), self.hint, 0.0, self.most - min(self.least, 0.0))
-
-
-USUAL_MATERIAL = {
-    "young_modulus": Usual(1e8, 2e12, "the key is in Pa: steel has 2.1e11", 1e6, 1e13),
-    "poisson_ratio": Usual(0.0, 0.5, "metals have 0.25 to 0.35"),
-    "density": Usual(100.0, 30_000.0, "the key is in kg/m^3: steel has 7850", 1.0, 2e5),
-}
 # sqrt(E / rho), m/s
 WAVE_SPEED = Usual(1500.0, 15_000.0, "metals have 4000 to 6500 m/s", 200.0, 1e5)
 
@@ -132,19 +117,41 @@ WAVE_SPEED = Usual(1500.0, 15_000.0, "metals have 4000 to 6500 m/s", 200.0, 1e5)
 class Material(Section):
     """[material]: linear elastic, isotropic."""
 
-    young_modulus: Positive = key("Young's modulus, Pa", POSITIVE)
-    poisson_ratio: Number = key("Poisson's ratio", POISSON, gt=-1.0, lt=0.4999)
-    density: Positive = key("density, kg/m^3", POSITIVE)
-    expansion: Number = key("coefficient of thermal expansion, 1/K", EXPANSION, 0.0, ge=0.0, le=0.01)
+    young_modulus: Annotated[
+        Positive,
+        Meaning(
+            "Pa",
+            "Young's modulus",
+            Usual(1e8, 2e12, "the key is in Pa: steel has 2.1e11", 1e6, 1e13),
+            words="e young youngsmodulus elasticmodulus modulus",
+            shown=("GPa", 1e-9),
+            searched="decade",
+        ),
+    ] = key("Young's modulus, Pa")
+    poisson_ratio: Annotated[
+        Poisson, Meaning(usual=Usual(0.0, 0.5, "metals have 0.25 to 0.35"), words="nu poisson poissonsratio")
+    ] = key("Poisson's ratio")
+    density: Annotated[
+        Positive,
+        Meaning(
+            "kg/m^3", "density", Usual(100.0, 3e4, "the key is in kg/m^3: steel has 7850", 1.0, 2e5), words="rho"
+        ),
+    ] = key("density, kg/m^3")
+    expansion: Expansion = key("coefficient of thermal expansion, 1/K", 0.0)
+
+
+USUAL_MATERIAL = {
+    name: usual for name in Material.model_fields if (usual := meaning_in(Material, name).usual) is not None
+}
 
 
 class NamedMaterial(Section):
     """[materials.NAME]: as [material]; what a material of a mesh file has may be left out."""
 
-    young_modulus: Positive | None = key("Young's modulus, Pa", POSITIVE, None)
-    poisson_ratio: Number | None = key("Poisson's ratio", POISSON, None, gt=-1.0, lt=0.4999)
-    density: Positive | None = key("density, kg/m^3", POSITIVE, None)
-    expansion: Number | None = key("coefficient of thermal expansion, 1/K", EXPANSION, None, ge=0.0, le=0.01)
+    young_modulus: Positive | None = optional(Material, "young_modulus")
+    poisson_ratio: Poisson | None = optional(Material, "poisson_ratio")
+    density: Positive | None = optional(Material, "density")
+    expansion: Expansion | None = optional(Material, "expansion")
 
     @property
     def given(self) -> dict[str, float]:

@@ -9,15 +9,11 @@ from pydantic import Field, ValidationInfo, field_validator
 
 from pipeline.errors import input_error, shown_file, system_reason
 from pipeline.scene.fields import (
-    AXIS,
-    AXIS_POINT,
-    BLADES,
-    LENGTH,
-    UNIT,
     AxisPoint,
     EngineAxis,
     Length,
     LengthUnit,
+    Meaning,
     Number,
     Section,
     Whole,
@@ -52,99 +48,91 @@ def check_mesh_file(path: Path, member: Member) -> None:
 
 
 MAIN_INTERFACE = "shroud"
-SET_NAME = "the name of a node set or surface of the file"
-SetName = Annotated[str, Field(min_length=1, max_length=200)]
+SetName = Annotated[str, Field(min_length=1, max_length=200), "the name of a node set or surface of the file"]
 
 
 class MeshSets(Section):
     """[mesh.sets]: node sets or surfaces of a mesh file by their names there; one without a name is looked for."""
 
-    root: SetName | None = key("the clamped root", SET_NAME, None)
-    contact_right: SetName | None = key("contact face on the side of the next blade", SET_NAME, None)
-    contact_left: SetName | None = key("the opposite contact face", SET_NAME, None)
-    tip: SetName | None = key("the loaded and observed point", SET_NAME, None)
+    root: SetName | None = key("the clamped root", None)
+    contact_right: SetName | None = key("contact face on the side of the next blade", None)
+    contact_left: SetName | None = key("the opposite contact face", None)
+    tip: SetName | None = key("the loaded and observed point", None)
     cyclic_right: SetName | None = key(
-        "cut face of a disk on the side of the next blade; by default the set that its name says to be it",
-        SET_NAME,
-        None,
+        "cut face of a disk on the side of the next blade; by default the set that its name says to be it", None
     )
-    cyclic_left: SetName | None = key("the opposite cut face", SET_NAME, None)
+    cyclic_left: SetName | None = key("the opposite cut face", None)
 
 
-ContactGrid = tuple[Annotated[Whole, Field(ge=1, le=15)], Annotated[Whole, Field(ge=1, le=15)]]
-GRID = "two whole numbers, {bounds}"
+ContactGrid = Annotated[
+    tuple[Annotated[Whole, Field(ge=1, le=15)], Annotated[Whole, Field(ge=1, le=15)]], "two whole numbers, {bounds}"
+]
 
 
 class MeshInterface(Section):
     """[mesh.interface.NAME]: two faces of a mesh file that touch, or one that touches the ground."""
 
-    right: SetName = key("one face; between neighbours that on the side of the next blade", SET_NAME)
-    left: SetName | None = key("the face that it touches; none against the ground", SET_NAME, None)
+    right: SetName = key("one face; between neighbours that on the side of the next blade")
+    left: SetName | None = key("the face that it touches; none against the ground", None)
     kind: Literal["neighbours", "inside", "ground"] = key(
         "whether the left face is that of the next blade, one of the same sector, or ground that does not move",
-        "{words}",
         "neighbours",
     )
     contact_grid: ContactGrid | None = key(
-        "contact nodes of each plane patch of the faces; by default as in [mesh]", GRID, None
+        "contact nodes of each plane patch of the faces; by default as in [mesh]", None
     )
 
 
 class Mesh(Section):
     """[mesh]: hexahedra made here, or a mesh from a file, and the grid of contact nodes."""
 
-    file: Annotated[str, Field(min_length=1, max_length=1000)] | None = key(
+    file: Annotated[
+        Annotated[str, Field(min_length=1, max_length=1000)] | None, Meaning(symbol="mesh", role="design")
+    ] = key(
         "mesh of one sector from another program, in place of [blade] and [shroud]; relative to the scene file",
-        "the name of a mesh file (.inp, .bdf, .cdb, .msh, .vtu, .med)",
         None,
+        allowed="the name of a mesh file (.inp, .bdf, .cdb, .msh, .vtu, .med)",
     )
-    size: Length | None = key("element size, m", LENGTH, None, validate_default=True)
-    element: Literal["hex20", "hex8", "hex27"] = key("finite element", "{words}", "hex20")
-    contact_grid: ContactGrid = key("contact nodes along the segment and along the radius", GRID, (3, 3))
-    grading: Number = key(
-        "how many times thinner the airfoil's layers are at root and shroud than at mid span",
-        "a number from {bounds}",
-        4.0,
-        ge=1.0,
-        le=100.0,
+    size: Annotated[Length | None, Meaning("m", "mesh size", words="elementsize meshsize")] = key(
+        "element size, m", None, validate_default=True
     )
-    n_blades: Annotated[Whole, Field(ge=3, le=10000)] | None = key(
-        "blades of the ring, for a mesh from a file", BLADES, None, validate_default=True
+    element: Literal["hex20", "hex8", "hex27"] = key("finite element", "hex20")
+    contact_grid: Annotated[ContactGrid, Meaning(discrete=True)] = key(
+        "contact nodes along the segment and along the radius", (3, 3)
+    )
+    grading: Annotated[Number, Meaning(symbol="mesh grading")] = key(
+        "how many times thinner the airfoil's layers are at root and shroud than at mid span", 4.0, ge=1.0, le=100.0
+    )
+    n_blades: Annotated[Annotated[Whole, Field(ge=3, le=10000)] | None, Meaning(role="design")] = key(
+        "blades of the ring, for a mesh from a file", None, validate_default=True
     )
     unit: LengthUnit = key(
         "system of units of the file, by its length where that goes with newtons or pounds of force, or by length, "
         "mass and time",
-        UNIT,
         "m",
     )
-    axis: EngineAxis = key(
-        "engine axis in the file; it becomes the axis x of the program",
-        AXIS,
-        "x",
-    )
-    axis_point: AxisPoint = key("a point of the engine axis, in the unit of the file", AXIS_POINT, (0.0, 0.0, 0.0))
+    axis: EngineAxis = key("engine axis in the file; it becomes the axis x of the program", "x")
+    axis_point: AxisPoint = key("a point of the engine axis, in the unit of the file", (0.0, 0.0, 0.0))
     tolerance: Length | None = key(
         "largest distance between a contact face and that of the neighbour, in the unit of the file; by default 5 % "
         "of the size of the face",
-        LENGTH,
         None,
     )
     bore: Literal["clamped", "free"] = key(
-        "whether the root of a mesh from a file is held; free: of the sector of a disk alone",
-        "{words}",
-        "clamped",
+        "whether the root of a mesh from a file is held; free: of the sector of a disk alone", "clamped"
     )
     other_faces: Literal["ask", "free", "cut"] = key(
         "surfaces of the file that one pitch turns into each other and that mesh.sets does not name: an error, free "
         "surfaces, or cut faces of a disk",
-        "{words}",
         "ask",
     )
-    sets: MeshSets = key("sets of the file by what they are", "a table [mesh.sets]", MeshSets())
-    interface: dict[str, MeshInterface] = key(
+    sets: Annotated[MeshSets, Meaning(swept=False)] = key(
+        "sets of the file by what they are", MeshSets(), allowed="a table [mesh.sets]"
+    )
+    interface: Annotated[dict[str, MeshInterface], Meaning(swept=False)] = key(
         "contact interfaces of the file by name, beside that of mesh.sets, shroud",
-        "tables [mesh.interface.NAME]",
         {},
+        allowed="tables [mesh.interface.NAME]",
     )
 
     @field_validator("size", "n_blades")

@@ -17,12 +17,12 @@ from typing import Any
 
 from pipeline.errors import InputError, input_error, shown, shown_key
 from pipeline.scene.contact_section import Contact, FaceField, mean_of
-from pipeline.scene.dotted_keys import CONTACT, INTERFACE, of_contact
+from pipeline.scene.dotted_keys import CONTACT, INTERFACE, of_contact, split_key
 from pipeline.scene.material_section import FORCED, USUAL_MATERIAL, WAVE_SPEED, Material, Usual, wave_speed
 from pipeline.scene.mesh_section import MAIN_INTERFACE, Mesh
 from pipeline.scene.reading import Member, SceneFile
 from pipeline.scene.response_section import Response, Rom
-from pipeline.scene.schema import Scene
+from pipeline.scene.schema import MEANINGS, Scene
 from pipeline.scene.size_limits import speed_warning, tip_speed
 from pipeline.scene.varied_keys import studied_keys
 
@@ -137,79 +137,13 @@ def _whole_face(contact: Contact, punch: tuple[float, float]) -> tuple[float, fl
     return values[0], values[1]
 
 
-USUAL_RATIO = 0.1
+USUAL = {key: meaning.usual for key, meaning in MEANINGS.items() if meaning.usual is not None}
+USUAL_RATIO = USUAL["response.damping_ratio"].high
 SPEED = "load.speed_rpm"
 RANGE = "response.frequency"
 FIRST_BENDING = 0.1615  # 1.8751^2 / (2 pi sqrt(12)), of a clamped beam of rectangular section
 LOW_RANGE = 5.0  # Hz; no blade has its first mode below
 SLOW_TIP = 20.0  # m/s; tips of turbines move at 100 to 600
-
-
-METRES = "the key is in metres"
-HOURS = Usual(1e-3, 1e6, "the key is in hours", most=1e9)
-STRENGTH = Usual(1e6, 1e10, "the key is in Pa: 250 MPa are 250e6", 1e4, 1e12)
-SMALL_LENGTH = Usual(1e-6, 0.1, METRES, most=1.0)  # gaps, fillets
-MOTION = Usual(1e-9, 0.1, METRES, most=1.0)
-USUAL: dict[str, Usual] = {
-    "blade.hub_radius": Usual(0.01, 10.0, METRES, most=100.0),
-    "blade.length": Usual(0.005, 3.0, METRES, most=30.0),
-    "blade.chord": Usual(0.001, 1.0, METRES, most=10.0),
-    "blade.thickness": Usual(1e-4, 0.5, METRES, most=2.0),
-    "blade.fillet_radius": SMALL_LENGTH,
-    "blade.twist": Usual(1.6, 80.0, "the key is in degrees"),
-    "blade.camber": Usual(1.6, 90.0, "the key is in degrees"),
-    "blade.tip_thickness": Usual(1e-4, 0.5, METRES, most=2.0),
-    "shroud.thickness": Usual(1e-4, 0.5, METRES, most=2.0),
-    "shroud.axial_width": Usual(0.001, 2.0, METRES, most=20.0),
-    "shroud.contact_length": Usual(1e-4, 1.0, METRES, most=10.0),
-    "shroud.gap": SMALL_LENGTH,
-    "shroud.fillet_radius": SMALL_LENGTH,
-    "shroud.angle": Usual(3.2, 180.0, "the key is in degrees"),
-    "snubber.radius": Usual(0.01, 13.0, METRES, most=130.0),
-    "snubber.thickness": Usual(1e-4, 0.5, METRES, most=2.0),
-    "snubber.width": Usual(1e-4, 1.0, METRES, most=10.0),
-    "snubber.gap": SMALL_LENGTH,
-    "snubber.angle": Usual(3.2, 180.0, "the key is in degrees"),
-    "platform.radius": Usual(0.01, 13.0, METRES, most=130.0),
-    "platform.thickness": Usual(1e-4, 0.5, METRES, most=2.0),
-    "platform.flank_length": Usual(1e-4, 1.0, METRES, most=10.0),
-    "platform.width": Usual(1e-4, 1.0, METRES, most=10.0),
-    "platform.gap": SMALL_LENGTH,
-    "damper.mass": Usual(1e-5, 1.0, "the key is in kg", 1e-9, 100.0),
-    "damper.radius": Usual(0.01, 13.0, METRES, most=130.0),
-    "damper.axial_stiffness": Usual(1.0, 1e12, "the key is in N/m: 1 N/mm is 1000 N/m"),
-    "disk.bore_radius": Usual(0.001, 10.0, METRES, most=100.0),
-    "disk.rim_width": Usual(0.001, 2.0, METRES, most=20.0),
-    "disk.bore_width": Usual(0.001, 2.0, METRES, most=20.0),
-    **{f"material.{key}": usual for key, usual in USUAL_MATERIAL.items()},
-    "rom.frequency_limit": Usual(1.0, 1e7, "the key is in Hz"),
-    "excitation.engine_order": Usual(0, 1000, "it is the number of force maxima around the ring"),
-    "excitation.force": Usual(1e-6, 1e5, "the key is in N, the force on one blade", most=1e10),
-    "fatigue.endurance_limit": STRENGTH,
-    "fatigue.tensile_strength": STRENGTH,
-    "fatigue.yield_strength": STRENGTH,
-    "wear.hours": HOURS,
-    "wear.amplitude_limit": MOTION,
-    "wear.depth_limit": MOTION,
-    "wear.area": Usual(1e-8, 0.1, "the key is in m^2: 1 mm^2 is 1e-6 m^2", most=10.0),
-    "optimum.life": HOURS,
-    "uncertainty.limit": MOTION,
-    "backbone.amplitudes": MOTION,
-    "mistuning.interference_deviation": Usual(0.0, 1e-3, METRES, most=0.05),
-    "response.frequency": Usual(0.1, 1e6, "the key is in Hz", most=1e9),
-}
-USUAL_CONTACT: dict[str, Usual] = {
-    "contact.friction": Usual(0.0, 2.0, "a friction coefficient is 0.1 to 1 or so", most=10.0),
-    "response.damping_ratio": Usual(0.0, USUAL_RATIO, "the key is a fraction: 0.003 is 0.3 %"),
-}
-USUAL_BLADE_CONTACT: dict[str, Usual] = {
-    "contact.normal_stiffness": Usual(1e3, 1e12, "the key is in N/m: 1 N/mm is 1000 N/m"),
-    "contact.tangential_stiffness": Usual(1e3, 1e12, "the key is in N/m: 1 N/mm is 1000 N/m"),
-    "contact.preload": Usual(0.0, 1e6, "the key is in N for each node"),
-    "contact.interference": Usual(
-        -1e-3, 1e-3, "the key is in metres: 1e-6 is 1 um, above 0 pressed together", -0.05, 0.05
-    ),
-}
 
 
 def plausibility_warnings(file: SceneFile) -> list[str]:
@@ -263,14 +197,15 @@ def _has_units(member: Member) -> bool:
 def _checked(member: Member) -> Iterator[tuple[str, float, Usual]]:
     """Numbers of a scene with what is usual; of a list of numbers each."""
     scene = member.scene
-    tables = [USUAL, USUAL_CONTACT, USUAL_BLADE_CONTACT] if _has_units(member) else [USUAL_CONTACT]
-    for key, usual in ((key, usual) for table in tables for key, usual in table.items()):
-        section, _, name = key.partition(".")
+    in_si = _has_units(member)
+    known = {key: usual for key, usual in USUAL.items() if in_si or usual.any_units}
+    for key, usual in known.items():
+        section, name = split_key(key)
         yield from ((key, value, usual) for value in _numbers(getattr(getattr(scene, section), name, None)))
     for varied in studied_keys(scene) if member.index == 0 else ():
-        for usual in (table[name] for table in tables if (name := of_contact(varied.key)) in table):
-            yield from ((varied.place, value, usual) for value in _numbers(varied.values))
-            yield from ((varied.place, width, usual.of_widths) for width in varied.widths)
+        if (same := of_contact(varied.key)) in known:
+            yield from ((varied.place, value, known[same]) for value in _numbers(varied.values))
+            yield from ((varied.place, width, known[same].of_widths) for width in varied.widths)
     for name, material in scene.materials.items():
         for key, usual in USUAL_MATERIAL.items():
             place = f"materials.{shown_key(name)}.{key}"
@@ -278,8 +213,8 @@ def _checked(member: Member) -> Iterator[tuple[str, float, Usual]]:
     for name, interface in scene.interface.items():
         for key, given in interface.given.items():
             place = f"{INTERFACE}.{shown_key(name)}.{key}"
-            of_key = [table[same] for table in tables if (same := f"{CONTACT}.{key}") in table]
-            yield from ((place, value, usual) for usual in of_key for value in _numbers(given))
+            if (same := f"{CONTACT}.{key}") in known:
+                yield from ((place, value, known[same]) for value in _numbers(given))
 
 
 def _moduli(member: Member) -> Iterator[tuple[str, dict[str, float]]]:

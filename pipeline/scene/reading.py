@@ -32,16 +32,13 @@ from pipeline.scene.dotted_keys import (
 from pipeline.scene.input_files import with_hashes
 from pipeline.scene.loads_section import files_of
 from pipeline.scene.presets import Accuracy, with_preset
-from pipeline.scene.schema import NOT_SWEPT, SECTIONS, Scene
+from pipeline.scene.schema import MEANINGS, NOT_SWEPT, SECTIONS, Scene
 from pipeline.scene.sweep import GRID, LATIN_HYPERCUBE, POINTS, Sweep, read_sweep
 from pipeline.scene.toml_text import load_tables, parsed
 from pipeline.scene.validation_errors import scene_error, scene_errors
 
 # dotted key -> earlier spelling -> today's
-DEPRECATED_VALUES: dict[str, dict[str, str]] = {
-    "contact.law": {"uncoupled": "two_sliders", "coupled": "cone"},
-    "response.stability": {"floquet": "ring"},
-}
+DEPRECATED_VALUES = {key: meaning.formerly for key, meaning in MEANINGS.items() if meaning.formerly is not None}
 
 
 def with_current_values(

@@ -15,20 +15,9 @@ from pydantic import Field, PrivateAttr, field_validator, model_validator
 from pipeline.scene.aero_section import Aero, AeroFamily
 from pipeline.scene.blade_section import DAMPER, INTERFACES, Blade, Damper, Disk, Platform, Shroud, Snubber
 from pipeline.scene.contact_section import NO_TABLE, Contact, Interface, contact_unless_of_a_file
-from pipeline.scene.dotted_keys import CONTACT, INTERFACE, interface_of
-from pipeline.scene.fields import (
-    Number,
-    Section,
-    StudyKeys,
-    Truth,
-    Whole,
-    key,
-)
-from pipeline.scene.loads_section import (
-    Excitation,
-    Load,
-    Output,
-)
+from pipeline.scene.dotted_keys import CONTACT, INTERFACE, interface_of, of_contact
+from pipeline.scene.fields import NOTHING_MORE, Meaning, Number, Section, StudyKeys, Truth, Whole, key, meaning_in
+from pipeline.scene.loads_section import Excitation, Load, Output
 from pipeline.scene.material_section import Fatigue, Material, NamedMaterial, Stress
 from pipeline.scene.mesh_section import Mesh
 from pipeline.scene.model_section import Model
@@ -46,31 +35,27 @@ class Render(Section):
     """[render]: pictures of mode shapes. Without this section they are drawn where asked for by name."""
 
     modes: Annotated[tuple[Annotated[Whole, Field(ge=1, le=100)], ...], Field(min_length=1, max_length=20)] = key(
-        "mode shapes to draw, 1 is the lowest", "a list of {count} whole numbers, {bounds}", (1, 2, 3)
+        "mode shapes to draw, 1 is the lowest", (1, 2, 3), allowed="a list of {count} whole numbers, {bounds}"
     )
     deformation: Number = key(
-        "largest drawn displacement as a fraction of the blade's length",
-        "a number above 0, {bounds}",
-        0.08,
-        ge=1e-12,
-        le=1.0,
+        "largest drawn displacement as a fraction of the blade's length", 0.08, ge=1e-12, le=1.0
     )
-    contact: Literal["free", "sliding", "stuck"] = key("how the shrouds are joined", "{words}", "free")
+    contact: Literal["free", "sliding", "stuck"] = key("how the shrouds are joined", "free")
     operating: Truth | Annotated[tuple[Annotated[Whole, Field(ge=0)], ...], Field(min_length=1, max_length=20)] = key(
         "motion at the peak: true for the curves with the highest and the lowest peak, or their numbers from 0",
-        "true, false or a list of {count} numbers of curves, the first is 0",
         False,
+        allowed="true, false or a list of {count} numbers of curves, the first is 0",
     )
-    blades: Whole = key("neighbours drawn side by side", "a whole number, {bounds}", 3, ge=1, le=9)
+    blades: Whole = key("neighbours drawn side by side", 3, ge=1, le=9)
 
 
 class Figures(Section):
     """[figures]: files that the figures are written to."""
 
     formats: Annotated[tuple[Literal["png", "svg"], ...], Field(min_length=1)] = key(
-        "formats of every figure", 'a list of "png", "svg" or both', ("png",)
+        "formats of every figure", ("png",), allowed='a list of "png", "svg" or both'
     )
-    bifurcations: Truth = key("whether the response figure marks bifurcations but folds", "true or false", False)
+    bifurcations: Truth = key("whether the response figure marks bifurcations but folds", False)
 
 
 class Scene(Section):
@@ -78,61 +63,59 @@ class Scene(Section):
 
     name: str = key(
         "name of the scene and of its output folder",
-        "letters, digits, '.', '_' and '-', beginning with a letter or a digit, 64 at most",
+        allowed="letters, digits, '.', '_' and '-', beginning with a letter or a digit, 64 at most",
         pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$",
     )
     title: str = key(
         "heading of the figures",
-        "one line of text, 200 characters at most",
         "",
+        allowed="one line of text, 200 characters at most",
         max_length=200,
         pattern=r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e]*$",
     )
     accuracy: Literal["draft", "standard", "reference"] | None = key(
-        "preset of mesh, modes, harmonics and tolerances; keys set in the scene override it",
-        "{words}",
-        None,
+        "preset of mesh, modes, harmonics and tolerances; keys set in the scene override it", None
     )
-    blade: Blade | None = key("", "a table", None)
-    shroud: Shroud | None = key("", "a table", None)
-    snubber: Snubber | None = key("", "a table", None)
-    platform: Platform | None = key("", "a table", None)
-    damper: Damper | None = key("", "a table", None)
-    disk: Disk | None = key("", "a table", None)
-    material: Material | None = key("", "a table", None)
+    blade: Annotated[Blade | None, Meaning(role="design")] = key("", None)
+    shroud: Annotated[Shroud | None, Meaning(role="design")] = key("", None)
+    snubber: Annotated[Snubber | None, Meaning(role="design")] = key("", None)
+    platform: Annotated[Platform | None, Meaning(role="design")] = key("", None)
+    damper: Annotated[Damper | None, Meaning(role="design")] = key("", None)
+    disk: Annotated[Disk | None, Meaning(role="design")] = key("", None)
+    material: Annotated[Material | None, Meaning(role="design")] = key("", None)
     materials: dict[str, NamedMaterial] = key(
         "materials of a mesh from a file by name, of its materials, whose numbers these complete or replace, or of "
         "its element sets; of [disk]: materials.disk",
-        "tables [materials.NAME]",
         {},
+        allowed="tables [materials.NAME]",
     )
-    mesh: Mesh | None = key("", "a table", None)
-    model: Model | None = key("", "a table", None)
-    rom: Rom = key("", "a table", Rom())
-    load: Load = key("", "a table", Load())
-    aero: Aero | None = key("", "a table", None)
-    contact: Contact = key("", "a table", NO_TABLE)
+    mesh: Mesh | None = key("", None)
+    model: Annotated[Model | None, Meaning(role="design")] = key("", None)
+    rom: Rom = key("", Rom())
+    load: Annotated[Load, Meaning(role="condition")] = key("", Load())
+    aero: Annotated[Aero | None, Meaning(role="condition")] = key("", None)
+    contact: Contact = key("", NO_TABLE)
     interface: dict[str, Interface] = key(
         "contact interfaces by name, those of the model, whose parameters differ from those in [contact]",
-        "tables [interface.NAME]",
         {},
+        allowed="tables [interface.NAME]",
     )
-    excitation: Excitation = key("", "a table")
-    response: Response = key("", "a table")
+    excitation: Annotated[Excitation, Meaning(role="condition")] = key("")
+    response: Response = key("")
     output: tuple[Output, ...] = key(
-        "quantities recorded beside the default output", "tables [[output]] with different names", ()
+        "quantities recorded beside the default output", (), allowed="tables [[output]] with different names"
     )
-    stress: Stress | None = key("", "a table", None)
-    fatigue: Fatigue | None = key("", "a table", None)
-    optimum: Optimum | None = key("", "a table", None)
-    map: Map | None = key("", "a table", None)
-    backbone: Backbone | None = key("", "a table", None)
-    flutter: Flutter | None = key("", "a table", None)
-    uncertainty: Uncertainty | None = key("", "a table", None)
-    mistuning: Mistuning | None = key("", "a table", None)
-    wear: Wear | None = key("", "a table", None)
-    render: Render | None = key("", "a table", None)
-    figures: Figures = key("", "a table", Figures())
+    stress: Stress | None = key("", None)
+    fatigue: Fatigue | None = key("", None)
+    optimum: Optimum | None = key("", None)
+    map: Map | None = key("", None)
+    backbone: Backbone | None = key("", None)
+    flutter: Flutter | None = key("", None)
+    uncertainty: Uncertainty | None = key("", None)
+    mistuning: Mistuning | None = key("", None)
+    wear: Wear | None = key("", None)
+    render: Render | None = key("", None)
+    figures: Figures = key("", Figures())
 
     _contents: Mapping[str, str] = PrivateAttr(default_factory=dict)
     _contact_of_a_file = model_validator(mode="before")(contact_unless_of_a_file)
@@ -264,16 +247,25 @@ def section_class(table: str) -> type[Section]:
 
 STUDIES = tuple(name for name, kind in SECTIONS.items() if issubclass(kind, StudyKeys))
 NOT_SWEPT = ("stress", "fatigue", *STUDIES, "render", "figures")  # made of solved curves
-NOT_SWEPT_KEYS = (  # tables, and lists of tables
-    "disk.profile",
-    "mesh.sets",
-    "mesh.interface",
-    "model.sets",
-    "excitation.harmonic",
-    "excitation.load",
-    "load.force",
-    "load.pressure",
-    "load.temperature",
-    "aero.family",
-    "contact.interfaces",
-)
+MEANINGS = {  # what is known of dotted keys, of which more is known than their values
+    f"{table}.{name}": meaning
+    for table, kind in SECTIONS.items()
+    for name in kind.model_fields
+    if (meaning := meaning_in(kind, name)) is not NOTHING_MORE
+}
+NOT_SWEPT_KEYS = tuple(key for key, meaning in MEANINGS.items() if not meaning.swept)  # tables, and lists of tables
+
+
+def meaning_of(key: str) -> Meaning:
+    """What is known of a dotted key; of one of an interface what is known of that of [contact]."""
+    return MEANINGS.get(of_contact(key), NOTHING_MORE)
+
+
+def has_role(key: str, role: Literal["design", "condition"]) -> bool:
+    """Whether the value of a key is chosen by a designer, or is a condition that a machine meets.
+
+    An optimum holds under all conditions that are swept. What has no role is a setting of the computation.
+    """
+    table = key.partition(".")[0]
+    own = meaning_of(key).role or (meaning_in(Scene, table).role if table in Scene.model_fields else "")
+    return own == role

@@ -20,7 +20,7 @@ from pipeline.errors import InputError, input_error, shown, shown_key, system_re
 from pipeline.scene.contact_section import Contact, FaceField, Interface, mean_of
 from pipeline.scene.dotted_keys import INTERFACE, interface_of, of_contact, split_key
 from pipeline.scene.input_files import csv_rows, decimal_point, open_regular
-from pipeline.scene.schema import NOT_SWEPT, NOT_SWEPT_KEYS, SECTIONS, Scene, section_class
+from pipeline.scene.schema import MEANINGS, NOT_SWEPT, NOT_SWEPT_KEYS, SECTIONS, Scene, section_class
 from pipeline.scene.units import column_name
 from pipeline.scene.validation_errors import unknown_key
 
@@ -374,8 +374,10 @@ def _comparable(value: Any) -> Any:
     return float(value) if isinstance(value, int) and not isinstance(value, bool) and abs(value) < 2**53 else value
 
 
-WHOLE_FACE = ("contact.normal_stiffness", "contact.tangential_stiffness")  # a number is the sum over the nodes
-SHIFTED = ("contact.interference",)  # a list is shifted; lists of other keys are multiplied by a factor
+# A number of the first is the sum over the nodes; lists of the others are multiplied by a factor, or shifted.
+WHOLE_FACE, SHIFTED = (
+    tuple(key for key, meaning in MEANINGS.items() if meaning.nodes == kind) for kind in ("summed", "shifted")
+)
 
 
 def key_value(scene: Scene, key: str, contacts: Mapping[str, Contact] | None = None) -> float | None:

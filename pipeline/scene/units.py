@@ -5,66 +5,8 @@ from __future__ import annotations
 import math
 import re
 
-from pipeline.scene.dotted_keys import of_contact
+from pipeline.scene.schema import meaning_of
 
-UNITS = {
-    "blade.hub_radius": "m",
-    "blade.length": "m",
-    "blade.chord": "m",
-    "blade.thickness": "m",
-    "blade.tip_thickness": "m",
-    "blade.twist": "degrees",
-    "blade.root_stagger": "degrees",
-    "blade.fillet_radius": "m",
-    "blade.camber": "degrees",
-    "shroud.angle": "degrees",
-    "shroud.thickness": "m",
-    "shroud.axial_width": "m",
-    "shroud.contact_length": "m",
-    "shroud.gap": "m",
-    "shroud.edge_angle": "degrees",
-    "shroud.fillet_radius": "m",
-    "snubber.radius": "m",
-    "snubber.thickness": "m",
-    "snubber.width": "m",
-    "snubber.angle": "degrees",
-    "snubber.gap": "m",
-    "damper.radius": "m",
-    "damper.axial_stiffness": "N/m",
-    "platform.radius": "m",
-    "platform.thickness": "m",
-    "platform.flank_angle": "degrees",
-    "platform.flank_length": "m",
-    "platform.width": "m",
-    "platform.gap": "m",
-    "disk.bore_radius": "m",
-    "disk.rim_width": "m",
-    "disk.bore_width": "m",
-    "disk.profile": "m",
-    "disk.size": "m",
-    "material.young_modulus": "Pa",
-    "material.density": "kg/m^3",
-    "mesh.size": "m",
-    "rom.frequency_limit": "Hz",
-    "load.speed_rpm": "rev/min",
-    "model.speed_rpm": "rev/min",
-    "contact.normal_stiffness": "N/m",
-    "contact.tangential_stiffness": "N/m",
-    "contact.interference": "m",
-    "contact.preload": "N",
-    "excitation.force": "N",
-    "excitation.at": "m",
-    "response.frequency": "Hz",
-    "backbone.amplitudes": "m",
-    "fatigue.endurance_limit": "Pa",
-    "fatigue.tensile_strength": "Pa",
-    "fatigue.yield_strength": "Pa",
-    "uncertainty.limit": "m",
-    "mistuning.interference_deviation": "m",
-    "mistuning.frequency_range": "Hz",
-    "wear.amplitude_limit": "m",
-    "wear.depth_limit": "m",
-}
 # SI unit -> units that a user may write beside a number, in terms of it
 _SCALES = {
     "m": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "in": 0.0254},
@@ -96,7 +38,7 @@ _ENDINGS = {
 
 def key_unit(key: str) -> str:
     """The unit of a dotted key, "" where its value has none."""
-    return UNITS.get(of_contact(key), "")
+    return meaning_of(key).unit
 
 
 def number_in_text(key: str, text: str) -> str:

@@ -19,38 +19,12 @@ from pipeline.scene.loads_section import Temperature
 from pipeline.scene.material_section import Material
 from pipeline.scene.mesh_section import MeshInterface, MeshSets
 from pipeline.scene.model_section import ModelSets
-from pipeline.scene.schema import SECTIONS, Scene
+from pipeline.scene.schema import MEANINGS, SECTIONS, Scene
 from pipeline.scene.units import number_in_text
 from pipeline.studies.uncertainty.section import UncertainParameter
 from pipeline.studies.wear.section import DutyPoint
 
-# symbols and other words of the field -> dotted key; compared without case, "_" and "-"
-MEANINGS = {
-    "blade.n_blades": "nb nblades blades numberofblades",
-    "blade.hub_radius": "radius rhub",
-    "blade.length": "span height",
-    "blade.root_stagger": "stagger",
-    "shroud.angle": "alpha shroudangle contactangle",
-    "shroud.contact_length": "lc",
-    "material.young_modulus": "e young youngsmodulus elasticmodulus modulus",
-    "material.poisson_ratio": "nu poisson poissonsratio",
-    "material.density": "rho",
-    "mesh.size": "elementsize meshsize",
-    "rom.modes": "nmodes",
-    "load.speed_rpm": "rpm speed omega rotation rotationalspeed",
-    "contact.friction": "mu frictioncoefficient coefficientoffriction",
-    "contact.normal_stiffness": "kn stiffness",
-    "contact.tangential_stiffness": "kt",
-    "contact.interference": "v0 gap initialgap",
-    "contact.preload": "n0 normalload",
-    "excitation.engine_order": "eo order engineorders",
-    "excitation.force": "f0 amplitude forceamplitude",
-    "response.frequency": "freq frequencies range frequencyrange",
-    "response.harmonics": "nh nharmonics",
-    "response.damping_ratio": "zeta xi damping dampingfactor",
-    "response.search": "timeintegration bladeperiods",
-}
-_BY_WORD = {word: key for key, words in MEANINGS.items() for word in words.split()}
+_BY_WORD = {word: key for key, meaning in MEANINGS.items() for word in meaning.words.split()}
 
 
 MOST_LISTED = 12  # keys in a message; of more only the nearest

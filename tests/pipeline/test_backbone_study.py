@@ -124,7 +124,7 @@ def test_the_report_tells_every_resonance(result: BackboneResult) -> None:
         ({"amplitudes": [1.0, 0.5]}, {}, "backbone.amplitudes: [1.0, 0.5], allowed: a list of two numbers"),
         ({"curves": [3]}, {}, 'backbone.curves: [3], allowed: "all" or a list of numbers of curves, 0 to 2'),
         ({"damping": "all"}, {}, 'backbone.damping: "all", allowed: "first_harmonic" or "all_harmonics"'),
-        ({"tolerance": 0.0}, {}, "backbone.tolerance: 0.0, allowed: a number, 1e-6 to 1"),
+        ({"tolerance": 0.0}, {}, "backbone.tolerance: 0.0, allowed: a number above 0, 1e-6 to 1"),
         ({}, {"method": "static-first"}, 'response.method: "static-first", allowed: "coupled", with [backbone]'),
     ],
 )

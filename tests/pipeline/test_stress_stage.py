@@ -189,7 +189,7 @@ def test_what_is_said_of_a_margin_and_of_its_errors(stressed: Path) -> None:
             {"fatigue": {"endurance_limit": 3e8, "tensile_strength": 9e8, "yield_strength": {"soft": 1e9}}},
             "fatigue.yield_strength.soft: 1000000000.0, allowed: a number above 0",
         ),
-        ({"fatigue": LIMITS | {"factor": 0.0}}, "fatigue.factor: 0.0, allowed: a number from 0.1 to 100"),
+        ({"fatigue": LIMITS | {"factor": 0.0}}, "fatigue.factor: 0.0, allowed: a number, 0.1 to 100"),
         ({"stress": {"hot_spot": 3}}, "stress.hot_spot: unknown key, did you mean stress.hot_spots?"),
     ],
 )

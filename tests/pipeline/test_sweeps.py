@@ -10,8 +10,9 @@ from jsonschema import Draft202012Validator
 from pipeline_support import ground_scene, shroud, small_scene, summary_of, to_toml, write_ground_model, write_scene
 
 from pipeline.scene.json_schema import scene_schema
+from pipeline.scene.labels import quantity
 from pipeline.scene.reading import SceneFile, read_scene
-from pipeline.scene.schema import SECTIONS
+from pipeline.scene.schema import SECTIONS, has_role, meaning_of
 from pipeline.scene.toml_text import parsed
 from pipeline.scene.units import column_name, key_unit, unit_of
 
@@ -248,6 +249,14 @@ def test_a_sweep_of_points_runs(tmp_path: Path, sweep: str) -> None:
     given = [dict(m.parameters) for m in read_scene(scene, given_model=True).members]
     assert [curve["parameters"] for curve in curves] == given
     assert (tmp_path / "out" / "figures" / "response.png").is_file()
+
+
+def test_a_key_of_an_interface_means_what_that_of_contact_means() -> None:
+    assert meaning_of("interface.NAME.friction") == meaning_of("contact.friction") != meaning_of("contact.law")
+    assert quantity("interface.NAME.interference").axis() == "NAME v0 [µm]"
+    roles = {"interface.NAME.preload": "design", "interface.NAME.friction": "condition", "shroud.angle": "design"}
+    assert all(has_role(key, "design") == (role == "design") for key, role in roles.items())
+    assert not any(has_role("response.harmonics", role) for role in ("design", "condition"))
 
 
 def units_said(meaning: str) -> set[str]:

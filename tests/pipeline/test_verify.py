@@ -387,7 +387,7 @@ def test_the_number_kept_is_told_and_chosen_anew_when_it_must_be(tmp_path: Path)
         ({"rom__modes": "many"}, 'rom.modes: "many", allowed: a whole number, 1 to 1000, or "auto"'),
         ({"rom__modes": 1001}, 'rom.modes: 1001, allowed: a whole number, 1 to 1000, or "auto"'),
         ({"rom__modes": 2.5}, 'rom.modes: 2.5, allowed: a whole number, 1 to 1000, or "auto"'),
-        ({"rom__tolerance": 0.0}, "rom.tolerance: 0.0, allowed: a number from 1e-6 to 0.5"),
+        ({"rom__tolerance": 0.0}, "rom.tolerance: 0.0, allowed: a number above 0, 1e-6 to 0.5"),
         ({"rom__modes": "auto", "rom__frequency_limit": 1e4}, "rom.frequency_limit: given beside modes"),
         ({"rom__modes": "auto", "response__damping_ratio": [0.01] * 31}, "response.damping_ratio: a list of 31"),
     ],

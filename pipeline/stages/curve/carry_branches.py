@@ -19,10 +19,9 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.executor.task import Progress, Task
-from pipeline.scene.dotted_keys import of_contact
 from pipeline.scene.labels import member_label, value_label
 from pipeline.scene.reading import Member
-from pipeline.scene.schema import Scene
+from pipeline.scene.schema import Scene, meaning_of
 from pipeline.stages.cache_keys import carried_key, extension_key
 from pipeline.stages.curve.curve_file import CURVE, branch_groups, branch_mark
 from pipeline.stages.curve.extend_curve import ExtensionFacts, LostBranch, Source, extend_curve
@@ -30,8 +29,6 @@ from pipeline.stages.curve.respond import KIND as SOLVED
 from pipeline.stages.curve.respond import CurveJob, CurveResult, result_from_file
 from pipeline.store.content_store import Entry, Store
 
-# Numbers from one value of which no continuous way leads to another one.
-DISCRETE = ("excitation.engine_order", "blade.n_blades", "mesh.contact_grid")
 AUTO = ("response.harmonics", "auto")  # more harmonics than any number of them
 NUMBER, LIST, MOST = "number", "list", "most"
 
@@ -96,7 +93,7 @@ def longest_way(steps: Sequence[Step]) -> int:
 
 
 def _parameters(members: Sequence[Member]) -> list[str]:
-    return [key for key in (members[0].parameters if members else ()) if key not in DISCRETE]
+    return [key for key in (members[0].parameters if members else ()) if not meaning_of(key).discrete]
 
 
 def _steps_along(parameter: str, members: Sequence[Member]) -> Iterator[Step]:
@@ -124,17 +121,6 @@ def _kind(parameter: str, value: Any) -> str:
 
 def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
-
-
-# Parameters that are continued in proportion; others change at once, and the residual that is left goes to zero.
-PROPORTIONAL = (
-    "contact.interference",
-    "contact.friction",
-    "contact.preload",
-    "contact.normal_stiffness",
-    "contact.tangential_stiffness",
-    "excitation.force",
-)
 
 
 class Births:
@@ -175,7 +161,8 @@ class Births:
 
 def _followed(neighbour: Neighbour, part: float) -> Any:
     """The value of the parameter on the way from the neighbour, at a part of it from 0 to 1."""
-    if of_contact(neighbour.parameter) not in PROPORTIONAL:
+    meaning = meaning_of(neighbour.parameter)
+    if not meaning.solver or meaning.at_once:
         return neighbour.there
     if isinstance(neighbour.there, list | tuple):
         pairs = zip(neighbour.there, neighbour.here, strict=True)

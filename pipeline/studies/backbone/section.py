@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from pipeline.scene.fields import Number, StudyKeys, Whole, key
+from pipeline.scene.fields import MOTION, Number, StudyKeys, Whole, key
 
 MODES = "a list of 1 to 20 different whole numbers, 1 to 1000"
 DIAMETERS = "a list of 1 to 20 different whole numbers, 0 to 100000"
@@ -19,32 +19,30 @@ class Backbone(StudyKeys):
     """[backbone]: frequency and damping of nonlinear modes over amplitude. Not computed without this section."""
 
     modes: Annotated[tuple[Annotated[Whole, Field(ge=1, le=1000)], ...], Field(min_length=1, max_length=20)] = key(
-        "numbers of the modes, 1 is the lowest at the smallest amplitude", MODES, (1,)
+        "numbers of the modes, 1 is the lowest at the smallest amplitude", (1,), allowed=MODES
     )
     nodal_diameters: (
         Annotated[tuple[Annotated[Whole, Field(ge=0, le=100000)], ...], Field(min_length=1, max_length=20)] | None
-    ) = key("nodal diameters of the modes; none: the engine order of each curve", DIAMETERS, None)
-    amplitudes: tuple[Amplitude, Amplitude] | None = key(
+    ) = key("nodal diameters of the modes; none: the engine order of each curve", None, allowed=DIAMETERS)
+    amplitudes: Annotated[tuple[Amplitude, Amplitude] | None, MOTION] = key(
         "smallest and largest amplitude of the default output, m; none: from a tenth of the peak of a curve, or of "
         "its lowest branch, to 1.5 times its highest motion",
-        AMPLITUDES,
         None,
+        allowed=AMPLITUDES,
     )
     curves: Literal["all"] | Curves = key(
         '"all" (of more than 24 those with the highest and the lowest worst motion), or the numbers of curves from 0',
-        '"all" or a list of 1 to 100 numbers of curves, the first is 0',
         "all",
+        allowed='"all" or a list of 1 to 100 numbers of curves, the first is 0',
     )
     damping: Literal["first_harmonic", "all_harmonics"] = key(
         'harmonics in which a negative damping makes up for what is dissipated: "first_harmonic", whose resonances '
         'are nearest to traced peaks, or "all_harmonics", the published definition (Krack 2015)',
-        '"first_harmonic" or "all_harmonics"',
         "first_harmonic",
     )
     tolerance: Number = key(
         "relative deviation of a resonance from the traced peak above which reasons are given: of the amplitude, or "
         "four times that of the frequency",
-        "a number, 1e-6 to 1",
         0.02,
         ge=1e-6,
         le=1.0,

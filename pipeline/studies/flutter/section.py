@@ -18,32 +18,26 @@ Diameters = Annotated[
 class Flutter(StudyKeys):
     """[flutter]: motions of the ring without excitation, in the flow of [aero]. Not computed without this section."""
 
-    mode: Whole = key(
-        "number of the mode, 1 is the lowest at small amplitudes", "a whole number, {bounds}", 1, ge=1, le=1000
-    )
+    mode: Whole = key("number of the mode, 1 is the lowest at small amplitudes", 1, ge=1, le=1000)
     nodal_diameters: Diameters | None = key(
         "nodal diameters of waves, above 0 backward; none: those that flutter with free, sliding or stuck contacts",
-        DIAMETERS,
         None,
+        allowed=DIAMETERS,
     )
-    harmonics: Whole | None = key(
-        "number of harmonics; none: that of the curve", "a whole number, {bounds}", None, ge=1, le=25
-    )
+    harmonics: Whole | None = key("number of harmonics; none: that of the curve", None, ge=1, le=25)
     reach: Number = key(
         "largest amplitude, over that at which a contact node first slips, lifts off or touches",
-        "a number, {bounds}",
         3000.0,
         ge=2.0,
         le=1e6,
     )
     curves: Literal["all"] | Curves = key(
         '"all", or the numbers of curves from 0',
-        '"all" or a list of 1 to 100 numbers of curves, the first is 0',
         "all",
+        allowed='"all" or a list of 1 to 100 numbers of curves, the first is 0',
     )
     periods: Whole = key(
         "most periods of the ring in time, from a small disturbance of all waves; 0: not integrated",
-        "a whole number, {bounds}",
         0,
         ge=0,
         le=100_000,
@@ -51,13 +45,12 @@ class Flutter(StudyKeys):
     disturbance: Number = key(
         "bound of that disturbance, over that at which a contact node first slips, lifts off or touches; each wave "
         "has a part of it",
-        "a number, {bounds}",
         0.5,
         gt=0.0,
         le=1e4,
     )
     in_time: Curves | None = key(
         "numbers of the curves whose ring is integrated in time; none: the first of `curves`",
-        "a list of 1 to 100 numbers of curves, the first is 0",
         None,
+        allowed="a list of 1 to 100 numbers of curves, the first is 0",
     )

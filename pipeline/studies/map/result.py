@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nonlinear.options import NEARLY_LOWEST
-from pipeline.scene.dotted_keys import is_design
+from pipeline.scene.schema import has_role
 from pipeline.studies.map.grid import MapGrid, MapPoint, known_heights
 
 Array = NDArray[np.float64]
@@ -311,7 +311,7 @@ def worst_motion_map(grid: MapGrid, points: Sequence[MapPoint]) -> WorstMotionMa
 
 def best_over_condition(grid: MapGrid, points: Sequence[MapPoint]) -> int | None:
     """`WorstMotionMap.best`; of refined points those of a design that is on the grid count."""
-    of_design = [is_design(axis.key) for axis in grid.axes]
+    of_design = [has_role(axis.key, "design") for axis in grid.axes]
     if sum(of_design) != 1:
         return None
     design, condition = of_design.index(True), of_design.index(False)

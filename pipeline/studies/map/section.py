@@ -24,23 +24,13 @@ class Map(StudyKeys):
     """[map]: worst motion over two keys. Not computed unless this section is there."""
 
     over: Annotated[dict[str, Values], Field(min_length=2, max_length=2)] = key(
-        "the two keys of the scene, columns first, with their range or their values", OVER
+        "the two keys of the scene, columns first, with their range or their values", allowed=OVER
     )
-    values: Count | tuple[Count, Count] = key("number of values of each range", COUNT, 15)
-    logarithmic: tuple[str, ...] = key("keys whose range is divided evenly in its logarithm", LOGARITHMIC, ())
-    refine: Whole = key(
-        "how often cells of the grid are halved where the worst motion changes",
-        "a whole number, 0 to 4",
-        0,
-        ge=0,
-        le=4,
-    )
+    values: Count | tuple[Count, Count] = key("number of values of each range", 15, allowed=COUNT)
+    logarithmic: tuple[str, ...] = key("keys whose range is divided evenly in its logarithm", (), allowed=LOGARITHMIC)
+    refine: Whole = key("how often cells of the grid are halved where the worst motion changes", 0, ge=0, le=4)
     tolerance: Number = key(
-        "relative error of the interpolated amplitude above which a cell is halved",
-        "a number from 0.001 to 1",
-        0.05,
-        ge=0.001,
-        le=1.0,
+        "relative error of the interpolated amplitude above which a cell is halved", 0.05, ge=0.001, le=1.0
     )
 
     @field_validator("over", mode="before")

@@ -8,20 +8,14 @@ from pipeline.errors import InputError, input_error, shown, shown_key
 from pipeline.scene.contact_section import PER_NODE, FaceField
 from pipeline.scene.dotted_keys import CONTACT, of_contact
 from pipeline.scene.reading import IGNORED_WITH_MODEL, SceneFile
-from pipeline.scene.schema import Scene
+from pipeline.scene.schema import MEANINGS, Scene
 from pipeline.scene.sweep import SWEPT_KEYS, key_value, swept_keys, takes_fractions
 from pipeline.scene.validation_errors import unknown_key
 from pipeline.studies.optimum.section import BY_STRESS, LIFE, Range
 
 PLACE, TOLERANCE = "optimum.over", "optimum.tolerance"
 SOLVER_KEYS = {  # key of a scene -> parameter of the solver, over which peaks are followed
-    "contact.interference": "interference",
-    "contact.friction": "friction",
-    "contact.normal_stiffness": "normal_stiffness",
-    "contact.tangential_stiffness": "tangential_stiffness",
-    "contact.preload": "preload",
-    "excitation.force": "force",
-    "response.damping_ratio": "damping",
+    key: meaning.solver for key, meaning in MEANINGS.items() if meaning.solver
 }
 _DESIGN = ("blade", "shroud", "snubber", "platform", "damper", "material")  # sections whose numbers can be optimised
 OPTIMISED_KEYS = (

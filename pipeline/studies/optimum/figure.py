@@ -25,6 +25,7 @@ from pipeline.figures.style import (
 )
 from pipeline.scene.dotted_keys import of_contact
 from pipeline.scene.labels import quantity
+from pipeline.scene.schema import meaning_of
 from pipeline.studies.optimum.checks import SOLVER_KEYS
 from pipeline.studies.optimum.result import KINDS, OptimumResult, Robust, Trial
 
@@ -74,13 +75,6 @@ DECADES_FROM = 20.0  # ratio of the ends of the range above which the parameter 
 HEADROOM = 1.35  # of a logarithmic axis above the highest worst motion
 JUMP, VISIBLE = 5.0, 0.004  # a jump of the frequency: beside its neighbours, and beside the frequency
 SMALL = 5e-3  # a logarithmic derivative that counts as none
-_NAMES = {
-    "contact.interference": "interference",
-    "contact.normal_stiffness": "normal\nstiffness",
-    "contact.tangential_stiffness": "tangential\nstiffness",
-    "contact.friction": "friction",
-    "response.damping_ratio": "damping",
-}
 _PEAKS: dict[str, dict[str, Any]] = {
     "followed peak, stable": {"color": "0.45", "linewidth": 0.9},
     "followed peak, unstable": {"color": "0.45", "linewidth": 0.9, "linestyle": (0, (4, 2))},
@@ -437,7 +431,7 @@ def draw_elasticities(axes: Axes, elasticities: Mapping[str, float]) -> None:
     sizes = np.array([size for _, size in ranked])
     keys = [key for key, _ in ranked]
     axes.barh(range(len(ranked)), sizes, color=[DISTINCT[1] if size > 0.0 else DISTINCT[0] for size in sizes])
-    axes.set_yticks(range(len(ranked)), [_NAMES.get(key) or quantity(key).symbol for key in keys])
+    axes.set_yticks(range(len(ranked)), [meaning_of(key).solver.replace("_", "\n") for key in keys])
     axes.tick_params(axis="y", length=0.0)
     axes.spines["left"].set_visible(False)
     axes.axvline(0.0, color="0.0", linewidth=0.8)

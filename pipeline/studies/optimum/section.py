@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from pipeline.scene.dotted_keys import flattened_keys
-from pipeline.scene.fields import Number, Positive, StudyKeys, key
+from pipeline.scene.fields import HOURS, Number, Positive, StudyKeys, key
 
 MOST_KEYS = 6
 RANGES = f"a table of 1 to {MOST_KEYS} dotted keys, each with a list of two numbers, the second above the first"
@@ -31,36 +31,37 @@ class Optimum(StudyKeys):
     """[optimum]: values of keys of the scene that make its worst motion lowest. Not sought without this section."""
 
     over: Annotated[dict[str, Range | Ranges | dict[str, Ranges]], Field(min_length=1, max_length=MOST_KEYS)] = key(
-        "keys of the scene with the ranges in which they may lie", RANGES
+        "keys of the scene with the ranges in which they may lie", allowed=RANGES
     )
 
     objective: Objective = key(
         "what is made low: the largest displacement over a period, its first harmonic alone, the largest stress "
         "amplitude at the worst motion, or the highest amplitude over the life of [wear]; or made high: the least "
         "fatigue margin there",
-        "{words}",
         "displacement",
     )
 
     output: str | None = key(
         "name of an [[output]] whose largest value is made low in place of the worst motion of the default output",
-        "the name of an [[output]] of the scene",
         None,
+        allowed="the name of an [[output]] of the scene",
     )
 
-    life: Positive | None = key(
-        'the life with objective = "life", h; none: that of [wear]', 'a number above 0, {below}, with "life"', None
+    life: Annotated[Positive | None, HOURS] = key(
+        'the life with objective = "life", h; none: that of [wear]',
+        None,
+        allowed='a number above 0, {below}, with "life"',
     )
 
     tolerance: Literal["uncertainty"] | Tolerances = key(
         "how far keys may be off: the highest worst motion within is made low; with the distributions of "
         "[uncertainty] its quantile",
-        TOLERANCES,
         {},
+        allowed=TOLERANCES,
     )
 
     quantile: Annotated[Number, Field(ge=0.5, le=0.999)] = key(
-        'the quantile of the worst motion that is made low with tolerance = "uncertainty"', "a number, {bounds}", 0.95
+        'the quantile of the worst motion that is made low with tolerance = "uncertainty"', 0.95
     )
 
     @property

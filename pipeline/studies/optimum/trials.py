@@ -18,8 +18,9 @@ from nonlinear.peak_curves.optimum_result import JointOptimum, Optimum
 from pipeline.errors import InputError, StageError
 from pipeline.process.interrupts import Stopped
 from pipeline.results.worst import number_error, with_unit
-from pipeline.scene.dotted_keys import is_condition, of_contact
+from pipeline.scene.dotted_keys import of_contact
 from pipeline.scene.labels import value_label
+from pipeline.scene.schema import has_role
 from pipeline.scene.sweep import WHOLE_FACE, as_in_scene, key_value
 from pipeline.stages.curve.curve_file import read_curve
 from pipeline.stages.scene_to_solver import nonlinear_problem
@@ -257,7 +258,7 @@ def load_cases(context: StudyContext) -> list[dict[str, Any]]:
     """The values of swept conditions: an optimum is that of the highest of them."""
     section = context.scene.optimum
     over = {} if section is None else section.ranges
-    keys = [key for key in context.file.swept if is_condition(key) and key not in over]
+    keys = [key for key in context.file.swept if has_role(key, "condition") and key not in over]
     cases = [{key: member.parameters[key] for key in keys} for member in context.file.members]
     return [case for place, case in enumerate(cases) if case not in cases[:place]]
 

@@ -12,31 +12,49 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from pipeline.scene.contact_section import PER_NODE
+from pipeline.scene.blade_section import Damper
+from pipeline.scene.contact_section import PER_NODE, Contact
 from pipeline.scene.dotted_keys import CONTACT, INTERFACE, of_contact
-from pipeline.scene.fields import LENGTH, POSITIVE, Length, Number, Positive, Section, StudyKeys, Truth, Whole
+from pipeline.scene.fields import (
+    MOTION,
+    POSITIVE,
+    Length,
+    Number,
+    Positive,
+    Section,
+    StudyKeys,
+    Truth,
+    Whole,
+    bounds_in,
+    meaning_in,
+)
 from pipeline.scene.fields import key as _key
+from pipeline.scene.loads_section import Excitation
+from pipeline.scene.response_section import Response
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
 
-UncertainKey = Literal[
-    "contact.normal_stiffness",
-    "contact.tangential_stiffness",
-    "contact.friction",
-    "contact.interference",
-    "contact.preload",
-    "excitation.force",
-    "response.damping_ratio",
-    "damper.mass",
-]
-KEYS = (
-    '"contact.normal_stiffness", "contact.tangential_stiffness", "contact.friction", "contact.interference", '
-    '"contact.preload", "excitation.force", "response.damping_ratio" or "damper.mass", or one of an interface, such '
-    'as "interface.NAME.friction", each once'
-)
+_TABLES: dict[str, type[Section]] = {
+    CONTACT: Contact,
+    "excitation": Excitation,
+    "response": Response,
+    "damper": Damper,
+}
+BOUNDS = {  # what the uncertain keys themselves allow
+    f"{table}.{name}": bounds_in(kind, name)
+    for table, kind in _TABLES.items()
+    for name in kind.model_fields
+    if meaning_in(kind, name).uncertain or meaning_in(kind, name).solver
+}
+if TYPE_CHECKING:
+    UncertainKey = str
+else:
+    UncertainKey = Literal[tuple(BOUNDS)]
+*_FIRST, _LAST = (f'"{key}"' for key in BOUNDS)
+KEYS = f'{", ".join(_FIRST)} or {_LAST}, or one of an interface, such as "interface.NAME.friction", each once'
 OF_INTERFACE = rf"^{INTERFACE}\..+\.({'|'.join(PER_NODE)})$"
 SAMPLES = "a power of two, 16 to 4096"
 VALUE = "a number, -1e15 to 1e15"
@@ -53,42 +71,39 @@ _OF = {  # keys that go with one distribution alone
 class UncertainParameter(Section):
     """[[uncertainty.parameter]]: the distribution of one parameter; all parameters are independent."""
 
-    key: UncertainKey | Annotated[str, Field(pattern=OF_INTERFACE)] = _key("the parameter", KEYS)
-    distribution: Literal["normal", "lognormal", "uniform"] = _key(
-        "kind of the distribution", '"normal", "lognormal" or "uniform"'
-    )
-    mean: Value | None = _key("mean of a normal distribution, unit of the key; none: value of the scene", VALUE, None)
-    deviation: Positive | None = _key("standard deviation of a normal distribution, unit of the key", POSITIVE, None)
+    key: UncertainKey | Annotated[str, Field(pattern=OF_INTERFACE)] = _key("the parameter", allowed=KEYS)
+    distribution: Literal["normal", "lognormal", "uniform"] = _key("kind of the distribution")
+    mean: Value | None = _key("mean of a normal distribution, unit of the key; none: value of the scene", None)
+    deviation: Positive | None = _key("standard deviation of a normal distribution, unit of the key", None)
     relative_deviation: Positive | None = _key(
-        "the same relative to the mean", f"{POSITIVE} (give this or deviation)", None, validate_default=True
+        "the same relative to the mean", None, allowed=f"{POSITIVE} (give this or deviation)", validate_default=True
     )
     median: Positive | None = _key(
-        "median of a lognormal distribution, unit of the key; none: value of the scene", POSITIVE, None
+        "median of a lognormal distribution, unit of the key; none: value of the scene", None
     )
     factor: Annotated[Number, Field(ge=1.0001, le=1e3)] | None = _key(
         "of a lognormal distribution: 68 % of the values lie between median / factor and median * factor",
-        "a number above 1, 1.0001 to 1000",
         None,
+        allowed="a number above 1, 1.0001 to 1000",
         validate_default=True,
     )
     low: Value | None = _key(
         "lowest value, unit of the key; normal and lognormal distributions are truncated there",
-        VALUE,
         None,
         validate_default=True,
     )
     high: Value | None = _key(
         "highest value, unit of the key; normal and lognormal distributions are truncated there",
-        f"{VALUE}, above low",
         None,
+        allowed=f"{VALUE}, above low",
         validate_default=True,
     )
 
     correlation_length: Length | None = _key(
         "of a contact parameter: its value varies over the face, node by node with this distribution, and with the "
         "correlation exp(-(d / correlation_length)^2) of nodes at the distance d, m; none: one value for all nodes",
-        f"{LENGTH}, with a key of contact or of an interface",
         None,
+        allowed=f"{POSITIVE}, with a key of contact or of an interface",
         validate_default=True,
     )
 
@@ -137,25 +152,22 @@ class UncertainParameter(Section):
 class Uncertainty(StudyKeys):
     """[uncertainty]: distribution of the worst motion. Nothing is sampled unless this section is there."""
 
-    samples: Literal[16, 32, 64, 128, 256, 512, 1024, 2048, 4096] = _key("curves that are sampled", SAMPLES, 128)
+    samples: Literal[16, 32, 64, 128, 256, 512, 1024, 2048, 4096] = _key(
+        "curves that are sampled", 128, allowed=SAMPLES
+    )
     seed: Whole = _key(
-        "seed of the quasi-random numbers: the same seed gives the same samples",
-        "a whole number, 0 to 9223372036854775807",
-        0,
-        ge=0,
-        le=2**63 - 1,
+        "seed of the quasi-random numbers: the same seed gives the same samples", 0, ge=0, le=2**63 - 1
     )
     sensitivities: Truth = _key(
         "whether the Sobol indices are sampled as well, which costs `samples` curves for each parameter and as many "
         "once more; those of a polynomial through the samples cost none",
-        "true or false",
         False,
     )
-    limit: Positive | None = _key(
-        "amplitude, m: the probability that the worst motion exceeds it is given", POSITIVE, None
+    limit: Annotated[Positive | None, MOTION] = _key(
+        "amplitude, m: the probability that the worst motion exceeds it is given", None
     )
     parameter: tuple[UncertainParameter, ...] = _key(
-        "uncertain parameters", "tables [[uncertainty.parameter]], one or more, each key once", ()
+        "uncertain parameters", (), allowed="tables [[uncertainty.parameter]], one or more, each key once"
     )
 
     @field_validator("parameter")
@@ -167,14 +179,6 @@ class Uncertainty(StudyKeys):
         return value
 
 
-# What the key itself allows, see `pipeline.scene.schema`.
-BOUNDS = {
-    "contact.interference": (-1e3, 1e3),
-    "excitation.force": (1e-12, 1e15),
-    "response.damping_ratio": (1e-12, 1.0 - 1e-12),
-    "damper.mass": (1e-12, 1e15),
-}
-NOT_NEGATIVE = 0.0, 1e15  # of all others
 Kind = Literal["normal", "lognormal", "uniform"]
 
 
@@ -249,7 +253,7 @@ class Marginal:
 
 def bounds_of(key: str) -> tuple[float, float]:
     """Lowest and highest value that a key allows."""
-    return BOUNDS.get(of_contact(key), NOT_NEGATIVE)
+    return BOUNDS[of_contact(key)]
 
 
 def marginal_of(item: UncertainParameter, nominal: float) -> Marginal:
