@@ -161,7 +161,7 @@ def _of_type(field: FieldInfo) -> str:
     """What the type of a field allows: as it says itself, or one number, words, or one of both."""
     if text := next((item for item in _notes(field) if isinstance(item, str)), ""):
         return text
-    kinds = [kind for kind in _alternatives(field.annotation) if kind is not NoneType]
+    kinds = [get_origin(kind) or kind for kind in alternatives(field.annotation)]
     limits, words = _constraints(field)
     if words and len(kinds) > 1:
         kinds = [kind for kind in kinds if kind is not Literal]
@@ -174,13 +174,13 @@ def _of_type(field: FieldInfo) -> str:
     return f"{text}, or {{words}}" if words and kinds[0] is not Literal else text
 
 
-def _alternatives(annotation: Any) -> list[Any]:
-    """The types that an annotation allows; Literal for words."""
+def alternatives(annotation: Any) -> list[Any]:
+    """The types that an annotation allows, but None."""
     if (origin := get_origin(annotation)) is Annotated:
-        return _alternatives(get_args(annotation)[0])
+        return alternatives(get_args(annotation)[0])
     if origin in (Union, UnionType):
-        return [kind for each in get_args(annotation) for kind in _alternatives(each)]
-    return [origin or annotation]
+        return [kind for each in get_args(annotation) for kind in alternatives(each)]
+    return [] if annotation is NoneType else [annotation]
 
 
 def meaning_in(section: type[BaseModel], name: str) -> Meaning:

@@ -353,15 +353,6 @@ class Output(Section):
         return "m" if self.quantity == "displacement" else "1"
 
 
-TABLES: dict[str, type[Section]] = {
-    "excitation.harmonic": ExcitationHarmonic,
-    "excitation.load": ExcitationLoad,
-    "load.force": StaticForce,
-    "load.pressure": Pressure,
-    "output": Output,
-}
-
-
 def placed(section: Any, names: tuple[str, ...], folder: Path) -> Any:
     """A section with the full paths of the files of its lists of tables (and tables) `names`."""
 

@@ -41,9 +41,9 @@ def key_unit(key: str) -> str:
     return meaning_of(key).unit
 
 
-def number_in_text(key: str, text: str) -> str:
-    """What text such as "150 mm" or "0,15" is as a value of a dotted key, in words; "" where it is no number."""
-    found, unit = _TEXT_NUMBER.fullmatch(text.strip()), key_unit(key)
+def number_in_text(unit: str, text: str) -> str:
+    """What text such as "150 mm" or "0,15" is in a unit, in words; "" where it is no number."""
+    found = _TEXT_NUMBER.fullmatch(text.strip())
     if found is None or (found[2] and found[2] not in _SCALES[unit]):
         return ""
     value = float(found[1].replace(",", ".")) * (_SCALES[unit][found[2]] if found[2] else 1.0)

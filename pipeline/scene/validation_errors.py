@@ -4,25 +4,19 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel
 
 from pipeline.errors import InputError, input_error, one_line, shown, shown_key
-from pipeline.scene.aero_section import AeroFamily
-from pipeline.scene.contact_section import PER_NODE, FaceField, Interface
-from pipeline.scene.dotted_keys import CONTACT
-from pipeline.scene.fields import allowed_of
-from pipeline.scene.loads_section import TABLES as LOAD_TABLES
-from pipeline.scene.loads_section import Temperature
-from pipeline.scene.material_section import Material
-from pipeline.scene.mesh_section import MeshInterface, MeshSets
-from pipeline.scene.model_section import ModelSets
+from pipeline.scene.contact_section import Contact, Interface
+from pipeline.scene.dotted_keys import split_key
+from pipeline.scene.fields import allowed_of, alternatives, meaning_in
+from pipeline.scene.material_section import Material, NamedMaterial
 from pipeline.scene.schema import MEANINGS, SECTIONS, Scene
 from pipeline.scene.units import number_in_text
-from pipeline.studies.uncertainty.section import UncertainParameter
-from pipeline.studies.wear.section import DutyPoint
 
 _BY_WORD = {word: key for key, meaning in MEANINGS.items() for word in meaning.words.split()}
 
@@ -71,27 +65,14 @@ def listed(known: Sequence[str], key: str, near: str = "") -> str:
 
 
 MISSING = object()
-SETS: dict[str, type[BaseModel]] = {  # tables in sections
-    "mesh.sets": MeshSets,
-    "model.sets": ModelSets,
-    "load.temperature": Temperature,
-}
-TABLES: dict[str, type[BaseModel]] = {  # lists of tables
-    **LOAD_TABLES,
-    "uncertainty.parameter": UncertainParameter,
-    "aero.family": AeroFamily,
-    "wear.duty": DutyPoint,
-}
-NAMED: dict[str, type[BaseModel]] = {"materials": Material, "interface": Interface}  # tables of tables by name
-NAMED_IN: dict[str, type[BaseModel]] = {"mesh.interface": MeshInterface}  # the same in sections
-ALIKE = {"materials": "material", "interface": "contact"}  # sections with the same keys
-FIELDS = tuple(f"{CONTACT}.{name}" for name in PER_NODE)  # that may be tables over the face
+ALIKE: Mapping[Any, type[BaseModel]] = {NamedMaterial: Material, Interface: Contact}  # tables with the same keys
 MOST_ERRORS = 50  # that are listed at once
 
 
 def allowed_values(key: str) -> str:
-    """The allowed values of a dotted key, from its field in `pipeline.scene.schema`."""
-    return allowed_of(*_owner(key))
+    """The allowed values of a dotted key."""
+    section, name = split_key(key)
+    return allowed_of(SECTIONS[section] if section else Scene, name)
 
 
 def unknown_key(
@@ -129,123 +110,94 @@ def scene_errors(
 def _in_terms_of_the_file(
     path: Path, raw: Mapping[str, Any], error: Any, errors: Sequence[Any], places: Mapping[str, str]
 ) -> InputError:
-    location = tuple(part for part in error["loc"])
-    said = _said_by_validator(error)
+    location = error["loc"]
     if not location:
-        return input_error(path, "", "keys that do not fit together", said)
-    section = str(location[0])
-    of_field = _of_field(path, raw, errors, location, places)
-    if of_field is not None:
-        return of_field
-    if section in NAMED and len(location) > 2:
-        return _of_named_table(path, raw, errors, location, places)
-    if ".".join(map(str, location[:2])) in NAMED_IN and len(location) > 2:
-        return _of_table_in_section(path, raw, error, location)
-    listed = _of_listed_table(path, raw, error, location)
-    if listed is not None:
-        return listed
-    if error["type"] == "extra_forbidden":
-        return _unknown(path, raw, location)
-    if section not in SECTIONS:
-        return input_error(
-            path, section, _found(raw.get(section, MISSING)) + _nearest(error), said or allowed_values(section)
-        )
-    if len(location) == 1 or not isinstance(raw.get(section), Mapping):
-        return input_error(path, section, _found(raw.get(section, MISSING)), said or f"a table [{section}]")
-    name = str(location[1])
-    key = f"{section}.{name}"
-    if key in SETS and len(location) > 2 and isinstance(raw[section][name], Mapping):
-        inner = str(location[2])
-        value = raw[section][name].get(inner, MISSING)
-        return input_error(path, f"{key}.{inner}", _found(value), said or allowed_of(SETS[key], inner))
-    value, index = _pick(raw[section].get(name, MISSING), errors, location[:2])
-    allowed = said or allowed_values(key)
-    if hint := _as_number(key, value, [each for each in errors if each["loc"][:2] == location[:2]]):
+        return input_error(path, "", "keys that do not fit together", _said_by_validator(error))
+    first = _place_of(raw, location, places)
+    # each type of a union has its errors: those say most that lead furthest into the file
+    same = [each for each in errors if each["loc"][: first.certain] == location[: first.certain]]
+    found = [(_place_of(raw, each["loc"], places), each) for each in same[:MOST_ERRORS]]
+    at, error = max(found, key=lambda item: (not item[0].kinds, item[0].steps))
+    if not at.kinds:
+        whole = raw if at.table == "" else None
+        return unknown_key(path, at.name, [*at.owner.model_fields, *(["sweep"] if whole else [])], at.table, whole)
+    allowed = usual = allowed_of(at.owner, at.name)
+    if said := _said_by_validator(error):
+        allowed = said
+    elif all(_is_table(kind) for kind in at.kinds) and not at.key.endswith("]"):
+        allowed = f"a table [{at.key}]"
+    if hint := _as_number(meaning_in(ALIKE.get(at.owner, at.owner), at.name).unit, at.value, same):
         allowed = f"{allowed}; {hint}"
-    return input_error(path, places.get(key, key) + index, _found(value), allowed)
+    if at.value is MISSING:
+        return input_error(path, at.key, "missing" if said in ("", usual) else "not given", allowed)
+    return input_error(path, at.key, shown(at.value) + _nearest(error), allowed)
 
 
-def _of_field(
-    path: Path, raw: Mapping[str, Any], errors: Sequence[Any], location: tuple[Any, ...], places: Mapping[str, str]
-) -> InputError | None:
-    """An error in the table of a field over the face, such as contact.friction = { tilt = 1 }; else None."""
-    depth = 3 if location[0] in NAMED else 2
-    if len(location) < depth:
+@dataclass(frozen=True)
+class _Place:
+    """Where an error stands in the file, by messages, and whose key it is."""
+
+    key: str
+    value: Any  # MISSING: nothing stands there
+    table: str  # the table with the key, "" for the scene
+    owner: type[BaseModel]  # its class
+    name: str  # the key in the table; of an element of a list, that of the list
+    kinds: Sequence[Any]  # types that the value may be of; none: the key is unknown
+    steps: int  # parts of pydantic's location that lead there; the others name types of unions
+    certain: int  # the first of them, before the name of a type
+
+
+def _place_of(raw: Mapping[str, Any], location: Sequence[Any], places: Mapping[str, str]) -> _Place:
+    """The place that a location leads to, down the types of the scene and what stands in the file together."""
+    at = _Place("", raw, "", Scene, "", [Scene], 0, len(location))
+    dotted = ""
+    for number, part in enumerate(location):
+        inside = _inside(at, part)
+        if inside is None:
+            at = replace(at, certain=min(at.certain, number))
+            continue
+        owner, kinds = inside
+        if isinstance(part, int):
+            at = replace(at, key=f"{at.key}[{part}]", value=at.value[part], kinds=kinds, steps=at.steps + 1)
+            continue
+        dotted = f"{dotted}.{part}" if dotted else part
+        key = places.get(dotted, f"{at.key}.{shown_key(part)}" if at.key else shown_key(part))
+        if owner is not None:
+            at = replace(at, table=at.key, owner=owner, name=part)
+        at = replace(at, key=key, value=at.value.get(part, MISSING), kinds=kinds, steps=at.steps + 1)
+    return at
+
+
+def _inside(at: _Place, part: str | int) -> tuple[type[BaseModel] | None, Sequence[Any]] | None:
+    """The table that has a key, None for a name or number, and the types of its value; None where it names a type."""
+    if isinstance(at.value, list) and isinstance(part, int) and part < len(at.value):
+        items = [get_args(kind) for kind in at.kinds if get_origin(kind) is tuple]
+        return (None, alternatives(items[0][0 if items[0][-1] is Ellipsis else part])) if items else None
+    if not isinstance(at.value, Mapping):
         return None
-    value: Any = raw
-    for part in location[:depth]:
-        value = value.get(part) if isinstance(value, Mapping) else None
-    if not isinstance(value, Mapping) or f"{CONTACT}.{location[depth - 1]}" not in FIELDS:
+    tables = [kind for kind in at.kinds if _is_table(kind)]
+    for table in tables:
+        if part in table.model_fields:
+            return table, alternatives(table.model_fields[part].annotation)
+    if part not in at.value:
         return None
-    place = places.get(".".join(map(str, location[:depth])), ".".join(shown_key(str(p)) for p in location[:depth]))
-    inside = [
-        each for each in errors if each["loc"][:depth] == location[:depth] and FaceField.__name__ in each["loc"]
-    ]
-    if not inside:
-        return None
-    first = min(inside, key=lambda error: error["type"] != "extra_forbidden")
-    inner = str(first["loc"][depth + 1])
-    if first["type"] == "extra_forbidden":
-        return unknown_key(path, inner, list(FaceField.model_fields), place)
-    return input_error(path, f"{place}.{inner}", _found(value.get(inner, MISSING)), allowed_of(FaceField, inner))
+    named = [get_args(kind)[1] for kind in at.kinds if get_origin(kind) is dict]
+    return (None, alternatives(named[0])) if named else (tables[0], ()) if tables else None
 
 
-def _as_number(key: str, value: Any, errors: Sequence[Any]) -> str:
+def _is_table(kind: Any) -> bool:
+    return isinstance(kind, type) and issubclass(kind, BaseModel)
+
+
+def _as_number(unit: str, value: Any, errors: Sequence[Any]) -> str:
     """What text or a list may mean as numbers: with a unit, with decimal commas; "" where it means nothing."""
     if isinstance(value, str) and any(error["type"] != "literal_error" for error in errors):
-        return number_in_text(key, value)
+        return number_in_text(unit, value)
     count = errors[0].get("ctx", {}).get("max_length")
     if isinstance(value, list) and count and len(value) == 2 * count and all(type(v) is int for v in value[::2]):
         numbers = [f"{whole}.{part}" for whole, part in zip(value[::2], value[1::2], strict=True)]
         return f"with decimal points: [{', '.join(numbers)}]"
     return ""
-
-
-def _of_named_table(
-    path: Path, raw: Mapping[str, Any], errors: Sequence[Any], location: tuple[Any, ...], places: Mapping[str, str]
-) -> InputError:
-    """An error in a table such as [materials.NAME], said as of [material]."""
-    section, name, key = (str(part) for part in location[:3])
-    place, kind = f"{section}.{shown_key(name)}", NAMED[section]
-    if key not in kind.model_fields:
-        return unknown_key(path, key, list(kind.model_fields), place)
-    value, index = _pick(raw[section][name].get(key, MISSING), errors, location[:3])
-    said = places.get(f"{section}.{name}.{key}", f"{place}.{key}")
-    like = f"{ALIKE[section]}.{key}"
-    same = [each for each in errors if each["loc"][:3] == location[:3]]
-    hint = _as_number(like, value, same)
-    return input_error(path, said + index, _found(value), allowed_values(like) + (f"; {hint}" if hint else ""))
-
-
-def _of_table_in_section(path: Path, raw: Mapping[str, Any], error: Any, location: tuple[Any, ...]) -> InputError:
-    """An error in a table such as [mesh.interface.NAME]."""
-    section, table, name = (str(part) for part in location[:3])
-    place, kind, value = f"{section}.{table}.{shown_key(name)}", NAMED_IN[f"{section}.{table}"], raw[section][table]
-    if len(location) == 3 or not isinstance(value[name], Mapping):
-        return input_error(path, place, _found(value[name]), f"a table [{place}]")
-    key = str(location[3])
-    if error["type"] == "extra_forbidden":
-        return unknown_key(path, key, list(kind.model_fields), place)
-    found = value[name].get(key, MISSING)
-    return input_error(path, f"{place}.{key}", _found(found) + _nearest(error), allowed_of(kind, key))
-
-
-def _of_listed_table(path: Path, raw: Mapping[str, Any], error: Any, location: tuple[Any, ...]) -> InputError | None:
-    """An error in a table of a list such as [[load.force]]; None for any other error."""
-    depth = next((k for k in (1, 2) if ".".join(map(str, location[:k])) in TABLES), 0)
-    if not depth or len(location) < depth + 2 or not isinstance(location[depth], int):
-        return None
-    name, number, inner = ".".join(map(str, location[:depth])), location[depth], str(location[depth + 1])
-    value: Any = raw
-    for part in location[: depth + 1]:
-        value = value[part]
-    place = f"{name}[{number}]"
-    if error["type"] == "extra_forbidden":
-        return unknown_key(path, inner, list(TABLES[name].model_fields), place)
-    found = value.get(inner, MISSING) if isinstance(value, Mapping) else value
-    said = _said_by_validator(error)
-    shown_value = "not given" if said and found is MISSING else _found(found) + _nearest(error)
-    return input_error(path, f"{place}.{inner}", shown_value, said or allowed_of(TABLES[name], inner))
 
 
 def _said_by_validator(error: Any) -> str:
@@ -254,39 +206,10 @@ def _said_by_validator(error: Any) -> str:
     return one_line(str(cause)) if isinstance(cause, Exception) else ""
 
 
-def _owner(key: str) -> tuple[type[BaseModel], str]:
-    section, _, name = key.rpartition(".")
-    return (SECTIONS[section], name) if section else (Scene, name)
-
-
-def _unknown(path: Path, raw: Mapping[str, Any], location: tuple[Any, ...]) -> InputError:
-    if len(location) == 1:
-        return unknown_key(path, str(location[0]), [*Scene.model_fields, "sweep"], raw=raw)
-    section = str(location[0])
-    table = ".".join(str(part) for part in location[:2])
-    if table in SETS and len(location) > 2:
-        return unknown_key(path, str(location[2]), list(SETS[table].model_fields), table)
-    return unknown_key(path, str(location[1]), list(SECTIONS[section].model_fields), section)
-
-
-def _found(value: Any) -> str:
-    return "missing" if value is MISSING else shown(value)
-
-
 def _nearest(error: Any) -> str:
     """A suggestion where one of a few words was expected and something like it found."""
     if error["type"] != "literal_error" or not isinstance(error["input"], str):
         return ""
-    words = [word for word in str(error["ctx"]["expected"]).split("'") if word.isalpha()]
+    words = [word for word in str(error["ctx"]["expected"]).split("'") if word.isalpha() and len(word) > 2]
     near = difflib.get_close_matches(error["input"], words, n=1, cutoff=0.5)
     return f", did you mean {near[0]}?" if near else ""
-
-
-def _pick(value: Any, errors: Sequence[Any], place: tuple[Any, ...]) -> tuple[Any, str]:
-    """The element of a list that is wrong, where one element is; otherwise the whole value."""
-    if isinstance(value, list):
-        for error in errors:
-            inner = [part for part in error["loc"][len(place) :] if isinstance(part, int)]
-            if error["loc"][: len(place)] == place and inner and inner[0] < len(value):
-                return value[inner[0]], f"[{inner[0]}]"
-    return value, ""

@@ -325,7 +325,10 @@ KNOWN = "allowed: contact interfaces of the model: tip, foot"
         ),
         ({"interface": {"foot": {"friction": -0.1}}}, "interface.foot.friction: -0.1, allowed: a number, 0 to "),
         ({"interface": {"foot": {"fricton": 0.1}}}, "interface.foot.fricton: unknown key, did you mean "),
-        ({"interface": {"foot": {"law": "con"}}}, 'interface.foot.law: "con", allowed: "two_sliders" or "cone"'),
+        (
+            {"interface": {"foot": {"law": "con"}}},
+            'interface.foot.law: "con", did you mean cone?, allowed: "two_sliders" or "cone"',
+        ),
         ({"interface": {"foot": {"samples": 64}}}, "interface.foot.samples: unknown key, "),
         (
             {"interface": {"foot": {"normal_stiffness": "punch"}}},

@@ -60,7 +60,7 @@ def test_a_blade_that_its_root_alone_holds_has_no_free_limit(tmp_path):
         ({"mesh__interface__root": 3}, "mesh.interface.root: 3, allowed: a table [mesh.interface.root]"),
         (
             {"mesh__interface__root__contact_grid": [3, 99]},
-            "mesh.interface.root.contact_grid: [3, 99], allowed: two",
+            "mesh.interface.root.contact_grid[1]: 99, allowed: two",
         ),
         (
             {"interface__rooot__friction": 0.1},

@@ -241,7 +241,7 @@ def test_micrometres_in_place_of_metres_are_refused(tmp_path: Path, options: lis
         (
             {"over": {"contact.friction": [0.1, 0.5]}, "tolerance": {"contact.friction": -0.1}},
             {},
-            '-0.1}, allowed: "uncertainty", or a table of dotted keys',
+            'optimum.tolerance."contact.friction": -0.1, allowed: "uncertainty", or a table of dotted keys',
         ),
         ({"over": {}}, {}, "optimum.over: {}, allowed: a table of 1 to 6 dotted keys"),
         ({"over": {"response.damping_ratio": [0.1, 0.2]}}, {"damping_ratio": [0.1, 0.2]}, "a list mode by mode"),

@@ -129,6 +129,31 @@ def test_values_are_refused(tmp_path: Path, change: dict[str, Any], key: str, sh
 
 
 @pytest.mark.parametrize(
+    ("change", "line"),
+    [
+        ({"interface": {"snubber": 3}}, "interface.snubber: 3, allowed: a table [interface.snubber]"),
+        ({"interface": {"a b": {"friction": "x"}}}, 'interface."a b".friction: "x", allowed: a number'),
+        ({"interface": {"a b": {"mu": 0.3}}}, 'interface."a b".mu: unknown key, did you mean contact.friction?'),
+        ({"wear": {"coefficient": {"root": "x"}}}, 'wear.coefficient.root: "x", allowed: a number'),
+        (
+            {"map": {"over": {"contact.friction": [0.1, "x"]}}},
+            'map.over."contact.friction"[1]: "x", allowed: a table',
+        ),
+        ({"contact__friction": {"mean": 0.3, "tilt": [0.1, "x"]}}, 'contact.friction.tilt[1]: "x", allowed: two'),
+        ({"contact__friction": {"tilt": [0.1, 0.2]}}, "contact.friction.mean: missing, allowed: a number"),
+        ({"load__force": [{"at": "tip"}, {}]}, "load.force[1].file: not given, allowed: one of at, set, file"),
+        ({"load__temperature": {}}, "load.temperature.file: not given, allowed: one of uniform, file"),
+        (
+            {"blade__section": "rect"},
+            'blade.section: "rect", did you mean rectangle?, allowed: "rectangle" or "lens"',
+        ),
+    ],
+)
+def test_an_error_leads_to_its_place_at_any_depth(tmp_path: Path, change: dict[str, Any], line: str) -> None:
+    assert f": {line}" in refused(tmp_path, to_toml(small_scene(**change)))
+
+
+@pytest.mark.parametrize(
     ("change", "expected"),
     [
         ({"contact__frction": 0.1}, "contact.frction: unknown key, did you mean contact.friction?"),

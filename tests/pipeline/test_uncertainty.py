@@ -367,7 +367,7 @@ def check_what_is_said_of_open_samples(result: UncertaintyResult) -> None:
         (
             {"distribution": "lognormal", "deviation": None},
             {},
-            "parameter[0].factor: not given, allowed: a number above 1",
+            "parameter[0].factor: missing, allowed: a number above 1",
         ),
         ({"distribution": "uniform", "deviation": None, "low": 0.1}, {}, "parameter[0].high: not given, allowed: "),
         ({"low": 0.5, "high": 0.3}, {}, "parameter[0].high: 0.3, allowed: a number, -1e15 to 1e15, above low"),
