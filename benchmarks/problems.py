@@ -55,7 +55,7 @@ def mesh_of(scene: Scene) -> SectorMesh:
     """The mesh of a scene's blade."""
     from geometry import build_sector
 
-    return build_sector(*geometry_parameters(scene))
+    return build_sector(**geometry_parameters(scene))
 
 
 def material_of(scene: Scene) -> Material:

@@ -331,7 +331,8 @@ def _contact_part_rows(scene: Scene) -> Iterator[tuple[str, str]]:
     """Shroud, snubber and platform, those that there are."""
     from geometry.blade.fitting import side_edge_angle
 
-    blade, shroud, _ = geometry_parameters(scene)
+    parameters = geometry_parameters(scene)
+    blade, shroud = parameters["blade"], parameters["shroud"]
     if shroud is not None:
         yield "shroud angle, side edges", f"{shroud.angle:g}°, {side_edge_angle(blade, shroud):g}°"
         wide = f"{_mm(shroud.thickness)} thick, {_mm(shroud.axial_width)} wide, gap {_mm(shroud.gap)}"

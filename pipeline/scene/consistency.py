@@ -18,7 +18,7 @@ from pipeline.scene.blade_section import DAMPER, INTERFACES
 from pipeline.scene.contact_section import PER_NODE, FaceField, Interface
 from pipeline.scene.dotted_keys import CONTACT, INTERFACE, interface_of, of_contact
 from pipeline.scene.fields import LEAST_DAMPING
-from pipeline.scene.geometry_parameters import disk_parameters, geometry_parameters, wing_parameters
+from pipeline.scene.geometry_parameters import geometry_parameters
 from pipeline.scene.loads_section import SETS, files_of, force_table, temperature_table
 from pipeline.scene.material_section import USUAL_MATERIAL, unfit_stress_keys
 from pipeline.scene.mesh_section import MAIN_INTERFACE, check_mesh_file
@@ -416,8 +416,7 @@ def _check_geometry(path: Path, member: Member) -> None:
     from geometry.errors import GeometryError
 
     try:
-        scene = member.scene
-        check_parameters(*geometry_parameters(scene), disk_parameters(scene), **wing_parameters(scene))
+        check_parameters(**geometry_parameters(member.scene))
     except GeometryError as error:
         raise parameter_error(path, member, error) from None
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from types import NoneType, UnionType
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
 
@@ -181,6 +181,12 @@ def alternatives(annotation: Any) -> list[Any]:
     if origin in (Union, UnionType):
         return [kind for each in get_args(annotation) for kind in alternatives(each)]
     return [] if annotation is NoneType else [annotation]
+
+
+def values_for(kind: type[Any], section: BaseModel) -> dict[str, Any]:
+    """The values of a section for the fields of a dataclass of another package that have the names of its keys."""
+    names = [field.name for field in fields(kind) if field.name in type(section).model_fields]
+    return {name: getattr(section, name) for name in names}
 
 
 def meaning_in(section: type[BaseModel], name: str) -> Meaning:

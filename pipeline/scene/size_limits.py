@@ -195,7 +195,8 @@ def _half_extents(scene: Scene) -> tuple[float, float]:
     from geometry.blade.fitting import side_edge_angle
 
     assert scene.blade is not None
-    blade, shroud, _ = geometry_parameters(scene)
+    parameters = geometry_parameters(scene)
+    blade, shroud = parameters["blade"], parameters["shroud"]
     if shroud is None:
         return blade.chord / 2.0, _pitch(scene) + blade.chord
     wide = max(shroud.axial_width, blade.chord)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from pipeline.scene.blade_section import DAMPER, INTERFACES
 from pipeline.scene.contact_section import AS_FIELD, OF_INTERFACE, PER_NODE, FaceField
 from pipeline.scene.dotted_keys import NO_INTERFACE
+from pipeline.scene.fields import values_for
 
 if TYPE_CHECKING:
     import numpy as np
@@ -196,22 +197,12 @@ def solver_options(scene: Scene) -> SolverOptions:
     """Frequency range, harmonics, integration and method of the forced response."""
     from nonlinear.options import SolverOptions
 
-    response, contact = scene.response, scene.contact
+    same = values_for(SolverOptions, scene.contact) | values_for(SolverOptions, scene.response)
     return SolverOptions(
-        frequency_hz=response.frequency,
-        harmonics=response.harmonics,
-        harmonic_tolerance=response.tolerance,
-        samples=contact.samples,
-        integration=contact.integration,
-        method=response.method,
-        stability=response.stability,
-        detached=response.detached,
-        truncation=response.truncation,
-        residual_tractions=response.residual_tractions,
-        search=response.search,
-        seed=response.seed,
-        effort=response.effort,
+        frequency_hz=scene.response.frequency,
+        harmonic_tolerance=same.pop("tolerance"),  # that of the solver is the residual of Newton's method
         outputs=tuple(output.name for output in scene.output),
+        **same,
     )
 
 

@@ -25,7 +25,7 @@ def test_it_leaves_little_of_a_receptance() -> None:
     assert scene.mesh is not None
     assert scene.material is not None
     scene = scene.model_copy(update={"mesh": scene.mesh.model_copy(update={"size": COARSE})})
-    sector = build_sector(*geometry_parameters(scene))
+    sector = build_sector(**geometry_parameters(scene))
     material = Material(**scene.material.model_dump())
     full = assemble(sector, material, scene.mesh.element)
     options = ReductionOptions(DEFAULT_MODES, store_basis=False)

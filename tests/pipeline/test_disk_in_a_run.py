@@ -17,7 +17,7 @@ import pipeline.verify.advice
 import pipeline.verify.compare
 from geometry import build_sector
 from pipeline.figures.campbell import nodal_diameter_figure
-from pipeline.scene.geometry_parameters import disk_parameters, geometry_parameters
+from pipeline.scene.geometry_parameters import geometry_parameters
 from pipeline.scene.reading import read_scene
 from pipeline.stages.model.build_mesh import SECTOR
 from pipeline.stages.model.model_files import read_families
@@ -297,12 +297,13 @@ def test_verify_measures_against_the_whole_mesh_in_the_wave_excited(
     assert found["problems"] == []
     (case,), (advice,) = found["cases"], found["advice"]
     scene, materials = read_scene(file).first, {"": Material(**STEEL), "disk": Material(**SOFT)}
-    blade, tip, mesh = geometry_parameters(scene)
+    parameters = geometry_parameters(scene)
+    mesh = parameters["mesh"]
     coarse = replace(mesh, size=case["other"]["size"])
     assert coarse.size > mesh.size
     free = case["joints"][0]
     for name, chosen in (("full_hz", mesh), ("other_hz", coarse)):
-        sector = build_sector(blade, tip, chosen, disk_parameters(scene))
+        sector = build_sector(**parameters | {"mesh": chosen})
         full = assemble(sector, materials, "hex8")
         exact = cyclic_modes(full, cyclic_faces(full, sector), 2, 4).frequency_hz[free["first_mode"] - 1 :]
         np.testing.assert_allclose(free[name][: len(exact)], exact[: len(free[name])], rtol=1e-6)

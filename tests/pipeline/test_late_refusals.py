@@ -25,7 +25,7 @@ from rom.reduction import fixed_interface_modes
 
 
 def test_a_mesh_that_cannot_be_made_leaves_no_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def none(*_: object) -> None:
+    def none(*_: object, **__: object) -> None:
         raise GeometryError("mesh", "size", 0.009, "gives no valid mesh")
 
     monkeypatch.setattr("geometry.blade.build.build_sector", none)

@@ -96,7 +96,7 @@ def _sector(out: Path, scene: Path) -> Path:
     from rom.files.sector_file import save_sector
 
     path = out / "again.h5"
-    save_sector(path, build_sector(*geometry_parameters(read_scene(scene).first)))
+    save_sector(path, build_sector(**geometry_parameters(read_scene(scene).first)))
     return path
 
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from pipeline.errors import InputError, input_error, reason_of
 from pipeline.process.isolated_reading import read_apart
 from pipeline.scene.dotted_keys import NO_INTERFACE
+from pipeline.scene.fields import values_for
 from pipeline.scene.geometry_parameters import sector_of
 from pipeline.scene.input_files import Contents, copies, file_size
 from pipeline.scene.size_limits import LARGEST_MODEL, LARGEST_STRAIN, MARGIN, allowed_speed, centrifugal_strain
@@ -71,9 +72,8 @@ def sector_choice(mesh: Mesh) -> SectorChoice:
 
     assert mesh.n_blades is not None
     sets = {role: name for role, name in mesh.sets.model_dump().items() if name is not None}
-    where, said = (mesh.unit, mesh.axis, mesh.axis_point), (mesh.tolerance, mesh.bore, mesh.other_faces)
     interfaces = {name: InterfaceChoice(**each.model_dump()) for name, each in mesh.interface.items()}
-    return SectorChoice(mesh.n_blades, *where, sets, mesh.contact_grid, *said, interfaces)
+    return SectorChoice(**values_for(SectorChoice, mesh) | {"sets": sets, "interfaces": interfaces})
 
 
 def with_materials(mesh: ImportedMesh, names: frozenset[str]) -> ImportedMesh:
