@@ -34,7 +34,7 @@ class FaceField(Section):
     x along t1 and y along t2 have the mean 0 and the mean square 1/3: on a rectangle they run from -1 to 1.
     """
 
-    mean: Coefficient = key("mean over the face")
+    mean: Coefficient = key("mean over the face, in the unit of the quantity: of stiffnesses that of the whole face")
     tilt: Coefficients = key("change from the middle of the face to its edges along t1 and t2", (0.0, 0.0))
     crown: Coefficients = key("by how much the middle is above the edges along t1 and t2", (0.0, 0.0))
 
@@ -80,10 +80,10 @@ class Contact(Section):
 
     normal_stiffness: Annotated[
         Stiffness, replace(_SPRING, symbol="kn", words="kn stiffness", solver="normal_stiffness")
-    ] = key("kn, N/m")
+    ] = key("normal stiffness kn, N/m")
     tangential_stiffness: Annotated[
         Stiffness, replace(_SPRING, symbol="kt", words="kt", solver="tangential_stiffness")
-    ] = key("kt, N/m")
+    ] = key("tangential stiffness kt, N/m")
     friction: Annotated[
         OverFace,
         Meaning(
@@ -126,14 +126,15 @@ class Contact(Section):
         ),
     ] = key("N0, N for each node (a number: on average): normal load already in equilibrium", 0.0)
     law: Annotated[Law, Meaning(formerly={"uncoupled": "two_sliders", "coupled": "cone"})] = key(
-        "one slider along t1 and one along t2, or one slider in the plane", "two_sliders"
+        "one Jenkins element along t1 and one along t2, or one slider in the plane with the circular friction cone",
+        "two_sliders",
     )
     integration: Literal["exact", "sampled"] = key(
         "how a period is integrated: from event to event or at equal instants", "exact"
     )
-    samples: Whole = key("instants of a period where it is sampled", 1024, ge=16, le=65536)
+    samples: Whole = key("instants of a period where it is sampled, at least 4 harmonics + 4", 1024, ge=16, le=65536)
     interfaces: Annotated[Annotated[tuple[str, ...], Field(min_length=1)] | None, Meaning(swept=False)] = key(
-        "contact interfaces that touch; by default all that the model has",
+        "contact interfaces that touch, the others are taken out of the model; by default all",
         None,
         allowed="a list of names of interfaces, one or more",
     )

@@ -237,18 +237,24 @@ class ExcitationLoad(Section):
     surface: Surface | None = key("a pressure on a surface", None)
     file: File | None = key("forces on nodes, real or complex; relative to the scene file", None)
     mode: Annotated[Whole, Field(ge=1, le=1000)] | None = key(
-        "a modal force on a mode with free contacts", None, validate_default=True
+        "a modal force on a mode with free contacts, 1 is the lowest; above 0 the largest of the model's outputs "
+        "is positive",
+        None,
+        validate_default=True,
     )
     direction: Direction | None = key(
         "direction of the force at a point or on a set; else excitation.direction", None
     )
     amplitude: Value = key(
-        "for 1 N of excitation.force: N at a point or on a set, Pa on a surface, N / sqrt(kg) on a mode, factor of a "
-        "file",
+        "for 1 N of excitation.force: N at a point or on a set, Pa on a surface, N / sqrt(kg) on a "
+        "mass-normalised mode, a factor of a file; with force = 1 absolute",
         1.0,
     )
     phase: Angle = key("phase, degrees", 0.0)
-    harmonic: Harmonic = key("harmonic of the excitation that it acts in", 1)
+    harmonic: Harmonic = key(
+        "harmonic of the excitation that it acts in; those without loads of their own have the pattern of harmonic 1",
+        1,
+    )
     share: Literal["total", "each"] = key("whether the nodes of a set share the force or each has it", "total")
 
     @field_validator("mode")
@@ -309,7 +315,8 @@ class Output(Section):
     """[[output]]: a quantity that is recorded at every point of the curves."""
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,39}$")] = key(
-        "name in the result files", allowed="letters, digits and '_', beginning with a letter, 40 at most"
+        "name in the result files: columns amplitude_NAME, datasets output_NAME",
+        allowed="letters, digits and '_', beginning with a letter, 40 at most",
     )
     at: Point | None = key("a point, m: its nearest mesh vertex; of a strain the point itself", None)
     set: NodeSet | None = key("mean displacement of the nodes of a set", None, validate_default=True)
@@ -319,7 +326,9 @@ class Output(Section):
         allowed=f'{DIRECTION}, or "magnitude"',
     )
     quantity: Literal["displacement", "strain"] = key(
-        "displacement (m), or strain along the direction as of a strain gauge", "displacement"
+        "displacement (m), or strain of a gauge at the point along the direction, of the finite element there, "
+        "thermal strain included",
+        "displacement",
     )
 
     @field_validator("set")
@@ -378,10 +387,15 @@ class Load(Section):
     """[load]: static loads."""
 
     speed_rpm: Annotated[Number, Meaning("rev/min", "speed", words="rpm speed omega rotation rotationalspeed")] = key(
-        "rotational speed, rev/min; 0: no centrifugal load", 0.0, ge=0.0, le=1e6
+        "rotational speed, rev/min: static displacement under the centrifugal load, stiffness about it; 0: none",
+        0.0,
+        ge=0.0,
+        le=1e6,
     )
     equilibrium: Literal["nonlinear", "linear"] = key(
-        "static equilibrium at speed: at large displacements, or the quick linear one", "nonlinear"
+        "static equilibrium at speed: at large displacements, at the cost of some two more factorisations, or the "
+        "linear one",
+        "nonlinear",
     )
     coriolis: Truth = key(
         "whether Coriolis forces act in the vibration at speed, where the model has their matrix", True
@@ -414,7 +428,12 @@ class Excitation(Section):
             short="EO",
             discrete=True,
         ),
-    ] = key("engine order", ge=0, le=100000)
+    ] = key(
+        "engine order: seen from the blades a wave against the rotation; with it from half the number of blades "
+        "to all",
+        ge=0,
+        le=100000,
+    )
     force: Annotated[
         Positive,
         Meaning(
@@ -426,9 +445,9 @@ class Excitation(Section):
             searched="decade",
             decades=2.0,
         ),
-    ] = key("amplitude, N")
+    ] = key("amplitude on one blade, N")
     direction: Direction = key("direction of the force and of the default output", "y")
-    at: Annotated[Point, Meaning("m")] = key("loaded and observed point, m", "tip")
+    at: Annotated[Point, Meaning("m")] = key("loaded and observed point, m: the nearest mesh node", "tip")
 
     harmonic: Annotated[tuple[ExcitationHarmonic, ...], Meaning(swept=False)] = key(
         "multiples of the engine order that act as well",

@@ -46,7 +46,7 @@ class Stress(Section):
         True,
         allowed='true, false, "all" or a list of {count} numbers of curves, the first is 0',
     )
-    hot_spots: Whole = key("number of hot spots listed", 5, ge=1, le=50)
+    hot_spots: Whole = key("number of hot spots listed, outside of singular places and at them", 5, ge=1, le=50)
     check: Truth = key(
         "whether the harmonics are compared with a solution of the full model under the same forces", True
     )
@@ -58,9 +58,13 @@ class Fatigue(Section):
     endurance_limit: Annotated[BelowTensile, STRENGTH] = key(
         "amplitude of a fully reversed cycle that is endured, Pa"
     )
-    tensile_strength: Annotated[Limit, STRENGTH] = key("ultimate tensile strength, Pa", allowed=BY_MATERIAL)
+    tensile_strength: Annotated[Limit, STRENGTH] = key(
+        "ultimate tensile strength, Pa: end of the Goodman line", allowed=BY_MATERIAL
+    )
     yield_strength: Annotated[BelowTensile | None, STRENGTH] = key("yield strength, Pa; none: no yield line", None)
-    factor: Number = key("margin that is required", 1.0, ge=0.1, le=100.0)
+    factor: Number = key(
+        "margin that is required; a run warns where it is less outside of singular places", 1.0, ge=0.1, le=100.0
+    )
 
     def limits_of(self, material: str) -> tuple[float, float, float | None] | None:
         """Endurance limit, tensile and yield strength of a material; None where there are none for it."""

@@ -75,11 +75,12 @@ class MeshInterface(Section):
     right: SetName = key("one face; between neighbours that on the side of the next blade")
     left: SetName | None = key("the face that it touches; none against the ground", None)
     kind: Literal["neighbours", "inside", "ground"] = key(
-        "whether the left face is that of the next blade, one of the same sector, or ground that does not move",
+        "whether the left face is that of the next blade, one pitch away, of the same sector, lying on the right "
+        "one, or ground that does not move",
         "neighbours",
     )
     contact_grid: ContactGrid | None = key(
-        "contact nodes of each plane patch of the faces; by default as in [mesh]", None
+        "contact nodes of each plane patch of the faces along t1 and t2; by default as in [mesh]", None
     )
 
 
@@ -89,22 +90,28 @@ class Mesh(Section):
     file: Annotated[
         Annotated[str, Field(min_length=1, max_length=1000)] | None, Meaning(symbol="mesh", role="design")
     ] = key(
-        "mesh of one sector from another program, in place of [blade] and [shroud]; relative to the scene file",
+        "mesh of one sector from another program, in place of [blade], [shroud], size, element and grading; "
+        "relative to the scene file",
         None,
         allowed="the name of a mesh file (.inp, .bdf, .cdb, .msh, .vtu, .med)",
     )
     size: Annotated[Length | None, Meaning("m", "mesh size", words="elementsize meshsize")] = key(
-        "element size, m", None, validate_default=True
+        "element size, m; required without a file", None, validate_default=True
     )
-    element: Literal["hex20", "hex8", "hex27"] = key("finite element", "hex20")
+    element: Literal["hex20", "hex8", "hex27"] = key(
+        "finite element; hex8 only for quick looks: far too stiff in bending", "hex20"
+    )
     contact_grid: Annotated[ContactGrid, Meaning(discrete=True)] = key(
         "contact nodes along the segment and along the radius", (3, 3)
     )
     grading: Annotated[Number, Meaning(symbol="mesh grading")] = key(
-        "how many times thinner the airfoil's layers are at root and shroud than at mid span", 4.0, ge=1.0, le=100.0
+        "how many times thinner the airfoil's layers are at root and shroud than at mid span; 1: all alike",
+        4.0,
+        ge=1.0,
+        le=100.0,
     )
     n_blades: Annotated[Annotated[Whole, Field(ge=3, le=10000)] | None, Meaning(role="design")] = key(
-        "blades of the ring, for a mesh from a file", None, validate_default=True
+        "blades of the ring; required with a file", None, validate_default=True
     )
     unit: LengthUnit = key(
         "system of units of the file, by its length where that goes with newtons or pounds of force, or by length, "
@@ -119,7 +126,7 @@ class Mesh(Section):
         None,
     )
     bore: Literal["clamped", "free"] = key(
-        "whether the root of a mesh from a file is held; free: of the sector of a disk alone", "clamped"
+        "whether the root of a mesh from a file is held; free: of the sector of a disk alone, as disk.bore", "clamped"
     )
     other_faces: Literal["ask", "free", "cut"] = key(
         "surfaces of the file that one pitch turns into each other and that mesh.sets does not name: an error, free "

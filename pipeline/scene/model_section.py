@@ -51,17 +51,24 @@ class ModelSets(Section):
 class Model(Section):
     """[model]: matrices of one sector from another program."""
 
-    stiffness: MatrixFile = key("file with the stiffness matrix, relative to the scene file")
+    stiffness: MatrixFile = key(
+        "file with the stiffness matrix, relative to the scene file; of a symmetric matrix one half is enough"
+    )
     mass: MatrixFile = key("file with the mass matrix, relative to the scene file")
     nodes: Annotated[FileName, TABLE] = key("table of the nodes: node, x, y, z, sets and more")
     dofs: FileName | None = key(
-        "table of the dofs of the rows: node, component; by default as the files of the matrices say, or three a "
+        "table of the dofs of the rows: node, component (1, 2, 3 or x, y, z; 4, 5, 6 or rx, ry, rz; 0: a "
+        "generalised coordinate), optional row from 1; by default as the files of the matrices say, or three a "
         "node in the order of the nodes",
         None,
         allowed=f"{TABLE} or a file .dof of CalculiX",
     )
-    stiffness_name: MatrixName | None = key("name of the stiffness in a file with several matrices", None)
-    mass_name: MatrixName | None = key("name of the mass in a file with several matrices", None)
+    stiffness_name: MatrixName | None = key(
+        "name of the stiffness in a file with several matrices; by default K, KAA, KAAX, KGG, stiffness, ...", None
+    )
+    mass_name: MatrixName | None = key(
+        "name of the mass in a file with several matrices; by default M, MAA, MAAX, MGG, mass, ...", None
+    )
     n_blades: Whole = key("blades of the ring", ge=3, le=10000)
     unit: LengthUnit = key("units of all files, as in [mesh]: mm goes with newtons and tonnes", "m")
     axis: EngineAxis = key("engine axis in the axes of the nodes", "x")
@@ -72,12 +79,16 @@ class Model(Section):
         None,
     )
     speed_rpm: Annotated[Number, Meaning("rev/min")] = key(
-        "speed that the stiffness holds at, rev/min; 0: at rest", 0.0, ge=0.0, le=1e6
+        "speed that the stiffness holds at, prestressed, with spin softening, rev/min; 0: at rest",
+        0.0,
+        ge=0.0,
+        le=1e6,
     )
     centrifugal: MatrixFile | None = key(
-        "file with the centrifugal force at 1 rad/s; by default it is computed from the mass", None
+        "file with the centrifugal force at 1 rad/s, a number for each row; by default it is computed from the mass",
+        None,
     )
-    reduced: Truth = key("whether the matrices are those of a reduced model", False)
+    reduced: Truth = key("whether the matrices are those of a superelement: nothing is reduced any more", False)
     transformation: MatrixFile | None = key(
         "file with the displacements of the dofs for unit coordinates of a reduced model", None
     )

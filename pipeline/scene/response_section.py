@@ -28,17 +28,23 @@ class Rom(Section):
 
     modes: Annotated[
         Literal["auto"] | Annotated[Whole, Field(ge=1, le=1000)] | None, Meaning(symbol="modes kept", words="nmodes")
-    ] = key('fixed-interface modes kept, or "auto": as many as the tolerance asks for', None)
+    ] = key(
+        f'fixed-interface modes kept, {DEFAULT_MODES} by default, or "auto": as many as the tolerance asks for', None
+    )
     frequency_limit: Annotated[Positive | None, Meaning("Hz", usual=Usual(1.0, 1e7, HERTZ))] = key(
-        "keep every fixed-interface mode up to this, Hz", None
+        "instead of modes: keep every fixed-interface mode up to this, Hz", None
     )
     contact_dofs: Annotated[Literal["mortar", "patch", "nodal"], Meaning(symbol="contact dofs")] = key(
-        "displacements of the contact nodes: of the face projected on polynomials, averages over parts of the face, "
-        "or displacements of mesh nodes",
+        "displacements of the contact nodes: of the face projected on polynomials, with the nodes at its Gauss "
+        "points, averages over equal parts of the face, or displacements of mesh nodes",
         "mortar",
     )
     tolerance: Number = key(
-        "largest relative error of frequencies and receptances in the frequency range", 1e-3, ge=1e-6, le=0.5
+        'largest relative error of frequencies and receptances in the frequency range, with modes = "auto" and of '
+        "shroud verify",
+        1e-3,
+        ge=1e-6,
+        le=0.5,
     )
     nodal_diameters: Annotated[tuple[Annotated[Whole, Field(ge=0, le=5000)], ...], Field(min_length=1)] | None = key(
         "nodal diameters of the waves whose motions of a disk's cut faces are kept; by default 0, 2, a quarter and "
@@ -64,7 +70,7 @@ class Response(Section):
     ] = key("range, Hz", allowed="two numbers above 0, {bounds}, the second above the first")
     harmonics: Annotated[
         Annotated[Whole, Field(ge=1, le=99)] | Literal["auto"], Meaning(symbol="harmonics", words="nh nharmonics")
-    ] = key("harmonics of the balance; auto: as many as the tolerance asks for", 1)
+    ] = key("harmonics of the balance, beside the mean; auto: as many as the tolerance asks for", 1)
     tolerance: Number = key(
         "largest truncation error (neglected harmonics) that auto accepts, relative to the peak",
         1e-3,
@@ -84,7 +90,7 @@ class Response(Section):
             decades=1.0,
         ),
     ] = key(
-        "fraction of critical damping of each mode",
+        "fraction of critical damping of each mode; of a list the last holds for the rest",
         None,
         allowed="a number from {low}, below {high}, or a list of such numbers mode by mode (give this or rayleigh)",
     )
@@ -103,10 +109,19 @@ class Response(Section):
         "traction of nodes that stick all the time: the paper's, or also the lowest and the highest peak it allows",
         "projected",
     )
-    detached: Truth = key("whether detached branches (isolas) are looked for", True)
-    truncation: Truth = key("whether the truncation error (neglected harmonics) is estimated", True)
+    detached: Truth = key(
+        "whether detached branches (isolas) are looked for, in a sweep also those of neighbouring curves", True
+    )
+    truncation: Truth = key(
+        "whether the truncation error (neglected harmonics) of the highest peak of every branch is estimated", True
+    )
     search: Annotated[
         Literal["off", "quick", "standard", "thorough"], Meaning(words="timeintegration bladeperiods")
     ] = key("how far the worst motion is sought in time: 0, 0.25, 1 or 10 times the curve's cost", "standard")
-    seed: Whole = key("seed of the random states of that search", 0, ge=0, le=2**53 - 1)
+    seed: Whole = key(
+        "seed of the random states of that search: another worst motion with another seed is a lower bound",
+        0,
+        ge=0,
+        le=2**53 - 1,
+    )
     effort: Positive = key("factor on the work that a curve may take before it is ended", 1.0)

@@ -23,7 +23,12 @@ class Backbone(StudyKeys):
     )
     nodal_diameters: (
         Annotated[tuple[Annotated[Whole, Field(ge=0, le=100000)], ...], Field(min_length=1, max_length=20)] | None
-    ) = key("nodal diameters of the modes; none: the engine order of each curve", None, allowed=DIAMETERS)
+    ) = key(
+        "nodal diameters of the modes; none: the engine order of each curve, for which alone resonances and peaks "
+        "are compared",
+        None,
+        allowed=DIAMETERS,
+    )
     amplitudes: Annotated[tuple[Amplitude, Amplitude] | None, MOTION] = key(
         "smallest and largest amplitude of the default output, m; none: from a tenth of the peak of a curve, or of "
         "its lowest branch, to 1.5 times its highest motion",

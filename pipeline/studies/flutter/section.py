@@ -37,14 +37,15 @@ class Flutter(StudyKeys):
         allowed='"all" or a list of 1 to 100 numbers of curves, the first is 0',
     )
     periods: Whole = key(
-        "most periods of the ring in time, from a small disturbance of all waves; 0: not integrated",
+        "most periods of the whole ring in time without excitation, from a small disturbance of all waves until "
+        "the motion settles or grows for ever; 0: not integrated",
         0,
         ge=0,
         le=100_000,
     )
     disturbance: Number = key(
-        "bound of that disturbance, over that at which a contact node first slips, lifts off or touches; each wave "
-        "has a part of it",
+        "bound of that disturbance, over that at which a contact node first slips, lifts off or touches; each "
+        "wave has a part of it; above 1 nodes slip from the beginning",
         0.5,
         gt=0.0,
         le=1e4,

@@ -28,7 +28,7 @@ class Map(StudyKeys):
     )
     values: Count | tuple[Count, Count] = key("number of values of each range", 15, allowed=COUNT)
     logarithmic: tuple[str, ...] = key("keys whose range is divided evenly in its logarithm", (), allowed=LOGARITHMIC)
-    refine: Whole = key("how often cells of the grid are halved where the worst motion changes", 0, ge=0, le=4)
+    refine: Whole = key("how often cells of the grid are halved where they are not resolved", 0, ge=0, le=4)
     tolerance: Number = key(
         "relative error of the interpolated amplitude above which a cell is halved", 0.05, ge=0.001, le=1.0
     )

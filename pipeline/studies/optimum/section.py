@@ -31,18 +31,19 @@ class Optimum(StudyKeys):
     """[optimum]: values of keys of the scene that make its worst motion lowest. Not sought without this section."""
 
     over: Annotated[dict[str, Range | Ranges | dict[str, Ranges]], Field(min_length=1, max_length=MOST_KEYS)] = key(
-        "keys of the scene with the ranges in which they may lie", allowed=RANGES
+        "keys of the scene with the ranges in which they may lie, in the units of the keys", allowed=RANGES
     )
 
     objective: Objective = key(
         "what is made low: the largest displacement over a period, its first harmonic alone, the largest stress "
         "amplitude at the worst motion, or the highest amplitude over the life of [wear]; or made high: the least "
-        "fatigue margin there",
+        "fatigue margin there, by [fatigue]",
         "displacement",
     )
 
     output: str | None = key(
-        "name of an [[output]] whose largest value is made low in place of the worst motion of the default output",
+        "name of an [[output]] whose largest value on any branch is made low in place of the worst motion of the "
+        "default output",
         None,
         allowed="the name of an [[output]] of the scene",
     )

@@ -88,7 +88,8 @@ class UncertainParameter(Section):
         validate_default=True,
     )
     low: Value | None = _key(
-        "lowest value, unit of the key; normal and lognormal distributions are truncated there",
+        "lowest value, unit of the key; normal and lognormal distributions are truncated there, and where the key "
+        "ends",
         None,
         validate_default=True,
     )
@@ -153,7 +154,7 @@ class Uncertainty(StudyKeys):
     """[uncertainty]: distribution of the worst motion. Nothing is sampled unless this section is there."""
 
     samples: Literal[16, 32, 64, 128, 256, 512, 1024, 2048, 4096] = _key(
-        "curves that are sampled", 128, allowed=SAMPLES
+        "curves that are sampled; more add to those there are, only the new ones are solved", 128, allowed=SAMPLES
     )
     seed: Whole = _key(
         "seed of the quasi-random numbers: the same seed gives the same samples", 0, ge=0, le=2**63 - 1

@@ -18,7 +18,9 @@ class DutyPoint(Section):
     """[[wear.duty]]: an operating point; what it does not give is as in the scene."""
 
     share: Annotated[Number, Field(ge=0.0, le=1e15)] = key("share of the time, relative to the sum of all shares")
-    engine_order: Annotated[Whole, Field(ge=0, le=100000)] | None = key("engine order", None)
+    engine_order: Annotated[Whole, Field(ge=0, le=100000)] | None = key(
+        "engine order; none, as of force and speed: that of the scene", None
+    )
     force: Positive | None = key("amplitude of the excitation, N", None)
     speed_rpm: Annotated[Number, Field(ge=0.0, le=1e6)] | None = key("speed of rotation, rev/min", None)
     frequency: Positive | None = key("excitation frequency, Hz; none: that of the followed peak", None)
@@ -51,14 +53,19 @@ class Wear(StudyKeys):
     )
     amplitude_limit: Annotated[Positive | None, MOTION] = key("amplitude whose time is told, m", None)
     depth_limit: Annotated[Positive | None, MOTION] = key(
-        "worn depth of both faces together whose time is told, m", None
+        "worn depth of both faces together whose time is told, m; at most the length of the face", None
     )
-    margin_limit: Positive | None = key("least fatigue margin whose time is told, with [fatigue]", None)
+    margin_limit: Positive | None = key(
+        "least fatigue margin whose time is told, between whole responses; with [fatigue]", None
+    )
     responses: Annotated[Whole, Field(ge=2, le=100)] = key(
-        "times, beginning and end among them, at which the response is solved for with its worst motion", 5
+        "times at which the response of the points at their peak is solved for with its worst motion: beginning, "
+        "end, lowest and highest amplitude, first limit, then evenly between",
+        5,
     )
     samples: Literal[16, 32, 64, 128, 256, 512] | None = key(
-        "lives sampled for quantiles of the time until the first limit; none: not sampled",
+        "lives sampled for quantiles of the time until the first limit, with coefficient_factor, [uncertainty] or "
+        "both, one value for all nodes; none: not sampled",
         None,
         allowed="16, 32, 64, 128, 256 or 512, with a limit of amplitude or depth",
     )
