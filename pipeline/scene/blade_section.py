@@ -150,8 +150,9 @@ class Damper(Section):
     mass: Annotated[
         Positive,
         Meaning(
-            symbol="damper mass",
-            usual=Usual(1e-5, 1.0, "the key is in kg", 1e-9, 100.0),
+            "kg",
+            "damper mass",
+            Usual(1e-5, 1.0, "the key is in kg", 1e-9, 100.0),
             shown=("g", 1e3),
             uncertain=True,
             decades=1.0,
@@ -163,7 +164,7 @@ class Damper(Section):
     radius: Radius | None = key(
         "radius of its centre of mass, m; by default that of the form between the flanks", None
     )
-    inertia: tuple[Positive, Positive, Positive] | None = key(
+    inertia: Annotated[tuple[Positive, Positive, Positive] | None, Meaning("kg m^2")] = key(
         "moments of inertia about the engine axis, the circumference and the radius through its centre, kg m^2; "
         "by default those of the form, of uniform density",
         None,

@@ -74,7 +74,7 @@ def metres(low: float, high: float, most: float, symbol: str = "", **facts: Any)
 
 NOTHING_MORE = Meaning()
 SMALL_LENGTH, MOTION = metres(1e-6, 0.1, 1.0), metres(1e-9, 0.1, 1.0)
-HOURS = Meaning(usual=Usual(1e-3, 1e6, "the key is in hours", most=1e9))
+HOURS = Meaning("h", usual=Usual(1e-3, 1e6, "the key is in hours", most=1e9))
 STRENGTH = Meaning("Pa", usual=Usual(1e6, 1e10, "the key is in Pa: 250 MPa are 250e6", 1e4, 1e12))
 
 

@@ -17,6 +17,8 @@ _SCALES = {
     "N/m": {"N/m": 1.0, "kN/m": 1e3, "N/mm": 1e3, "kN/mm": 1e6},
     "N": {"N": 1.0, "mN": 1e-3, "kN": 1e3},
     "degrees": {"degrees": 1.0, "deg": 1.0, "°": 1.0, "rad": math.degrees(1.0)},
+    "kg": {"kg": 1.0, "g": 1e-3},
+    "m^2": {"m^2": 1.0, "cm^2": 1e-4, "mm^2": 1e-6},
     "": {"%": 1e-2},
 }
 _TEXT_NUMBER = re.compile(r"([+-]?\d+(?:[.,]\d*)?(?:[eE][+-]?\d+)?)\s*(\S*)")
@@ -44,9 +46,10 @@ def key_unit(key: str) -> str:
 def number_in_text(unit: str, text: str) -> str:
     """What text such as "150 mm" or "0,15" is in a unit, in words; "" where it is no number."""
     found = _TEXT_NUMBER.fullmatch(text.strip())
-    if found is None or (found[2] and found[2] not in _SCALES[unit]):
+    scales = _SCALES.get(unit, {})
+    if found is None or (found[2] and found[2] not in scales):
         return ""
-    value = float(found[1].replace(",", ".")) * (_SCALES[unit][found[2]] if found[2] else 1.0)
+    value = float(found[1].replace(",", ".")) * (scales[found[2]] if found[2] else 1.0)
     return f"a number without quotes and unit{f', in {unit}' if unit else ''}: {value:.12g}"
 
 
@@ -56,8 +59,8 @@ def column_name(key: str) -> str:
 
 
 def with_unit(name: str, unit: str) -> str:
-    """A name that ends with its unit; unchanged where it does so already, or where there is none."""
-    ending = f"_{_ENDINGS[unit]}" if unit else ""
+    """A name that ends with its unit; unchanged where it does so already, or where none ends with that unit."""
+    ending = f"_{_ENDINGS[unit]}" if unit in _ENDINGS else ""
     return name if not ending or name.endswith(ending) else name + ending
 
 

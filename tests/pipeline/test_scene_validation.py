@@ -176,6 +176,7 @@ def test_unknown_keys_get_a_suggestion(tmp_path: Path, change: dict[str, Any], e
         ({"blade__length": "150 mm"}, "; a number without quotes and unit, in m: 0.15\n"),
         ({"material__young_modulus": "210GPa"}, "; a number without quotes and unit, in Pa: 210000000000\n"),
         ({"contact__normal_stiffness": "200 N/mm"}, "; a number without quotes and unit, in N/m: 200000\n"),
+        ({"damper": {"mass": "5 g"}}, "; a number without quotes and unit, in kg: 0.005\n"),
         ({"response__damping_ratio": "0.3 %"}, "; a number without quotes and unit: 0.003\n"),
         ({"response__frequency": [0, 3, 0, 9]}, "; with decimal points: [0.3, 0.9]\n"),
         ({"blade__length": "long"}, "a number above 0, 1e-6 to 1000\n"),

@@ -261,8 +261,9 @@ def test_a_key_of_an_interface_means_what_that_of_contact_means() -> None:
 
 def units_said(meaning: str) -> set[str]:
     """Units in the description of a key."""
-    words = {"m", "degrees", "Pa", "kg/m^3", "Hz", "rev/min", "N/m", "N"}
-    return words & set(re.split(r"[,;: ]+", re.sub(r"\([^)]*\)", "", meaning)))
+    names = ("kg m^2", "kg/m^3", "m^3/J", "rev/min", "degrees", "N/m", "m^2", "Pa", "kg", "Hz", "m", "N", "h")
+    units = "|".join(map(re.escape, names))
+    return set(re.findall(rf"(?<![^,;: ])(?:{units})(?![^,;: ])", re.sub(r"\([^)]*\)", "", meaning)))
 
 
 def test_units_of_keys_are_those_that_their_descriptions_say() -> None:

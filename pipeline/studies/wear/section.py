@@ -39,7 +39,7 @@ class DutyPoint(Section):
 class Wear(StudyKeys):
     """[wear]: how the contact faces wear over a life. Not computed without this section."""
 
-    coefficient: Coefficient | dict[str, Coefficient] = key(
+    coefficient: Annotated[Coefficient | dict[str, Coefficient], Meaning("m^3/J")] = key(
         "wear coefficient: volume worn off both faces together per friction work, m^3/J; a table has one for each "
         "interface that wears",
         allowed=f"a number, {{bounds}} {UNIT}, or a table of such numbers by interface",
@@ -82,7 +82,7 @@ class Wear(StudyKeys):
         "largest error of the interference in a step, relative to it or to the normal vibration of the contact", 1e-3
     )
     area: Annotated[
-        Positive | None, Meaning(usual=Usual(1e-8, 0.1, "the key is in m^2: 1 mm^2 is 1e-6 m^2", most=10.0))
+        Positive | None, Meaning("m^2", usual=Usual(1e-8, 0.1, "the key is in m^2: 1 mm^2 is 1e-6 m^2", most=10.0))
     ] = key("area of a whole contact face, m^2, where the reduced model does not say it", None)
 
     @property
