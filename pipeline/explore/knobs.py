@@ -22,12 +22,10 @@ if TYPE_CHECKING:
 
 Kind = Literal["number", "whole", "choice"]
 LIMITS = {"response.damping_ratio": (1e-6, 0.5)}
-FRICTION = (0.0, 1.0)
 MOST_ORDER = 100  # engine orders of a structure whose number of blades is not known
 HARMONICS = (1, 3, 5, 7, 9, 11, 15, "auto")
 SHARE = 0.2  # of the value on each side, for what has no better range
 STEPS, CLOSELY = 200, 1000  # of a range, and of that of an interference, or some more
-NO_INTERFERENCE = (-1e-4, 1e-4)  # m, where linear responses tell nothing
 Range = tuple[float, float]
 
 
@@ -127,16 +125,14 @@ def _range(file: SceneFile, scene: Scene, key: str, value: float, static: Mappin
     same = of_contact(key)
     swept = [key_value(member.scene, key) for member in file.members] if key in file.swept else []
     values = [value, *(each for each in swept if each is not None)]
-    if decades := meaning_of(key).decades:
-        low, high = value * 10.0**-decades, value * 10.0**decades
+    known = meaning_of(key)
+    if known.decades:
+        low, high = value * 10.0**-known.decades, value * 10.0**known.decades
         least, most = LIMITS.get(same, (0.0, math.inf))
         limits = max(low, least), min(high, most)
-    elif same == "contact.friction":
-        limits = FRICTION
-    elif same == "contact.interference":
-        limits = static.get(key, NO_INTERFERENCE)
-    elif same == "contact.preload":
-        limits = 0.0, static.get(key, (0.0, 100.0))[1]
+    elif known.turned is not None:
+        low, high = static.get(key, known.turned)
+        limits = (low if known.turned[0] else 0.0), high  # what may be 0 can be turned to it
     elif key == "excitation.engine_order":
         limits = 0.0, float((scene.n_blades or 2 * MOST_ORDER) // 2)
     else:
@@ -148,7 +144,7 @@ def _range(file: SceneFile, scene: Scene, key: str, value: float, static: Mappin
 def _number(key: str, value: float, limits: Range, cost: float | None) -> Knob:
     named, whole = _named(key), key == "excitation.engine_order"
     log = meaning_of(key).decades > 0.0 and limits[0] > 0.0
-    step = 1.0 if whole else _round_step(limits, CLOSELY if of_contact(key) == "contact.interference" else STEPS)
+    step = 1.0 if whole else _round_step(limits, CLOSELY if meaning_of(key).sign else STEPS)
     return Knob(
         key,
         named.axis(),

@@ -21,6 +21,7 @@ from pipeline.scene.fields import (
     Usual,
     Whole,
     key,
+    meaning_in,
     optional,
 )
 
@@ -69,9 +70,6 @@ Stiffness = Annotated[
 _SPRING = Meaning(
     "N/m", usual=Usual(1e3, 1e12, PER_METRE), shown=("N/µm", 1e-6), nodes="summed", searched="decade", decades=2.0
 )
-# keys with a value for each contact node
-PER_NODE = ("normal_stiffness", "tangential_stiffness", "friction", "interference", "preload")
-OF_INTERFACE = (*PER_NODE, "law")  # keys that an interface may have of its own
 Law = Literal["two_sliders", "cone"]
 
 
@@ -94,6 +92,7 @@ class Contact(Section):
             solver="friction",
             role="condition",
             searched=(0.05, 1.0),
+            turned=(0.0, 1.0),
         ),
     ] = key("friction coefficient")
     interference: Annotated[
@@ -111,6 +110,7 @@ class Contact(Section):
             role="design",
             nodes="shifted",
             searched="static",
+            turned=(-1e-4, 1e-4),
         ),
     ] = key("v0, m: above 0 pressed together, below 0 a gap", 0.0)
     preload: Annotated[
@@ -123,6 +123,7 @@ class Contact(Section):
             solver="preload",
             role="design",
             searched="static",
+            turned=(0.0, 100.0),
         ),
     ] = key("N0, N for each node (a number: on average): normal load already in equilibrium", 0.0)
     law: Annotated[Law, Meaning(formerly={"uncoupled": "two_sliders", "coupled": "cone"})] = key(
@@ -176,3 +177,8 @@ class Interface(Section):
     def given(self) -> dict[str, Any]:
         """The values that are given, by key."""
         return {name: value for name in OF_INTERFACE if (value := getattr(self, name)) is not None}
+
+
+# keys with a value for each contact node
+PER_NODE = tuple(name for name in Interface.model_fields if meaning_in(Contact, name).solver)
+OF_INTERFACE = tuple(Interface.model_fields)  # keys that an interface may have of its own

@@ -62,6 +62,7 @@ class Meaning:
     solver: str = ""  # parameter of the solver, over which peaks are followed; it may be drawn at random
     searched: Literal["", "decade", "static"] | tuple[float, float] = ""  # default range of an optimum
     decades: float = 0.0  # below and above the value of the scene that a knob turns through
+    turned: tuple[float, float] | None = None  # range of a knob where linear responses tell none
     at_once: bool = False  # whether branches are not continued over it in steps, as over others of the solver
     uncertain: bool = False  # whether it may be drawn at random too
     formerly: Mapping[str, str] | None = None  # deprecated words with those of today
