@@ -212,11 +212,17 @@ def eigenvalues_by_slices(
 def all_refined(
     refine: Callable[[complex], Refined | None], values: ComplexArray, conjugate_pairs: bool
 ) -> ComplexArray:
-    """The eigenvalues that successive linear problems lead to from `values`; what leads to none is spurious."""
-    found: list[complex] = []
+    """The eigenvalues that successive linear problems lead to from `values`; what leads to none is spurious.
+
+    Equal blades far apart have equal eigenvalues: from one value the problem is solved once.
+    """
+    found, starts = list[complex](), list[complex]()
     if conjugate_pairs:  # the others are the complex conjugates
         values = values[values.imag > -CONVERGED]
     for start in values[np.argsort(np.abs(values))]:  # spurious ones are large and may lead to true ones
+        if any(abs(start - other) < CONVERGED for other in starts):
+            continue
+        starts.append(start)
         refined = refine(complex(start))
         if refined is not None and all(abs(refined.value - other) > SAME for other in found):
             found.append(refined.value)

@@ -153,6 +153,19 @@ class FloquetAnalysis:
             return self._in_few_modes(contact)
         return self._refined_where_growing(contact)
 
+    def is_stable(self, displacement: Array, jacobian: Array, omega: float, limit: float) -> bool:
+        """Whether no perturbation of a point grows faster than `limit`, 1/s; in the basis of all modes.
+
+        Exponents of condensed poles that are farther from the limit than their error decide as they are, nearer ones
+        are refined to those of all poles.
+        """
+        contact = self.point(displacement, jacobian, omega)
+        found = floquet_exponents(self.problem, jacobian, omega, contact.memory)
+        doubt = omega * (CONDENSED_DOUBT if self.refinement.small else IN_DOUBT)
+        if np.any(found.real > limit + doubt):
+            return False
+        return not np.any(self._with_all_poles(contact, found[found.real > limit - doubt]).real > limit)
+
     def followed(self, displacement: Array, jacobian: Array, omega: float, start: complex) -> complex | None:
         """The exponent (1/s) that an exponent of a neighbouring point leads to; None if it leads to none.
 

@@ -116,12 +116,12 @@ class RingBalances:
         )
         return np.array([largest_amplitude(each).value for each in found])
 
-    def growth_rate(self, point: SolutionPoint) -> float:
-        """Largest growth rate of the motion of a smaller ring in this one, 1/s."""
+    def is_stable(self, point: SolutionPoint) -> bool:
+        """Whether the motion of a smaller ring persists in this one."""
         displacement = np.tile(point.displacement, (1, self.base.n_contacts // point.balance.n_contacts, 1))
         jacobian = self.base.element.evaluate(displacement).jacobian
-        found = FloquetAnalysis.of(self.base.receptance, self.contact).exponents(displacement, jacobian, point.omega)
-        return float(found.real.max(initial=-np.inf))
+        analysis = FloquetAnalysis.of(self.base.receptance, self.contact)
+        return analysis.is_stable(displacement, jacobian, point.omega, self.frequency_hz(point) / LONG)
 
 
 def _subharmonic(excitation: Excitation, periods: int) -> Excitation:
@@ -156,7 +156,7 @@ def ring_branch(integration: RingIntegration, frequency_hz: float, motion: RingM
     count = ring.blades(integration.larger_pattern(motion))
     larger = RingBalances(ring, count, integration.options, periods, balances.harmonics)
     highest = sorted(points, key=lambda point: -balances.heights(point).max())[:MOST_TOPS]
-    top = next((point for point in highest if larger.growth_rate(point) * LONG < balances.frequency_hz(point)), None)
+    top = next((point for point in highest if larger.is_stable(point)), None)
     error = np.inf if top is None else _truncation_error(continuation, balances, top)
     if top is None or error > max(TRUNCATION_TOLERATED, integration.options.harmonic_tolerance):
         return None

@@ -15,6 +15,8 @@ from nonlinear.harmonic_balance.initial_solution import solve_at
 from nonlinear.mistuned_ring.mistuning import Mistuning
 from nonlinear.mistuned_ring.ring_receptance import ring_in_time
 from nonlinear.response_solver import build_harmonic_balance
+from nonlinear.stability.eigenproblem import Refined, all_refined
+from nonlinear.stability.floquet import FloquetAnalysis
 from nonlinear.time_integration.ring import Ring, RingState, whole_ring
 from nonlinear.time_integration.ring_integrator import RingIntegrator
 from nonlinear.time_integration.ring_motion import integrate_ring
@@ -66,6 +68,12 @@ def test_exponents_of_the_whole_ring(blades):
         ring = ExactRing(1.0 + deviations.frequency, 0.01, 0.6, 0.1, force, omega)
         _, found = ring.periodic(np.concatenate([state.coordinates.ravel(), state.rates.ravel()]))
         assert growth == pytest.approx(found.real.max(), abs=4e-5)
+        analysis, jacobian = (
+            FloquetAnalysis.of(balance.receptance, whole[1]),
+            balance.element.evaluate(motion).jacobian,
+        )
+        for beside in (-1e-4, 1e-4):
+            assert analysis.is_stable(motion, jacobian, omega, found.real.max() + beside) == (beside > 0.0)
         by_map = PeriodMap(integrator, state)
         marched = by_map.exponents(by_map.fixed_point(by_map.start)[1])
         assert marched[0].real == pytest.approx(found.real.max(), rel=0.012)
@@ -73,6 +81,14 @@ def test_exponents_of_the_whole_ring(blades):
             assert tuned.harmonic_m[0, 0] == pytest.approx(amplitude, rel=1e-4)
             for exponent in exponents:
                 assert np.abs(found - exponent).min() < 2e-6
+
+
+def test_equal_eigenvalues_of_blades_apart_are_refined_once():
+    refined = list[complex]()
+    starts = np.array([0.1 + 0.2j, -0.3, 0.1 + 0.2j, 0.1 - 0.2j, -0.3 + 1e-15])
+    found = all_refined(lambda value: refined.append(value) or Refined(value), starts, True)
+    assert len(refined) == 2
+    assert found[np.argsort(found.imag)] == pytest.approx([0.1 - 0.2j, -0.3, 0.1 + 0.2j])
 
 
 def test_a_localised_motion_by_harmonic_balance():
