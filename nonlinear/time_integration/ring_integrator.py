@@ -24,7 +24,7 @@ from nonlinear.time_integration.turning_sectors import TurningSectors
 
 HARMONICS = 15
 SAME_MOTION = 0.2  # largest relative change of the displacement by the harmonics added
-MAX_ITERATIONS = 30
+MAX_ITERATIONS = 12  # a solution near one with few harmonics takes 2 to 5, one far away is not looked for
 
 
 def with_more_harmonics(ring: Ring, omega: float, displacement: Array, harmonics: int = HARMONICS) -> Array:
@@ -47,6 +47,7 @@ def with_more_harmonics(ring: Ring, omega: float, displacement: Array, harmonics
     return solution if found.converged and same else displacement
 
 
+STATE = "coordinates", "rates", "slider", "force"  # parts of `RingWork` that a `RingState` is formed of
 MOST_DENSE = 128  # contact displacements of a pair of faces, up to which its forces are solved at once
 MOST_HALVED = 3  # times that the step is halved
 # the excitation adds as much to a motion in each period as in the first; so many times more no step is to be trusted
@@ -238,26 +239,27 @@ class RingIntegrator:
         """
         work = self._loaded(state)
         output = np.empty((periods, self.steps, self.n_blades))
-        ends, moves = [], 0
+        ends, moves = list[Array](), 0
         scale = float(np.abs(work.force).max())
         last = (
             np.flatnonzero(self.structure.retained.any(axis=tuple(range(self.structure.retained.ndim - 1))))[-1] + 1
         )
         for period in range(periods):
-            before = RingWork._make(part.copy() for part in work)
+            before = work._replace(**{name: getattr(work, name).copy() for name in STATE})
             scale = self._march(work, 0, self.steps, scale, output[period])
             if scale < 0.0:
                 finer = self._finer(self._stored(before), 1, NOT_FOUND)
                 moves += int(before.moves[0]) + finer.moves
                 work, output[period] = self._loaded(finer.final), finer.output_m[0]
                 scale = float(np.abs(work.force).max())
-            both = self.structure.unpacked_state(work.coordinates, work.rates / self.omega)
-            ends.append(np.concatenate([part[:, :last] for part in both], axis=1))
+            ends.append(np.stack([work.coordinates, work.rates / self.omega]))
         first, largest = (np.abs(part).max(initial=0.0) for part in (output[:1], output))
         fed = np.exp(min(self.structure.feeding * self.period * periods, LARGEST_EXPONENT))
         if not largest <= RUNAWAY * (periods + 1) * fed * first:
             return self._finer(state, periods, "the motion grows without bound")
-        return RingRecord(self._stored(work), output, np.array(ends), moves + int(work.moves[0]))
+        both = self.structure.unpacked_state(*np.stack(ends, axis=1))
+        kept = np.concatenate([part[..., :last] for part in both], axis=-1)
+        return RingRecord(self._stored(work), output, kept, moves + int(work.moves[0]))
 
     def _finer(self, state: RingState, periods: int, reason: str) -> RingRecord:
         """The same with half the step, the output at the ends of the steps of this one."""

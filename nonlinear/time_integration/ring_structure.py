@@ -96,14 +96,14 @@ class RingStructure(ABC):
 
     @abstractmethod
     def unpacked(self, kept: Array) -> Array:
-        """Coordinates (q, m) from those of the kernels; 0 where a mode is not retained."""
+        """Coordinates (..., q, m) from those of the kernels; 0 where a mode is not retained."""
 
     def packed_state(self, coordinates: Array, rates: Array) -> tuple[Array, Array]:
         """The retained part of coordinates (q, m) and rates, as the kernels hold them."""
         return self.packed(coordinates), self.packed(rates)
 
     def unpacked_state(self, kept: Array, rates: Array) -> tuple[Array, Array]:
-        """Coordinates (q, m) and rates from those of the kernels."""
+        """Coordinates (..., q, m) and rates from those of the kernels."""
         return self.unpacked(kept), self.unpacked(rates)
 
     def following(self, force: Array) -> tuple[Array, Array]:
@@ -207,9 +207,9 @@ class ClampedBlades(RingStructure):
         return padded(values[:, self.retained], 1)
 
     def unpacked(self, kept: Array) -> Array:
-        """Coordinates (q, m) from those of the kernels; 0 where a mode is not retained."""
-        coordinates = np.zeros((self.n_blades, self.retained.size))
-        coordinates[:, self.retained] = kept[:, : np.count_nonzero(self.retained)]
+        """Coordinates (..., q, m) from those of the kernels; 0 where a mode is not retained."""
+        coordinates = np.zeros((*kept.shape[:-1], self.retained.size))
+        coordinates[..., self.retained] = kept[..., : np.count_nonzero(self.retained)]
         return coordinates
 
     def motion(self, coordinates: Array) -> Array:
@@ -349,9 +349,10 @@ class JoinedSectors(RingStructure):
         return ((self._turn @ values)[:, :count] * self._kept[self._wave]).reshape(1, -1)
 
     def unpacked(self, kept: Array) -> Array:
-        """Coordinates (q, m) from those of the kernels; 0 where a mode is not retained."""
-        coordinates = np.zeros((self.n_blades, self.angular_frequency.shape[1]))
-        coordinates[:, : self._kept.shape[1]] = self._turn.T @ kept.reshape(self.n_blades, -1)
+        """Coordinates (..., q, m) from those of the kernels; 0 where a mode is not retained."""
+        moved = self._turn.T @ kept.reshape(*kept.shape[:-2], self.n_blades, -1)
+        coordinates = np.zeros((*moved.shape[:-1], self.angular_frequency.shape[1]))
+        coordinates[..., : self._kept.shape[1]] = moved
         return coordinates
 
     def motion(self, coordinates: Array) -> Array:

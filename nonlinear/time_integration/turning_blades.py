@@ -31,8 +31,8 @@ class TurningBlades(ClampedBlades):
         return found, np.zeros_like(found)
 
     def unpacked_state(self, kept: Array, rates: Array) -> tuple[Array, Array]:
-        """Coordinates (q, m) and rates of the poles."""
-        poles = kept[:, : 2 * self.poles.half]
+        """Coordinates (..., q, m) and rates of the poles."""
+        poles = kept[..., : 2 * self.poles.half]
         return poles @ self._of_poles(1).T, poles @ self._of_poles(2).T
 
     def following(self, force: Array) -> tuple[Array, Array]:

@@ -38,8 +38,8 @@ class TurningSectors(JoinedSectors):
         return found, np.zeros_like(found)
 
     def unpacked_state(self, kept: Array, rates: Array) -> tuple[Array, Array]:
-        """Coordinates (q, m) and rates of the poles."""
-        waves = self._complex_waves(kept.reshape(self.n_blades, -1))[..., None]
+        """Coordinates (..., q, m) and rates of the poles."""
+        waves = self._complex_waves(kept.reshape(*kept.shape[:-2], self.n_blades, -1))[..., None]
         position, speed = (self._in_time((each @ waves)[..., 0]) for each in (self._shapes, self._speeds))
         return position, speed
 
@@ -117,9 +117,10 @@ class TurningSectors(JoinedSectors):
         return np.where(is_cosine, values.real, -values.imag) * np.where(alone, 1.0, np.sqrt(2.0))
 
     def _complex_waves(self, real: Array) -> ComplexArray:
-        """z (J, k) of real waves (q, k)."""
-        found = np.zeros((len(self.phases), real.shape[1]), complex)
+        """z (..., J, k) of real waves (..., q, k)."""
+        found = np.zeros((*real.shape[:-2], len(self.phases), real.shape[-1]), complex)
         pairs = (self.n_blades - 1) // 2
-        found[0], found[-1] = real[0], real[-1]
-        found[1 : pairs + 1] = (real[1 : 2 * pairs : 2] - 1j * real[2 : 2 * pairs + 1 : 2]) / np.sqrt(2.0)
+        found[..., 0, :], found[..., -1, :] = real[..., 0, :], real[..., -1, :]
+        both = real[..., 1 : 2 * pairs + 1, :]
+        found[..., 1 : pairs + 1, :] = (both[..., ::2, :] - 1j * both[..., 1::2, :]) / np.sqrt(2.0)
         return found
