@@ -297,14 +297,18 @@ def _start(
 
 
 def _stays(march: _March, displacement: Array, nodal_diameter: int, limits: RingLimits) -> tuple[bool, float]:
-    """Whether a ring stays on a periodic motion, and the growth rate of a small departure from it."""
+    """Whether a ring stays on a periodic motion, and the growth rate of a small departure from it.
+
+    A ring that leaves before that is measured is disturbed by less, unless the departure is to be visible.
+    """
     settled, rate = _settle_wave(march, displacement, limits)
     home = march.state
     scale = march.integrator.vibration(home)
     if settled is None:
         march.state = march.integrator.disturbed(home, nodal_diameter, limits.disturbance * scale)
         return False, rate
-    for size in (limits.disturbance, limits.disturbance * SMALLER):
+    sizes = limits.disturbance, limits.disturbance * SMALLER
+    for size in sizes[:1] if limits.disturbance >= VISIBLE else sizes:
         march.state = march.integrator.disturbed(home, nodal_diameter, size * scale)
         stays, found = _depart(march, home, settled, limits)
         if stays or found > 0.0:

@@ -1,5 +1,6 @@
 """What becomes of periodic motions in a ring of blades: as their Floquet exponents say, and as the equations say."""
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -88,6 +89,11 @@ def test_a_ring_leaves_for_another_pattern():
     assert other.growth_rate == pytest.approx(rates[1], rel=0.05)
     assert abs(other.amplitude_m / other.started_m - 1.0) > 0.1
     assert other.envelope_m.shape == (other.periods, 4)
+    # one that is to be seen at once is not measured by a smaller one
+    seen = integrate_ring(ring, 1.2, displacement, nodal_diameter=1, limits=replace(LIMITS, disturbance=0.05))
+    assert not seen.stays
+    assert np.isnan(seen.growth_rate)
+    assert seen.amplitude_m == pytest.approx(other.amplitude_m, rel=0.1)
     # where it has gone it can go on from
     further = integrate_ring(ring, 1.2, other.final, nodal_diameter=1, limits=RingLimits(most_periods=20, window=10))
     integrator = RingIntegrator.of(ring, 1.2, nodal_diameter=1)
