@@ -132,10 +132,13 @@ def _subharmonic(excitation: Excitation, periods: int) -> Excitation:
     return replace(excitation, harmonics=tuple(ExcitationHarmonic(h, *factor) for h, factor in orders.items()))
 
 
-def ring_branch(integration: RingIntegration, frequency_hz: float, motion: RingMotion) -> RingBranch | None:
+def ring_branch(
+    integration: RingIntegration, frequency_hz: float, motion: RingMotion, height_m: float = 0.0
+) -> RingBranch | None:
     """The branch of a motion of several blades or periods; None where it is none, or is unstable or truncated.
 
     Not with a disk, mistuned blades, or, of one period, contact against ground. Of the motion its final state counts.
+    `height_m`: of the highest motion known, m; whether one that is no higher persists does not matter.
     """
     ring, omega, periods = integration.ring, 2.0 * np.pi * frequency_hz, max(motion.repeats_after, 1)
     if ring.blades_apart is not None or ring.modal.waves_differ or (periods == 1 and ring.modal.at(0).left is None):
@@ -156,9 +159,12 @@ def ring_branch(integration: RingIntegration, frequency_hz: float, motion: RingM
     count = ring.blades(integration.larger_pattern(motion))
     larger = RingBalances(ring, count, integration.options, periods, balances.harmonics)
     highest = sorted(points, key=lambda point: -balances.heights(point).max())[:MOST_TOPS]
-    top = next((point for point in highest if larger.is_stable(point)), None)
-    error = np.inf if top is None else _truncation_error(continuation, balances, top)
-    if top is None or error > max(TRUNCATION_TOLERATED, integration.options.harmonic_tolerance):
+    low = bool(highest) and balances.heights(highest[0]).max() <= height_m
+    top = next((point for point in highest if low or larger.is_stable(point)), None)
+    if top is None:
+        return None
+    error = TRUNCATION_TOLERATED if low else _truncation_error(continuation, balances, top)
+    if error > max(TRUNCATION_TOLERATED, integration.options.harmonic_tolerance):
         return None
     places = {balances.frequency_hz(point): float(balances.heights(point).max()) for point in points}
     cost = EQUAL_COST * blades * (2 * balances.harmonics + 1) * len(points)

@@ -197,7 +197,7 @@ class RingIntegration:
             periods = min(limits.most_periods, USUAL_PERIODS)
             fine = replace(limits, most_periods=periods, disturbance=LARGE, retention=RETENTION, finer=1.0)
             motion = self._motion(solution, pattern, fine)
-        return Integrated(motion, failure)
+        return Integrated(self.kept(solution.omega, motion, height_m), failure)
 
     @property
     def most_blades(self) -> int:
@@ -326,6 +326,11 @@ class RingIntegration:
             vibration_m=replace(record, output_m=record.output_m[-WINDOW:]).vibration_m,
             final=record.final,
         )
+
+    def kept(self, omega: float, motion: RingMotion, height_m: float) -> RingMotion:
+        """What becomes of a motion that would be the highest: two windows that agree are often a transient."""
+        new = counts(motion) and motion.persistence < LONGER and motion.amplitude_m > height_m
+        return self.followed_on(omega, motion) if new and not (motion.stays or motion.unbounded) else motion
 
     def pattern_of(self, motion: RingMotion) -> int:
         """Nodal diameter that a ring of as many blades as a motion carries."""

@@ -165,7 +165,8 @@ class RingStarts:
             low, high = (integrator.on_wave(found[int(pick(heights))]) for pick in (np.argmin, np.argmax))
             limits = self.integration.limits(periods, max(height_m, *heights))
             state = low.towards(high, start.shares)
-        return Integrated(integrate_ring(ring, omega, state, nodal_diameter=start.pattern, limits=limits))
+        motion = integrate_ring(ring, omega, state, nodal_diameter=start.pattern, limits=limits)
+        return Integrated(self.integration.kept(omega, motion, height_m))
 
     def swept(self, start: Start, blade_periods: int, height_m: float) -> tuple[float, Integrated]:
         """The highest motion that a random state reaches on a sweep upwards, and its frequency, Hz.

@@ -13,7 +13,7 @@ from nonlinear.contact.parameters import Array
 from nonlinear.time_integration.ring import RingState
 from nonlinear.time_integration.ring_motion import KEEPS, RingMotion
 from nonlinear.worst_motion.ring_branch import ring_branch
-from nonlinear.worst_motion.ring_integration import CONFIRMATION, FLOOR, LONGER, RingIntegration, counts
+from nonlinear.worst_motion.ring_integration import CONFIRMATION, FLOOR, LONGER, MOST_BLADES, RingIntegration, counts
 
 FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 3e-3, 6e-3, 4e-4  # relative to the frequency
 LONGER_STEP = 1.4  # factor on a step after one that kept the motion
@@ -59,10 +59,11 @@ class SteppedSweep:
         `height_m`: of the highest motion known, m; points below it are not confirmed.
         """
         walk = _Walk(self.integration, motion, frequency_hz)
-        solved = walk.branch(frequency_hz, motion)
+        solved = walk.branch(frequency_hz, motion, height_m)
         if solved is None and blade_periods > 0:
             walk, blade_periods = walk.calm(height_m, blade_periods)
-            solved = walk.branch(frequency_hz, walk.start) if blade_periods > 0 else None
+            another = blade_periods > 0 and walk.start is not motion
+            solved = walk.branch(frequency_hz, walk.start, height_m) if another else None
         if solved is not None or blade_periods <= 0:
             top_hz, top, error = solved or (math.nan, None, 0.0)
             places = sorted(walk.points)
@@ -98,8 +99,13 @@ class _Walk:
         self.points[self.start_hz] = self.start.amplitude_m, self.start.final
 
     def calm(self, height_m: float, blade_periods: int) -> "tuple[_Walk, int]":
-        """The sweep of what becomes of its motion after some time, and the periods for it: none where it is low."""
-        found = self._followed_on(self.start_hz)
+        """The sweep of what becomes of its motion after some time, and the periods for it: none where it is low.
+
+        One of few blades that has kept its height for so long is swept as it is: of many, a transient costs too much.
+        """
+        kept = self.start.persistence >= LONGER and self.start.n_blades <= MOST_BLADES
+        as_it_is = self.start.amplitude_m, self.start_hz, self.start
+        found = as_it_is if kept else self._followed_on(self.start_hz)
         if found is None:
             return self, blade_periods
         if found[0] < FLOOR * height_m:
@@ -165,7 +171,7 @@ class _Walk:
             place for place in dict.fromkeys((*highest, self.start_hz)) if self._height(place) > FLOOR * height_m
         ]
         best: tuple[float, RingMotion | None, float] = math.nan, None, 0.0
-        branches = (self.branch(place, self._motion(place)) for place in places if place != self.start_hz)
+        branches = (self.branch(place, self._motion(place), height_m) for place in places if place != self.start_hz)
         best = next((found for found in branches if found is not None and _height_of(found) > height_m), best)
         if best[1] is not None:
             height_m = (1.0 + SAME_TOP) * _height_of(best)
@@ -175,7 +181,7 @@ class _Walk:
                 continue
             found = self._confirmed(place, motion, height_m)
             if found is not None and found.amplitude_m > _height_of(best):
-                best = (found.repeats_after > 1 and self.branch(place, found)) or (place, found, 0.0)
+                best = (found.repeats_after > 1 and self.branch(place, found, height_m)) or (place, found, 0.0)
         return best
 
     def _followed_on(self, place: float) -> tuple[float, float, RingMotion] | None:
@@ -212,10 +218,10 @@ class _Walk:
         height, state = self.points[place]
         return replace(self.start, amplitude_m=height, final=state)
 
-    def branch(self, place: float, motion: RingMotion) -> tuple[float, RingMotion, float] | None:
+    def branch(self, place: float, motion: RingMotion, height_m: float) -> tuple[float, RingMotion, float] | None:
         """The top of the branch of a periodic motion, its frequency and truncation error; None where it has none."""
         try:
-            branch = ring_branch(self.integration, place, motion)
+            branch = ring_branch(self.integration, place, motion, height_m)
         except ArithmeticError:
             return None
         if branch is None:

@@ -59,10 +59,22 @@ def test_else_one_of_few_blades_that_leaves_too():
     integration, solution = unstable()
     motion, failure = integration(solution, 15 * USUAL_PERIODS - 1, 0.0)
     assert failure == "of 15 blades would take too long"
-    assert (motion.n_blades, motion.stays, motion.settled) == (3, False, True)
+    assert (motion.n_blades, motion.stays, motion.settled) == (6, False, True)
     confirmed, _ = integration.confirmed(solution.omega, motion, 0.0)
     assert (confirmed.n_blades, confirmed.stays, counts(confirmed)) == (6, False, True)
     assert min(motion.amplitude_m, confirmed.amplitude_m) > 1.5 * motion.started_m
+
+
+def test_what_would_be_the_highest_is_followed_on():
+    """Two windows that agree are often a transient. What kept its height for long, or is known to be low, is not."""
+    integration, solution = unstable()
+    motion = integration.motion(solution, USUAL_PERIODS)
+    brief = replace(motion, stays=False, settled=True, persistence=80)
+    after = integration.kept(solution.omega, brief, 0.9 * brief.amplitude_m)
+    assert after.periods == brief.periods + PERSISTENT
+    assert integration.kept(solution.omega, brief, 1.1 * brief.amplitude_m) is brief
+    long = replace(brief, persistence=PERSISTENT)
+    assert integration.kept(solution.omega, long, 0.0) is long
 
 
 def test_what_few_blades_confirm_persists_in_the_whole_ring():

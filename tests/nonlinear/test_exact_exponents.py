@@ -14,6 +14,7 @@ from nonlinear.contact.fourier import to_complex, to_real
 from nonlinear.harmonic_balance.initial_solution import solve_at
 from nonlinear.mistuned_ring.mistuning import Mistuning
 from nonlinear.mistuned_ring.ring_receptance import ring_in_time
+from nonlinear.options import TRUNCATION_TOLERATED
 from nonlinear.response_solver import build_harmonic_balance
 from nonlinear.stability.eigenproblem import Refined, all_refined
 from nonlinear.stability.floquet import FloquetAnalysis
@@ -105,6 +106,9 @@ def test_a_localised_motion_by_harmonic_balance():
     heights = branch.top(motion)
     assert heights.amplitude_m > 1.05 * motion.amplitude_m
     assert heights.lowest_m < 0.1 * heights.amplitude_m
+    known = ring_branch(integration, omega / (2.0 * np.pi), motion, 2.0 * heights.amplitude_m)
+    assert known.places == branch.places  # whether a lower one persists does not matter: it is not looked at
+    assert known.truncation_error == TRUNCATION_TOLERATED > 2.0 * branch.truncation_error
     top = 2.0 * np.pi * branch.top_hz
     state = np.concatenate([motion.final.coordinates.ravel(), motion.final.rates.ravel()])
     exact, found = ExactRing(np.ones(4), 0.01, 0.4, -0.5, 0.02, top, 2).periodic(state)
