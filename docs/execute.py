@@ -3,6 +3,8 @@
     python docs/execute.py            # run every tutorial and say where a page is not true
     python docs/execute.py --update   # write what was printed and drawn into docs/tutorials and docs/images
 
+Without a page named the scripts of examples/ run too, and leave their pictures in docs/images/examples.
+
 A block of Python followed at once by a block of text prints that text; one that is not prints nothing. In a block
 marked `console`, lines that begin with "$ " are commands, the others what they print; a line "..." stands for any
 lines, "..." within a line for anything. A block of TOML that begins with "# NAME.toml" is that file; a picture
@@ -17,6 +19,7 @@ import contextlib
 import io
 import os
 import re
+import runpy
 import shutil
 import subprocess
 import sys
@@ -29,6 +32,7 @@ from typing import Any
 DOCS = Path(__file__).resolve().parent
 HALF_HOUR = DOCS / "tutorials" / "half_hour.md"  # needs a copy of the repository: tests/docs/test_half_hour.py
 TUTORIALS = sorted(page for page in (DOCS / "tutorials").glob("*.md") if page != HALF_HOUR)
+EXAMPLES = sorted((DOCS.parent / "examples").glob("*.py"))
 RELATIVE = 1e-3
 _FENCE = re.compile(r"^```(\w*)\s*$")
 _FILE = re.compile(r"# ([\w/-]+\.toml)\n")
@@ -107,6 +111,14 @@ def _execute(page: Path, block: Block, namespace: dict[str, Any], folder: Path) 
             exec(code, namespace)
         except Exception as error:
             raise PageError(f"{page}:{block.first}: {type(error).__name__}: {error}") from error
+    return printed.getvalue()
+
+
+def run_example(script: Path, folder: Path) -> str:
+    """Run a script of examples/ in `folder`, where it leaves a picture of its name; what it printed."""
+    printed = io.StringIO()
+    with contextlib.chdir(folder), contextlib.redirect_stdout(printed):
+        runpy.run_path(str(script), run_name="__main__")
     return printed.getvalue()
 
 
@@ -241,6 +253,12 @@ def main() -> int:
                 print(error, file=sys.stderr)
                 return 1
         print(f"{page.name}: {'written' if chosen.update else 'true'}, {len(pieces)} pieces")
+    for script in () if chosen.pages else EXAMPLES:
+        with tempfile.TemporaryDirectory() as name:
+            print(f"{script.name}: {run_example(script, Path(name)).splitlines()[-1]}")
+            if chosen.update:
+                for picture in Path(name).glob("*.png"):
+                    shutil.copy(picture, DOCS / "images" / "examples" / picture.name)
     return 0
 
 

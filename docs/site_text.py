@@ -5,7 +5,9 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+from pathlib import Path
 
+DOCS = Path(__file__).resolve().parent
 _ARRAY = re.compile(r"(?:ndarray\[tuple\[(?:Any|int), \.\.\.\], dtype\[(\w+)\]\]|NDArray\[(?:np\.)?(\w+)\])")
 # what autodoc makes of numpy.typing.ArrayLike
 _ARRAY_LIKE = re.compile(r"(?:\w+\.)*_Buffer \| .*?_NestedSequence\[complex \| bytes \| str\]")
@@ -29,6 +31,20 @@ def short_signature(text: str | None) -> str | None:
     text = re.sub(r"\b_(?=[A-Z]\w)", "", text)  # a protocol of our own, named as what obeys it
     text = _ARRAY.sub(lambda match: _NAMES.get(match[1] or match[2], "Array"), text)
     return re.sub(r"\b(?:\w+\.)+(?=[A-Z])", "", text)
+
+
+def examples_text() -> str:
+    """Every script of examples/ with its idea as heading and text, its code, and its picture if it draws one."""
+    parts = []
+    for script in sorted((DOCS.parent / "examples").glob("*.py")):
+        said, _, code = script.read_text(encoding="utf-8").removeprefix('"""').partition('"""\n')
+        title, _, text = said.partition("\n")
+        parts.append(
+            f"## {title.rstrip('.')}\n\n{text.strip()}\n\n`examples/{script.name}`\n\n```python\n{code.strip()}\n```"
+        )
+        if (DOCS / "images" / "examples" / f"{script.stem}.png").is_file():
+            parts.append(f"![{title.rstrip('.')}](images/examples/{script.stem}.png)")
+    return "\n\n".join(parts)
 
 
 def commands_text() -> str:
