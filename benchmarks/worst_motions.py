@@ -30,7 +30,7 @@ from stress_solving import OutOfTimeError, frequency_range, posed
 from tables import ROOT, machine_line, options_of, table_of, write_results
 
 if TYPE_CHECKING:
-    from nonlinear import ResponseCurve, SolverOptions
+    from nonlinear import ResponseCurve, SolverOptions, WorstMotion
     from nonlinear.contact.parameters import Array
     from nonlinear.time_integration.ring import Ring
     from nonlinear.time_integration.ring_motion import RingMotion
@@ -153,7 +153,7 @@ def brute_row(case: StressCase, model: Path, search: str) -> dict[str, Any]:
     with one_blas_thread():
         height, where = brute_force(ring, curve)
     higher = height > (1.0 + ABOVE) * worst.amplitude_m
-    said = (f"{peak.amplitude_m * 1e6:.4g}", f"{'>= ' * bool(worst.unresolved)}{worst.amplitude_m * 1e6:.4g}")
+    said = (f"{peak.amplitude_m * 1e6:.4g}", marked(worst))
     said += (f"{worst.frequency_hz:.5g}", worst.motion, f"{height * 1e6:.4g}", where, "yes" if higher else "no")
     row |= dict(zip(names, (*said, worst.unresolved), strict=True))
     return row | {"s": f"{seconds:.0f}", "brute s": f"{time.process_time() - began - seconds:.0f}"}
@@ -265,8 +265,7 @@ def row_of(solved: SolvedCurve) -> dict[str, Any]:
     names = ("worst [um]", "at [Hz]", "branch", "motion", "nodal diameter", "blades")
     if worst is None or not worst.amplitude_m > 0.0:
         return row | dict.fromkeys((*names, "in time", "agrees", "seconds"), "-")
-    at_least = ">= " if worst.unresolved else ""
-    values = (f"{at_least}{worst.amplitude_m * 1e6:.4g}", f"{worst.frequency_hz:.6g}", worst.branch, worst.motion)
+    values = (marked(worst), f"{worst.frequency_hz:.6g}", worst.branch, worst.motion)
     row |= dict(zip(names, (*values, worst.nodal_diameter, worst.ring_blades), strict=True))
     start = time.perf_counter()
     motion = in_time(solved)
@@ -291,8 +290,13 @@ def beside(solved: SolvedCurve, seed: int) -> dict[str, Any]:
     assert second is not None
     low, high = sorted((first, second), key=lambda worst: worst.amplitude_m)
     same = bool(low.unresolved) or not low.amplitude_m < (1.0 - SAME_SEEDS) * high.amplitude_m
-    reached = f"{'>= ' * bool(second.unresolved)}{second.amplitude_m * 1e6:.4g}"
-    return {"other seed [um]": reached, "same": "yes" if same else "no"}
+    return {"other seed [um]": marked(second), "same": "yes" if same else "no"}
+
+
+def marked(worst: WorstMotion) -> str:
+    """Height in micrometres, with the mark that the program gives it."""
+    at_least = ">= " * bool(worst.unresolved and not worst.unstable)
+    return f"{at_least}{worst.amplitude_m * 1e6:.4g}{' (unstable)' * worst.unstable}"
 
 
 def height_at_start(curve: ResponseCurve) -> float:
