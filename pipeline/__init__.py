@@ -12,7 +12,7 @@ from typing import Any
 # The stub beside lists the public names, once: type checkers read it, and here it says where each is defined.
 _STUB = Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")
 _PLACES = {name: module for module, name in findall(r"from ([\w.]+) import (\w+) as", _STUB)}
-__version__ = "0.3.0"
+__version__ = "0.4.0"
 __all__ = list(_PLACES)
 
 

@@ -161,5 +161,7 @@ def test_version_and_licence_are_the_same_everywhere() -> None:
     citation = (REPOSITORY / "CITATION.cff").read_text()
     assert f"\nversion: {pipeline.__version__}\n" in citation
     assert "\nlicense: GPL-3.0-or-later\n" in citation
-    assert f"\n## {pipeline.__version__}\n" in (REPOSITORY / "CHANGELOG.md").read_text()
+    released = re.search(r"^date-released: (.*)$", citation, flags=re.MULTILINE)
+    assert released
+    assert f"\n## {pipeline.__version__} - {released[1]}\n" in (REPOSITORY / "CHANGELOG.md").read_text()
     assert (REPOSITORY / "LICENSE").read_text().split()[:5] == ["GNU", "GENERAL", "PUBLIC", "LICENSE", "Version"]
