@@ -16,7 +16,7 @@
 #
 # SCENE=scenes/x.toml chooses the scene, OUT=folder the output (out/<scene name> by default), JOBS=n the processes
 # (by default as many as there are cores, where the work is worth it);
-# STRESS="--full --seed 5" more or other cases (docs/developers/stability.md), BENCH="--only mesh" one study of the bench.
+# STRESS="--full --seed 5" more or other cases (docs/developers/hard_cases.md), BENCH="--only mesh" one study of the bench.
 
 SCENE ?= scenes/dummy.toml
 OUT ?=

@@ -12,7 +12,7 @@ from nonlinear.response_curve import BifurcationKind, ResponseCurve
 
 CLEARLY_HIGHER = 0.02  # relative distance of the amplitudes of two solutions of one frequency, see UnstableStretch
 COULD_MATTER = (
-    0.3  # of the highest motion known: lower unstable solutions are left alone; see docs/developers/method.md
+    0.3  # of the highest motion known: lower unstable solutions are left alone; see docs, method, worst motion
 )
 APART = 1.3  # ratio of the highest and the lowest solution of a frequency from which blades can be on either
 LONG = 1000  # periods in which a disturbance of a motion that persists grows by a factor of e at most

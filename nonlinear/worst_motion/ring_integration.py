@@ -60,7 +60,7 @@ SAME_HEIGHT, MOST_HALVED = 1e-3, 6
 COARSE, COARSE_STEPS = 0.5, 64 / 240
 CONFIRMATION = 2.0  # cost of a period of a blade then, relative to one that is looked at
 # periods times blades of time integration that cost as much as a point of a branch, for each Fourier coefficient
-# (2 H + 1) that is balanced there: see docs/developers/method.md
+# (2 H + 1) that is balanced there: see docs/developers/method/worst_motion.md
 EQUAL_COST = 20
 FLOOR = 0.7  # of the highest motion known, below which a ring is not followed
 VISIBLE = 0.02  # disturbance relative to the vibration, where no growth rate is to be measured

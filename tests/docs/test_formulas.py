@@ -8,7 +8,10 @@ import pytest
 
 from docs.formulas import mathml
 
-METHOD = (Path(__file__).parents[2] / "docs" / "developers" / "method.md").read_text()
+DEVELOPERS = Path(__file__).parents[2] / "docs" / "developers"
+METHOD = "".join(
+    page.read_text() for page in [DEVELOPERS / "method.md", *sorted((DEVELOPERS / "method").glob("*.md"))]
+)
 SPACE = "{http://www.w3.org/1998/Math/MathML}"
 
 
