@@ -8,7 +8,7 @@ DOCS = Path(__file__).resolve().parent
 sys.path.insert(0, str(DOCS))
 
 from formulas import add_formulas  # noqa: E402
-from site_text import commands_text, examples_text, short_signature  # noqa: E402
+from site_text import commands_text, examples_text, short_signature, with_contents  # noqa: E402
 
 project = "shroud"
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
@@ -54,9 +54,10 @@ def process_signature(
 
 
 def read_source(app: Any, name: str, content: list[str]) -> None:
-    """The page of the command line says what the program itself says, that of the examples has their scripts."""
+    """Text of the program on the page of the commands, scripts on that of the examples, a list on long ones."""
     content[0] = content[0].replace("<!-- commands -->", commands_text() if name == "command_line" else "")
     content[0] = content[0].replace("<!-- examples -->", examples_text() if name == "examples" else "")
+    content[0] = content[0] if name.startswith("api/") else with_contents(content[0])
 
 
 def setup(app: Any) -> None:

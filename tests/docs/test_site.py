@@ -45,6 +45,16 @@ def test_the_reference_has_every_public_name_once(site: Path) -> None:
             assert page.count(f'id="{package}.{name}"') == 1, f"docs/api/{package}.md: {name}"
 
 
+def test_a_long_page_begins_with_the_list_of_its_sections(site: Path) -> None:
+    for name in ("outputs", "developers/method/ring"):
+        page = (site / f"{name}.html").read_text()
+        listed = re.findall(r'href="#([\w-]+)"', page.partition('<nav class="contents')[2].partition("</nav>")[0])
+        sections = re.findall(r"^## ", (ROOT / "docs" / f"{name}.md").read_text(), flags=re.MULTILINE)
+        assert len(listed) == len(sections)
+        assert all(f'<section id="{anchor}">' in page for anchor in listed)
+    assert '<nav class="contents' not in (site / "developers" / "dependencies.html").read_text()
+
+
 def test_pages_made_from_the_program(site: Path) -> None:
     commands = (site / "command_line.html").read_text()
     assert 'id="shroud-export"' in commands
