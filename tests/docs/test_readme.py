@@ -31,6 +31,12 @@ def test_it_is_short() -> None:
     assert len(README.split()) <= 1000
 
 
+def test_its_source_fits_on_a_screen() -> None:
+    text = re.sub(r"^```text\n.*?^```", "", README, flags=re.DOTALL | re.MULTILINE)  # what a run prints
+    lines = [line for line in text.splitlines() if not line.startswith("|")]  # a row of a table is one line
+    assert [line for line in lines if len(line) > 100] == []
+
+
 def test_presets() -> None:
     seconds, errors = row("four curves").split("|")[2].split(";")
     measured = [
