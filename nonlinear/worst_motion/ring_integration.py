@@ -353,15 +353,13 @@ class RingIntegration:
 
     def with_cost(self, solution: Solution) -> "RingIntegration":
         """The same, with the cost of a period as the steps and iterations near a solution tell, 1 at least."""
-        nodes, pattern = self.ring.modal.n_contacts, 0
         try:
-            integrator = self.coarse(solution.omega, pattern)
-            state = integrator.on_wave(solution.displacement)
-            disturbed = integrator.disturbed(state, pattern, VISIBLE * integrator.vibration(state))
-            moves = integrator.march(disturbed, PROBED).moves / (PROBED * integrator.n_blades)
+            integrator = self.coarse(solution.omega, 0)
+            moves = integrator.march(integrator.on_wave(solution.displacement), PROBED).moves
         except ArithmeticError:
             return self  # nothing will be integrated
-        work = integrator.steps + moves * nodes / AS_A_STEP
+        per_blade = moves / (PROBED * integrator.n_blades)
+        work = integrator.steps + per_blade * self.ring.modal.n_contacts / AS_A_STEP
         return replace(self, cost=max(work / USUAL_PERIOD, 1.0) ** DEARER)
 
     def motion(self, solution: Solution, most_periods: int) -> RingMotion:
