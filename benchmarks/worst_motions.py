@@ -281,7 +281,7 @@ def beside(solved: SolvedCurve, seed: int) -> dict[str, Any]:
     """The worst motion of a curve with other random states, in micrometres, and whether the lower one may stand."""
     from dataclasses import replace
 
-    from nonlinear import find_worst_motion
+    from nonlinear.worst_motion.worst_motion import find_worst_motion
 
     ring, first = solved.ring, solved.curve.worst
     options = replace(solved.options, seed=seed)
