@@ -174,7 +174,7 @@ def _worst_motion(
     """
     branches, options = branches_of(curve), integration.options
     if options.search != "off":
-        integration = integration.with_cost(Solution.of(curve, int(np.argmax(curve.amplitude_m))))
+        integration = integration.for_branches(branches)
     seen: list[tuple[float, float]] = []  # heights of points on which the ring stays, and their errors
 
     def integrate(place: Place, blade_periods: int, height_m: float) -> Integrated:

@@ -4,6 +4,7 @@ The ring starts in the pattern of the worst perturbation, or of the worst that f
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -35,6 +36,7 @@ from nonlinear.time_integration.ring_motion import (
 
 NEARLY = 0.9  # share of a growth rate that counts as nearly as fast
 MOST_BLADES = 8  # of a ring that is preferred to a larger one
+FEWEST_BLADES = 4  # of a ring with localised motions
 LARGE_RING = 24  # blades of the largest ring of a standard search, unless the wave needs more
 ENOUGH = 0.5  # share of the largest growth rate that the pattern of a smaller ring needs to have
 FEWEST_PERIODS = 200  # in which a ring leaves and settles, if it does so fast
@@ -350,6 +352,18 @@ class RingIntegration:
             if number == motion.n_blades or (number <= MOST_BLADES and number % motion.n_blades == 0):
                 blades.setdefault(number, k)
         return blades
+
+    def for_branches(self, branches: Sequence[ResponseCurve]) -> "RingIntegration":
+        """The same with the cost near the highest solution of the main branch; as it is where the ring leaves none.
+
+        Then nothing is integrated but by a thorough search, or where no small ring is a part of the whole one.
+        """
+        main, calm = branches[0], len(branches) == 1 and bool(branches[0].stable.all())
+        sizes = (self.ring.blades(k) for k in range((self.ring.modal.n_blades or 0) // 2 + 1))
+        small = any(FEWEST_BLADES <= size <= MOST_BLADES for size in sizes)
+        if calm and small and self.options.search != "thorough":
+            return self
+        return self.with_cost(Solution.of(main, int(np.argmax(main.amplitude_m))))
 
     def with_cost(self, solution: Solution) -> "RingIntegration":
         """The same, with the cost of a period as the steps and iterations near a solution tell, 1 at least."""

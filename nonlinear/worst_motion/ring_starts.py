@@ -19,6 +19,7 @@ from nonlinear.time_integration.ring import Ring, RingState
 from nonlinear.time_integration.ring_integrator import RingIntegrator
 from nonlinear.time_integration.ring_motion import RingMotion, integrate_ring
 from nonlinear.worst_motion.ring_integration import (
+    FEWEST_BLADES,
     FEWEST_PERIODS,
     MOST_BLADES,
     USUAL_PERIODS,
@@ -42,7 +43,6 @@ AROUND = 0.03  # of the two resonances, that belongs to the range between them
 SETTLES, STEP, STEP_WINDOW, SWEEP_STEP = 100, 40, 24, 4e-3
 LOST, LOW = 0.5, 0.15  # of the height of the step before, and of the highest motion known, below which a sweep ends
 MOST_HELD = 6  # highest steps of a sweep that are held until the motion persists at one
-FEWEST_BLADES = 4  # of a ring with localised motions
 
 
 class Start(NamedTuple):

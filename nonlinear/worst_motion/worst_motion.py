@@ -237,13 +237,13 @@ def find_worst_motion(
         standard = find_worst_motion((modal, contact, excitation, replace(options, search="standard")), curve)
     branches = branches_of(curve)
     integration = RingIntegration(Ring(modal, contact, excitation, options.output), options)
-    if not _why_not(options):
-        integration = integration.with_cost(Solution.of(curve, int(np.argmax(curve.amplitude_m))))
+    reason = _why_not(options)
+    if not reason:
+        integration = integration.for_branches(branches)
 
     def integrate(place: Place, blade_periods: int, height_m: float) -> Integrated:
         return integration(Solution.of(branches[place[0]], place[1]), blade_periods, height_m)
 
-    reason = _why_not(options)
     others = SteppedSweep(integration), RingStarts(integration, branches)
     most = round(affordable(branches, options) / integration.cost)
     worst = worst_of(

@@ -166,10 +166,11 @@ def _of_type(field: FieldInfo) -> str:
     limits, words = _constraints(field)
     if words and len(kinds) > 1:
         kinds = [kind for kind in kinds if kind is not Literal]
+    number = "a number above {low}, at most {high}" if "gt" in limits else "a number, {bounds}"
     text = {
         bool: "true or false",
         int: WHOLE,
-        float: POSITIVE if 0.0 < limits.get("ge", 0.0) <= 1e-6 else "a number, {bounds}",
+        float: POSITIVE if 0.0 < limits.get("ge", 0.0) <= 1e-6 else number,
         Literal: "{words}",
     }.get(kinds[0], "a table")
     return f"{text}, or {{words}}" if words and kinds[0] is not Literal else text

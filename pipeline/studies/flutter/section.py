@@ -43,7 +43,7 @@ class Flutter(StudyKeys):
         ge=0,
         le=100_000,
     )
-    disturbance: Annotated[Number, "a number above {low}, at most {high}"] = key(
+    disturbance: Number = key(
         "bound of that disturbance, over that at which a contact node first slips, lifts off or touches; each "
         "wave has a part of it; above 1 nodes slip from the beginning",
         0.5,
