@@ -116,10 +116,19 @@ def _execute(page: Path, block: Block, namespace: dict[str, Any], folder: Path) 
 
 def run_example(script: Path, folder: Path) -> str:
     """Run a script of examples/ in `folder`, where it leaves a picture of its name; what it printed."""
-    printed = io.StringIO()
-    with contextlib.chdir(folder), contextlib.redirect_stdout(printed):
-        runpy.run_path(str(script), run_name="__main__")
+    printed, before = io.StringIO(), os.environ["PATH"]
+    os.environ["PATH"] = programs_first()
+    try:
+        with contextlib.chdir(folder), contextlib.redirect_stdout(printed):
+            runpy.run_path(str(script), run_name="__main__")
+    finally:
+        os.environ["PATH"] = before
     return printed.getvalue()
+
+
+def programs_first() -> str:
+    """PATH with the programs of this environment first."""
+    return f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
 
 
 def run_commands(page: Path, block: Block, folder: Path) -> Iterator[Piece]:
@@ -129,7 +138,7 @@ def run_commands(page: Path, block: Block, folder: Path) -> Iterator[Piece]:
     """
     # A reader's make is not called by another one, which would say so in its output.
     reader = {name: value for name, value in os.environ.items() if name not in ("MAKEFLAGS", "MAKELEVEL", "MFLAGS")}
-    environment = reader | {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+    environment = reader | {"PATH": programs_first()}
     for number, command, shown in commands(block):
         status = re.search(r"# exit status (\d+)", command)
         done = subprocess.run(

@@ -125,14 +125,15 @@ class Ring:
         """
         if self.blades_apart is not None:
             return self.blades_apart.with_harmonics(len(force) - 1).coordinates(omega, force)[0]
-        return self.receptance(len(force) - 1).modal_response(omega, force[:, 0])[0][:, None]
+        with np.errstate(divide="ignore", invalid="ignore"):  # the mean of bodies that contacts alone hold
+            return self.receptance(len(force) - 1).modal_response(omega, force[:, 0])[0][:, None]
 
     def free_response(self, omega: float) -> ComplexArray:
         """Modal coordinates without contact, (n_h, s, m), see `coordinates`."""
         shape = len(self.excited.harmonics), self.frequency_ratio.size, 3 * self.modal.n_contacts
-        found = self.coordinates(omega, np.zeros(shape, dtype=complex))
-        found[0, :, : self.excited.floating] = 0.0  # bodies that contacts alone hold: see `static_push`
-        return found
+        coordinates = self.coordinates(omega, np.zeros(shape, dtype=complex))
+        coordinates[0, :, : self.excited.floating] = 0.0  # see `static_push`
+        return coordinates
 
     @cached_property
     def static_push(self) -> Array:
