@@ -19,7 +19,10 @@ from rom.files.reduced_model_file import read_reduced_model as read_reduced_mode
 from rom.files.reduced_model_file import write_reduced_model as write_reduced_model
 from rom.finite_elements.full_model import FullModel as FullModel
 from rom.finite_elements.full_model import assemble as assemble
+from rom.finite_elements.material import AnisotropicMaterial as AnisotropicMaterial
+from rom.finite_elements.material import HotMaterials as HotMaterials
 from rom.finite_elements.material import Material as Material
+from rom.finite_elements.material import MaterialTable as MaterialTable
 from rom.matrix_files.labelled_matrix import DofLabels as DofLabels
 from rom.matrix_files.labelled_matrix import LabelledMatrix as LabelledMatrix
 from rom.matrix_files.matrix_file import read_matrix as read_matrix

@@ -7,13 +7,14 @@ the same integrals to round-off, some 30 times faster.
 All matrices share one sparsity pattern over pairs of nodes, filled component by component.
 
 Large displacements are in total Lagrangian form. With the displacement gradient H, F = I + H, the Green-Lagrange
-strain E = (F^T F - I) / 2 and the second Piola-Kirchhoff stress S = lambda tr(E) I + 2 mu E (St. Venant-Kirchhoff),
-all on the undeformed body,
+strain E = (F^T F - I) / 2 and the second Piola-Kirchhoff stress S = C E, of an isotropic body lambda tr(E) I + 2 mu E
+(St. Venant-Kirchhoff), all on the undeformed body,
 
     f_a = int F S g_a dV,
     K_ab = int lambda p_a p_b^T + mu p_b p_a^T + mu (g_a.g_b) F F^T + (g_a.S g_b) I dV,    p_a = F g_a,
 
-for the nodes a, b with the gradients g_a of their shape functions. The first three terms are the stiffness with the
+for the nodes a, b with the gradients g_a of their shape functions; of an anisotropic body the first three terms are
+int B_a^T C B_b dV with the strains B_a of a displacement of the node. These terms are the stiffness with the
 initial-displacement (large-displacement) part, the last one is the geometric (initial-stress) stiffness.
 
 References
@@ -32,7 +33,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rom.finite_elements.discretisation import Batch, Discretisation
-from rom.finite_elements.material import Material, Materials, material_of
+from rom.finite_elements.elastic_law import ElasticLaw, strain_rows
+from rom.finite_elements.material import Materials, law_of
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
@@ -128,18 +130,25 @@ def elastic_matrices(discretisation: Discretisation, materials: Materials) -> tu
     volume: dict[float, NDArray[np.float64]] = {}  # int N_a N_b dV of the elements of a density
     for batch in discretisation.batches():
         block = discretisation.blocks[batch.block]
-        material = material_of(materials, block.material)
-        lame, shear = material.lame
+        law = law_of(materials, block, batch.part)
         slots = pattern.locate(batch.nodes)
-        products = gradient_products(batch.gradients, batch.weights)
-        trace = shear * (products[:, 0, :, 0] + products[:, 1, :, 1] + products[:, 2, :, 2])
+        if law.stiffness is None:
+            lame, shear, of_lame, of_shear = _isotropic_products(law, batch.gradients, batch.weights)
+            trace = shear * (of_shear[:, 0, :, 0] + of_shear[:, 1, :, 1] + of_shear[:, 2, :, 2])
+        else:
+            blocks = _stiffness_products(law.stiffness, batch.gradients, batch.weights)
         for row, (i, j) in enumerate(UPPER):
-            component = lame * products[:, i, :, j] + shear * products[:, j, :, i]
-            if i == j:
-                component += trace
+            if law.stiffness is None:
+                component = lame * of_lame[:, i, :, j] + shear * of_shear[:, j, :, i]
+                if i == j:
+                    component += trace
+            else:
+                component = blocks[:, i, :, j]
             np.add.at(stiffness[row], slots, component.ravel())
-        found = volume.setdefault(material.density, np.zeros(pattern.n_pairs))
-        np.add.at(found, slots, _value_products(block.table.values, batch.weights).ravel())
+        uniform = np.ndim(law.density) == 0
+        found = volume.setdefault(float(law.density) if uniform else 1.0, np.zeros(pattern.n_pairs))
+        weights = batch.weights if uniform else law.density * batch.weights
+        np.add.at(found, slots, _value_products(block.table.values, weights).ravel())
     mass = sum(density * found for density, found in volume.items())
     return pattern.symmetric_matrix(stiffness), pattern.isotropic_matrix(np.asarray(mass))
 
@@ -154,9 +163,9 @@ def stress_at_quadrature(
     nodal = np.asarray(displacement).reshape(-1, 3)
     found = tuple(np.empty((len(block), len(block.table.weights), 3, 3)) for block in discretisation.blocks)
     for batch in discretisation.batches():
-        material = material_of(materials, discretisation.blocks[batch.block].material)
+        law = law_of(materials, discretisation.blocks[batch.block], batch.part)
         gradient = batch.gradients @ nodal[batch.nodes][:, None]
-        found[batch.block][batch.part] = material.stress(0.5 * (gradient + gradient.swapaxes(-1, -2)))
+        found[batch.block][batch.part] = law.stress(0.5 * (gradient + gradient.swapaxes(-1, -2)))
     return found
 
 
@@ -166,6 +175,25 @@ def gradient_products(gradients: NDArray[np.float64], weights: NDArray[np.float6
     table = gradients.reshape(elements, points, 3 * nodes)
     products = table.swapaxes(1, 2) @ (weights[..., None] * table)
     return products.reshape(elements, 3, nodes, 3, nodes)
+
+
+def _isotropic_products(law: ElasticLaw, gradients: Array, weights: Array) -> tuple[float, float, Array, Array]:
+    """Factors of Lame's two terms and their `gradient_products`, which hold constants that differ between points."""
+    if np.ndim(law.lame) == 0:
+        products = gradient_products(gradients, weights)
+        return float(law.lame), float(law.shear), products, products
+    of_lame, of_shear = (gradient_products(gradients, constant * weights) for constant in (law.lame, law.shear))
+    return 1.0, 1.0, of_lame, of_shear
+
+
+def _stiffness_products(
+    stiffness: Array, gradients: Array, weights: Array, deformation: Array | None = None
+) -> Array:
+    """int B^T C B dV (e, 3, b, 3, b) with the index order i, a, j, b."""
+    rows = strain_rows(gradients, deformation)
+    elements, _, _, size = rows.shape
+    products = _contracted(rows, weights[..., None, None] * (stiffness @ rows))
+    return products.reshape(elements, 3, size // 3, 3, size // 3)
 
 
 def _value_products(values: NDArray[np.float64], weights: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -201,8 +229,8 @@ class ElasticBody:
                 gradients=np.ascontiguousarray(batch.gradients), weights=np.ascontiguousarray(batch.weights)
             )
 
-    def _material(self, batch: Batch) -> Material:
-        return material_of(self.materials, self.discretisation.blocks[batch.block].material)
+    def _law(self, batch: Batch) -> ElasticLaw:
+        return law_of(self.materials, self.discretisation.blocks[batch.block], batch.part)
 
     @cached_property
     def _kept(self) -> tuple[Batch, ...]:
@@ -220,7 +248,7 @@ class ElasticBody:
             deformation = _deformation_gradient(batch.gradients, nodal[batch.nodes])
             strain = _green_lagrange(deformation)
             largest = max(largest, float(np.sqrt(np.max(np.sum(strain**2, axis=(-2, -1))))))
-            flux = (deformation @ self._material(batch).stress(strain)) * batch.weights[..., None, None]
+            flux = (deformation @ self._law(batch).stress(strain)) * batch.weights[..., None, None]
             np.add.at(force, batch.nodes, np.einsum("eqik,eqka->eai", flux, batch.gradients, optimize=True))
         return force.ravel(), largest
 
@@ -236,17 +264,22 @@ class ElasticBody:
         nodal = displacement.reshape(-1, 3)
         upper = np.zeros((len(UPPER), self.pattern.n_pairs))
         for batch in self._batches():
-            gradients, weights, material = batch.gradients, batch.weights, self._material(batch)
-            lame, shear = material.lame
+            gradients, weights, law = batch.gradients, batch.weights, self._law(batch)
             slots = self.pattern.locate(batch.nodes)
             deformation = _deformation_gradient(gradients, nodal[batch.nodes])
             known = None if stress is None else stress[batch.block][batch.part]
-            inner = material.stress(_green_lagrange(deformation)) if known is None else known
-            left = shear * (deformation @ deformation.swapaxes(-1, -2))
-            products = gradient_products(deformation @ gradients, weights)
+            inner = law.stress(_green_lagrange(deformation)) if known is None else known
+            if law.stiffness is None:
+                lame, shear, of_lame, of_shear = _isotropic_products(law, deformation @ gradients, weights)
+                left = (deformation @ deformation.swapaxes(-1, -2)) * np.asarray(law.shear)[..., None, None]
+            else:
+                blocks = _stiffness_products(law.stiffness, gradients, weights, deformation)
             for row, (i, j) in enumerate(UPPER):
-                block = lame * products[:, i, :, j] + shear * products[:, j, :, i]
-                flux = left[..., i, j, None, None] * gradients
+                if law.stiffness is None:
+                    block = lame * of_lame[:, i, :, j] + shear * of_shear[:, j, :, i]
+                    flux = left[..., i, j, None, None] * gradients
+                else:
+                    block, flux = blocks[:, i, :, j].copy(), np.zeros_like(gradients)
                 if i == j:
                     flux += inner @ gradients
                 block += _contracted(gradients, weights[..., None, None] * flux)

@@ -3,9 +3,9 @@
 The mean displacement along d of the nodes of a set is the row of the force 1 N along d shared by them: both are the
 same vector.
 
-Pressures and tractions act on the undeformed body. Thermal strains are eps = alpha T I: the temperature T is counted
-from the one at which the body is free of stress. With beta = E alpha / (1 - 2 nu) the stress of a displacement is
-sigma = D eps(u) - beta T I.
+Pressures and tractions act on the undeformed body. Thermal strains are alpha T, with the temperature T counted from
+the one at which the body is free of stress, or those of a table. The stress of a displacement is sigma = C (eps(u) -
+eps_T).
 
 The strain of a gauge, the component along a direction of the strain at a point, is a row on the displacements too.
 """
@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from rom.errors import RomParameterError
 from rom.finite_elements.discretisation import DiscreteBlock, Discretisation, discretise, points_on_sides
 from rom.finite_elements.full_model import FullModel, node_dofs
-from rom.finite_elements.material import Materials, material_of
+from rom.finite_elements.material import Materials, law_of
 
 if TYPE_CHECKING:
     from geometry.elements import ElementSides
@@ -87,7 +87,7 @@ def _integrated(discretisation: Discretisation, surface: ElementSides, name: str
 
 
 def thermal_force(full: FullModel, sector: SectorMesh, material: Materials, temperature: float | Array) -> Array:
-    """Nodal forces of a temperature field, f_a = int B_a^T D alpha T dV = int beta T grad N_a dV.
+    """Nodal forces of a temperature field, f_a = int (C eps_T) grad N_a dV.
 
     `temperature` (V,): temperature less that of the stress-free state, K, uniform or at the points of the mesh.
     Returns (N,): nodal forces, N.
@@ -97,22 +97,10 @@ def thermal_force(full: FullModel, sector: SectorMesh, material: Materials, temp
     force = np.zeros((discretisation.n_nodes, 3))
     for batch in discretisation.batches():
         block = discretisation.blocks[batch.block]
-        modulus = material_of(material, block.material).thermal_stress_modulus
-        pressure = modulus * batch.weights * _at_quadrature(block, batch.part, nodal)
-        np.add.at(force, batch.nodes, np.einsum("eq,eqka->eak", pressure, batch.gradients, optimize=True))
+        rise = at_quadrature(block, batch.part, nodal)
+        stress = law_of(material, block, batch.part).restrained_stress(rise) * batch.weights[..., None, None]
+        np.add.at(force, batch.nodes, np.einsum("eqik,eqka->eai", stress, batch.gradients, optimize=True))
     return force.ravel()
-
-
-def thermal_stress(discretisation: Discretisation, materials: Materials, temperature: Array) -> tuple[Array, ...]:
-    """beta T (E, q) in Pa at the quadrature points of each block, from temperatures (V,) at the points of the mesh.
-
-    It is to be subtracted from the three normal stresses of `stress_at_quadrature`.
-    """
-    return tuple(
-        material_of(materials, block.material).thermal_stress_modulus
-        * _at_quadrature(block, slice(0, len(block)), temperature)
-        for block in discretisation.blocks
-    )
 
 
 def temperature_at_points(temperature: float | Array, count: int) -> Array:
@@ -129,7 +117,7 @@ def temperature_at_points(temperature: float | Array, count: int) -> Array:
     return np.broadcast_to(found, (count,))
 
 
-def _at_quadrature(block: DiscreteBlock, part: slice, nodal: Array) -> Array:
+def at_quadrature(block: DiscreteBlock, part: slice, nodal: Array) -> Array:
     """Values (e, q) at the quadrature points of some elements."""
     return np.asarray(nodal[block.vertices[part]] @ block.table.geometry.T)
 

@@ -32,8 +32,9 @@ from numpy.typing import NDArray
 
 from geometry.elements import ELEMENT_KINDS
 from rom.finite_elements.discretisation import Batch, DiscreteBlock, Discretisation
-from rom.finite_elements.loads import thermal_stress
-from rom.finite_elements.material import Material, Materials, material_of
+from rom.finite_elements.elastic_law import ElasticLaw
+from rom.finite_elements.loads import at_quadrature
+from rom.finite_elements.material import Materials, law_of
 from rom.finite_elements.reference_element import shape_functions, volume_rule, vtk_shape_functions
 
 if TYPE_CHECKING:
@@ -44,21 +45,21 @@ _LINEAR = {4: "tet4", 6: "wedge6", 8: "hex8"}  # by the number of corners
 ROWS, COLUMNS = (0, 1, 2, 0, 1, 2), (0, 1, 2, 1, 2, 0)
 
 
-def cauchy_stress(material: Material, gradient: Array) -> Array:
+def cauchy_stress(law: ElasticLaw, gradient: Array) -> Array:
     """Cauchy stress (..., 3, 3), Pa, of a displacement gradient (..., 3, 3), H_ij = du_i / dX_j, of any size."""
     deformation = np.eye(3) + gradient
     strain = 0.5 * (_transposed(deformation) @ deformation - np.eye(3))
-    pushed = deformation @ material.stress(strain) @ _transposed(deformation)
+    pushed = deformation @ law.stress(strain) @ _transposed(deformation)
     return pushed / np.linalg.det(deformation)[..., None, None]
 
 
-def cauchy_increment(material: Material, gradient: Array, increment: NDArray[Any]) -> NDArray[Any]:
+def cauchy_increment(law: ElasticLaw, gradient: Array, increment: NDArray[Any]) -> NDArray[Any]:
     """Increment (k, ..., 3, 3) of the Cauchy stress for small further gradients (k, ..., 3, 3), real or complex."""
     deformation = np.eye(3) + gradient
-    stress = cauchy_stress(material, gradient)
+    stress = cauchy_stress(law, gradient)
     velocity = increment @ np.linalg.inv(deformation)
     mixed = _transposed(deformation) @ increment
-    inner = material.stress(0.5 * (mixed + _transposed(mixed)))
+    inner = law.stress(0.5 * (mixed + _transposed(mixed)))
     pushed = deformation @ inner @ _transposed(deformation) / np.linalg.det(deformation)[..., None, None]
     turned = velocity @ stress
     trace = np.trace(velocity, axis1=-2, axis2=-1)[..., None, None]
@@ -155,8 +156,7 @@ class StressRecovery:
     material: NDArray[np.int64]
     names: tuple[str, ...]  # names of the materials
     base: Array | None = None  # (n, 3), displacement about which increments are linearised, m; None: small strains
-    # (E, q), pressure of the heated elements if they could not expand, E alpha T / (1 - 2 nu), Pa, block by block
-    thermal: tuple[Array, ...] | None = None
+    temperature: Array | None = None  # (V,), of the points of the mesh above the stress-free state, K
     _places: tuple[NDArray[np.int64], ...] = field(default=(), repr=False)
 
     @classmethod
@@ -183,8 +183,7 @@ class StressRecovery:
             for key, start, end in zip(keys, ends[:-1], ends[1:], strict=True)
         )
         at = None if base is None else np.asarray(base).reshape(-1, 3)
-        heated = None if temperature is None else thermal_stress(discretisation, materials, temperature)
-        return cls(discretisation, blocks, materials, used % n, used // n, names, at, heated, places)
+        return cls(discretisation, blocks, materials, used % n, used // n, names, at, temperature, places)
 
     @property
     def places(self) -> tuple[NDArray[np.int64], ...]:
@@ -216,8 +215,9 @@ class StressRecovery:
         if self.base is not None:
             gradient = _gradient(batch.gradients, self.base[batch.nodes])
             found = found + cauchy_stress(self._law(batch), gradient)
-        if self.thermal is not None:
-            found = found - self.thermal[batch.block][batch.part][..., None, None] * np.eye(3)
+        if self.temperature is not None:
+            rise = at_quadrature(self.discretisation.blocks[batch.block], batch.part, self.temperature)
+            found = found - self._law(batch).restrained_stress(rise)
         return found
 
     def _increment(self, batch: Batch, nodal: NDArray[Any]) -> NDArray[Any]:
@@ -227,8 +227,8 @@ class StressRecovery:
             return self._law(batch).stress(0.5 * (change + change.swapaxes(-1, -2)))
         return cauchy_increment(self._law(batch), _gradient(batch.gradients, self.base[batch.nodes]), change)
 
-    def _law(self, batch: Batch) -> Material:
-        return material_of(self.materials, self.blocks[batch.block].material)
+    def _law(self, batch: Batch) -> ElasticLaw:
+        return law_of(self.materials, self.discretisation.blocks[batch.block], batch.part)
 
     def _batches(self) -> Iterator[tuple[NDArray[np.int64], StressBlock, Batch]]:
         """Places (e, b) of the nodes, block and elements of bounded batches."""

@@ -10,6 +10,8 @@ from pathlib import Path
 import numpy as np
 from calculix import PROGRAM, frequencies, static_step
 
+from rom import AnisotropicMaterial, MaterialTable
+
 TYPES = {
     "tet4": "C3D4",
     "tet10": "C3D10",
@@ -38,19 +40,36 @@ def body(mesh, materials, clamped):
             rows = [fields[k : k + _PER_LINE] for k in range(0, len(fields), _PER_LINE)]
             lines += [", ".join(row) + ("," if row is not rows[-1] else "") for row in rows]
     for index, block in enumerate(mesh.blocks):
-        material = materials[block.material]
-        lines += [f"*MATERIAL, NAME=SOLID{index}", "*ELASTIC"]
-        lines += [
-            f"{material.young_modulus:.12e}, {material.poisson_ratio:.12e}",
-            "*DENSITY",
-            f"{material.density:.12e}",
-        ]
-        lines += ["*EXPANSION, ZERO=0.", f"{material.expansion:.12e}"]
-        lines.append(f"*SOLID SECTION, ELSET=BLOCK{index}, MATERIAL=SOLID{index}")
+        lines += material_lines(materials[block.material], index)
     lines += ["*ELSET, ELSET=BLADE", *[f"BLOCK{index}," for index in range(len(mesh.blocks))]]
     if len(clamped):
         lines += ["*NSET, NSET=ROOT", *[f"{node + 1}," for node in clamped], "*BOUNDARY", "ROOT, 1, 3, 0.0"]
     return lines
+
+
+def material_lines(material, index):
+    """Lines of a material, its orientation and its section; expansions of a table are mean ones from 0."""
+    table = isinstance(material, MaterialTable)
+    states = material.states if table else [material]
+    ends = [f", {at:.12e}" for at in material.temperature] if table else [""]
+    lines, oriented = [f"*MATERIAL, NAME=SOLID{index}"], isinstance(states[0], AnisotropicMaterial)
+    if oriented:  # D1111, D1122, D2222, D1133, D2233, D3333, D1212, D1313, / D2323
+        at = [(0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2), (5, 5), (4, 4), (3, 3)]
+        numbers = [[f"{state.stiffness[place]:.12e}" for place in at] for state in states]
+        rows = [", ".join(row[:8]) + ",\n" + row[8] for row in numbers]
+    else:
+        rows = [f"{state.young_modulus:.12e}, {state.poisson_ratio:.12e}" for state in states]
+    lines += ["*ELASTIC, TYPE=ORTHO" if oriented else "*ELASTIC", *map(str.__add__, rows, ends)]
+    lines += ["*DENSITY", *(f"{state.density:.12e}{end}" for state, end in zip(states, ends, strict=True))]
+    kind = ", TYPE=ORTHO" if oriented else ""
+    lines.append(f"*EXPANSION, ZERO=0.{kind}")
+    for state, end in zip(states, ends, strict=True):
+        lines.append(", ".join(f"{value:.12e}" for value in np.atleast_1d(state.expansion)) + end)
+    if oriented:
+        along = ", ".join(f"{value:.12e}" for value in states[0].axes[:2].ravel())
+        lines += [f"*ORIENTATION, NAME=AXES{index}", along]
+    section = f"*SOLID SECTION, ELSET=BLOCK{index}, MATERIAL=SOLID{index}"
+    return [*lines, section + (f", ORIENTATION=AXES{index}" if oriented else "")]
 
 
 def first_numbers(mesh):
@@ -58,9 +77,15 @@ def first_numbers(mesh):
     return np.cumsum([1, *(len(block) for block in mesh.blocks[:-1])]).tolist()
 
 
-def frequency_deck(mesh, materials, clamped, count, rotation=None):
-    """Text of a deck for `count` natural frequencies, at rest or about the equilibrium of a rotation."""
+def frequency_deck(mesh, materials, clamped, count, rotation=None, temperature=None):
+    """Text of a deck for `count` natural frequencies, at rest or about the equilibrium of a rotation.
+
+    `temperature` (n,): of the nodes; there is no thermal stress at it.
+    """
     lines = body(mesh, materials, clamped)
+    if temperature is not None:
+        lines += ["*INITIAL CONDITIONS, TYPE=TEMPERATURE"]
+        lines += [f"{k}, {value:.12e}" for k, value in enumerate(temperature, 1)]
     lines += ["*STEP"] if rotation is None else [*static_step(rotation), "*STEP, PERTURBATION"]
     lines += ["*FREQUENCY", f"{count}", "*END STEP"]
     return "\n".join(lines) + "\n"
@@ -106,9 +131,9 @@ def run(folder, text):
     return result.read_text()
 
 
-def natural_frequencies(folder, mesh, materials, clamped, count, rotation=None):
+def natural_frequencies(folder, mesh, materials, clamped, count, rotation=None, temperature=None):
     """Natural frequencies (count,) that CalculiX finds, Hz."""
-    return frequencies(run(folder, frequency_deck(mesh, materials, clamped, count, rotation)))
+    return frequencies(run(folder, frequency_deck(mesh, materials, clamped, count, rotation, temperature)))
 
 
 def displacements(folder, text, n_nodes):
