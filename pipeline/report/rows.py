@@ -67,7 +67,10 @@ def load_rows(scene: Scene) -> Rows:
     if load.temperature is not None:
         field = load.temperature
         found = f"{field.uniform:g}" if field.uniform is not None else str(field.file)
-        rows.append(("temperature", f"{found}, free of thermal stress at {field.reference:g}"))
+        if field.linear is not None:
+            found = f"{field.linear[0]:g} at the innermost, {field.linear[1]:g} at the outermost radius"
+        factor = f", {load.temperature_factor:g} times above it" if load.temperature_factor != 1.0 else ""
+        rows.append(("temperature", f"{found}, free of thermal stress at {field.reference:g}{factor}"))
     return rows
 
 
@@ -321,10 +324,22 @@ def blade_rows(scene: Scene) -> list[tuple[str, str]]:
             f"{blade.root_stagger:g}°, {blade.root_stagger + blade.twist:g}°, {blade.camber:g}°",
         ),
         *_contact_part_rows(scene),
-        ("material", f"E = {material.young_modulus / 1e9:g} GPa, {material.density:g} kg/m³"),
+        ("material", _material_said(material.properties)),
         *_disk_rows(scene),
         ("speed", f"{scene.load.speed_rpm:g} rev/min"),
     ]
+
+
+def _material_said(properties: Mapping[str, Any]) -> str:
+    """Young's modulus with its values over the temperature, shear modulus of a crystal, density."""
+    words = [f"E = {properties['young_modulus'] / 1e9:g} GPa"]
+    others = [row for row in properties.get("at", ()) if "young_modulus" in row]
+    if others:
+        words[0] += f" at {properties.get('temperature', 20.0):g}"
+        words += [f"{row['young_modulus'] / 1e9:g} at {row['temperature']:g}" for row in others]
+    if "shear_modulus" in properties:
+        words.append(f"anisotropic, G = {properties['shear_modulus'] / 1e9:g} GPa")
+    return ", ".join((*words, f"{properties['density']:g} kg/m³"))
 
 
 def _contact_part_rows(scene: Scene) -> Iterator[tuple[str, str]]:
@@ -351,13 +366,13 @@ def _disk_rows(scene: Scene) -> list[tuple[str, str]]:
     disk, material = scene.disk, scene.material
     if disk is None or material is None or scene.blade is None:
         return []
-    numbers = material.model_dump() | (scene.materials["disk"].given if "disk" in scene.materials else {})
+    of_disk = scene.materials.get("disk", material)
     inner = (disk.bore_radius, disk.bore_width or disk.rim_width)
     sections = [inner, *disk.profile, (scene.blade.hub_radius, disk.rim_width)]
     widths = "; ".join(f"{_mm(width)} at {_mm(radius)}" for radius, width in sections)
     return [
         ("disk: widths, bore", f"{widths}; {disk.bore}"),
-        ("disk: material", f"E = {numbers['young_modulus'] / 1e9:g} GPa, {numbers['density']:g} kg/m³"),
+        ("disk: material", _material_said(of_disk.properties)),
     ]
 
 

@@ -17,6 +17,7 @@ from pipeline.scene.aero_section import unfit_aero
 from pipeline.scene.blade_section import DAMPER, INTERFACES
 from pipeline.scene.contact_section import PER_NODE, FaceField, Interface
 from pipeline.scene.dotted_keys import CONTACT, INTERFACE, interface_of, of_contact
+from pipeline.scene.elastic_material import unfit_material_keys
 from pipeline.scene.fields import LEAST_DAMPING
 from pipeline.scene.geometry_parameters import geometry_parameters
 from pipeline.scene.loads_section import SETS, files_of, force_table, temperature_table
@@ -95,6 +96,7 @@ def unfit_keys(file: SceneFile, broken: Mapping[int, Set[str]], force: bool = Fa
     if not broken.get(0):
         yield from _raised(_check_pictured_curves, file)
         yield from unfit_stress_keys(file)
+        yield from unfit_material_keys(file)
         yield from unfit_beside_disk(file)
         yield from _unfit_studies(file)
     if not any(broken.values()):

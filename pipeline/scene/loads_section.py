@@ -297,9 +297,14 @@ class Pressure(Section):
 
 
 class Temperature(Section):
-    """[load.temperature]: a temperature field; the material needs an expansion coefficient."""
+    """[load.temperature]: a temperature field; a material has an expansion coefficient, or a table over it."""
 
     uniform: Angle | None = key("temperature of the whole blade, degrees C or K as `reference`", None)
+    linear: tuple[Angle, Angle] | None = key(
+        "temperatures at the innermost and the outermost radius, linear between",
+        None,
+        allowed="two numbers, -1e6 to 1e6, and nothing beside uniform",
+    )
     file: File | None = key(
         "temperatures of nodes: a column `temperature`; relative to the scene file", None, validate_default=True
     )
@@ -308,7 +313,7 @@ class Temperature(Section):
     @field_validator("file")
     @classmethod
     def _one_field(cls, value: Any, info: ValidationInfo) -> Any:
-        return _one_of(value, info, ("uniform",))
+        return _one_of(value, info, ("uniform", "linear"))
 
 
 class Output(Section):
@@ -408,6 +413,10 @@ class Load(Section):
     )
     temperature: Annotated[Temperature | None, Meaning(swept=False)] = key(
         "temperature field", None, allowed="a table [load.temperature]"
+    )
+
+    temperature_factor: Annotated[Number, Meaning(symbol="temperature factor", uncertain=True)] = key(
+        "factor of the temperature field above its reference: 0 is cold, 1 as given", 1.0, ge=0.0, le=10.0
     )
 
     def placed(self, folder: Path) -> Load:

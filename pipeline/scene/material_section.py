@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from pipeline.errors import InputError, input_error, shown
 from pipeline.scene.fields import (
@@ -18,6 +18,7 @@ from pipeline.scene.fields import (
     Section,
     Truth,
     Usual,
+    Vector,
     Whole,
     allowed_of,
     key,
@@ -52,6 +53,19 @@ class Stress(Section):
     )
 
 
+Temperature = Annotated[Number, Field(ge=-1e6, le=1e6)]
+LIMITS = ("endurance_limit", "tensile_strength", "yield_strength")
+
+
+class LimitState(Section):
+    """[[fatigue.at]]: limits at another temperature; one that is left out lies between those of other rows."""
+
+    temperature: Temperature = key("temperature, in the unit of load.temperature")
+    endurance_limit: Annotated[Limit | None, STRENGTH] = key("as above, Pa", None, allowed=BY_MATERIAL)
+    tensile_strength: Annotated[Limit | None, STRENGTH] = key("as above, Pa", None, allowed=BY_MATERIAL)
+    yield_strength: Annotated[Limit | None, STRENGTH] = key("as above, Pa", None, allowed=BY_MATERIAL)
+
+
 class Fatigue(Section):
     """[fatigue]: limits of the material, for the margins of the stress cycles."""
 
@@ -66,20 +80,64 @@ class Fatigue(Section):
         "margin that is required; a run warns where it is less outside of singular places", 1.0, ge=0.1, le=100.0
     )
 
-    def limits_of(self, material: str) -> tuple[float, float, float | None] | None:
-        """Endurance limit, tensile and yield strength of a material; None where there are none for it."""
-        found = [_of(value, material) for value in (self.endurance_limit, self.tensile_strength, self.yield_strength)]
-        if found[0] is None or found[1] is None:
+    temperature: Temperature = key("temperature at which these limits hold, where there are others in `at`", 20.0)
+    at: Annotated[tuple[LimitState, ...], Meaning(swept=False)] = key(
+        "limits at other temperatures, straight lines between; beyond them there is no margin",
+        (),
+        allowed="tables [[fatigue.at]], each at another temperature than the rest and `temperature`",
+    )
+
+    @field_validator("at")
+    @classmethod
+    def _different_temperatures(cls, value: Any, info: ValidationInfo) -> Any:
+        return distinct_temperatures(value, info, "fatigue")
+
+    @property
+    def temperatures(self) -> list[float]:
+        """The temperatures of the table, ascending."""
+        return sorted((self.temperature, *(row.temperature for row in self.at)))
+
+    def limits_of(self, material: str, temperature: float | None = None) -> tuple[float, float, float | None] | None:
+        """Endurance limit, tensile and yield strength of a material; None where there are none for it.
+
+        At a temperature, that of the keys by default; None where the table does not reach it.
+        """
+        states: tuple[Fatigue | LimitState, ...] = (self, *self.at)
+        rows, found = sorted(states, key=lambda row: row.temperature), []
+        at = self.temperature if temperature is None else temperature
+        if self.at and not rows[0].temperature <= at <= rows[-1].temperature:
             return None
-        return found[0], found[1], found[2]
+        for name in LIMITS:
+            known = [
+                (row.temperature, value) for row in rows if (value := _of(getattr(row, name), material)) is not None
+            ]
+            found.append(_between(known, at))
+        return None if found[0] is None or found[1] is None else (found[0], found[1], found[2])
 
     @property
     def named(self) -> tuple[str, ...]:
         """Materials that have limits of their own; "" stands for all others."""
-        tables = [
-            v for v in (self.endurance_limit, self.tensile_strength, self.yield_strength) if isinstance(v, dict)
-        ]
+        given = (getattr(row, name) for row in (self, *self.at) for name in LIMITS)
+        tables = [value for value in given if isinstance(value, dict)]
         return ("", *dict.fromkeys(name for table in tables for name in table))
+
+
+def _between(known: list[tuple[float, float]], at: float) -> float | None:
+    """The value at a temperature on the lines between some, the first or the last one beyond; None of none."""
+    if not known:
+        return None
+    after = next((k for k, (temperature, _) in enumerate(known) if temperature >= at), len(known) - 1)
+    (low, first), (high, second) = known[max(after - 1, 0)], known[after]
+    share = 1.0 if high == low else min((at - low) / (high - low), 1.0)
+    return first + share * (second - first)
+
+
+def distinct_temperatures(value: Any, info: ValidationInfo, table: str) -> Any:
+    """The rows of a table, each at another temperature."""
+    known = [info.data.get("temperature", 20.0), *(row.temperature for row in value)]
+    if len(set(known)) < len(known):
+        raise ValueError(f"tables [[{table}.at]], each at another temperature than the rest and `temperature`")
+    return value
 
 
 def _of(value: Limit | None, material: str) -> float | None:
@@ -98,11 +156,14 @@ def unfit_stress_keys(file: SceneFile) -> Iterator[InputError]:
         yield input_error(file.path, "stress.curves", shown(list(curves)), allowed)
     if scene.fatigue is None:
         return
-    for material in scene.fatigue.named:
-        limits = scene.fatigue.limits_of(material)
+    if scene.fatigue.at and scene.load.temperature is None:
+        yield input_error(file.path, "load.temperature", "missing", "a table [load.temperature], for fatigue.at")
+    places = [(material, at) for material in scene.fatigue.named for at in scene.fatigue.temperatures]
+    for material, at in places:
+        limits = scene.fatigue.limits_of(material, at)
         if limits is None:
             continue
-        of = f".{material}" if material else ""
+        of = (f".{material}" if material else "") + (f" at {at:g}" if scene.fatigue.at else "")
         for name, value in (("endurance_limit", limits[0]), ("yield_strength", limits[2])):
             if value is not None and value > limits[1]:
                 yield input_error(file.path, f"fatigue.{name}{of}", shown(value), allowed_of(Fatigue, name))
@@ -110,6 +171,18 @@ def unfit_stress_keys(file: SceneFile) -> Iterator[InputError]:
 
 Poisson = Annotated[Number, Field(gt=-1.0, lt=0.4999), "a number above {low} and below {high}"]
 Expansion = Annotated[Number, Field(ge=0.0, le=0.01)]
+Modulus = Annotated[Positive, POSITIVE]
+SomeRatio = Annotated[Number, Field(gt=-1.0, lt=1.0), "a number above {low} and below {high}"]
+Angle = Annotated[Number, Field(ge=-360.0, le=360.0)]
+STIFFNESS = "c11, c12, c44 with c11 > c12 and c11 + 2 c12 > 0, without young_modulus, poisson_ratio and shear_modulus"
+Stiffness = Annotated[tuple[Number, Number, Number], STIFFNESS]
+PERPENDICULAR = 1e-3  # largest cosine between two axes
+CUBIC = ("young_modulus", "poisson_ratio", "shear_modulus")
+ANISOTROPIC = (
+    *("shear_modulus", "young_modulus_2", "young_modulus_3", "poisson_ratio_13", "poisson_ratio_23"),
+    *("shear_modulus_13", "shear_modulus_23", "expansion_2", "expansion_3"),
+)
+CONSTANTS = ("young_modulus", "poisson_ratio", "density", "expansion", *ANISOTROPIC)
 
 FORCED = "to use it anyway: --force (in Python: force=True)"
 
@@ -118,10 +191,125 @@ FORCED = "to use it anyway: --force (in Python: force=True)"
 WAVE_SPEED = Usual(1500.0, 15_000.0, "metals have 4000 to 6500 m/s", 200.0, 1e5)
 
 
-class Material(Section):
-    """[material]: linear elastic, isotropic."""
+class Elastic(Section):
+    """Constants of a material at one temperature; those along further axes are those of the axis before."""
 
-    young_modulus: Annotated[
+    young_modulus: Modulus | None = key("Young's modulus, Pa; of a cubic crystal that along its axes", None)
+    poisson_ratio: SomeRatio | None = key("Poisson's ratio", None)
+    density: Modulus | None = key("density, kg/m^3", None)
+    expansion: Expansion | None = key("coefficient of thermal expansion, 1/K", None)
+    shear_modulus: Modulus | None = key("shear modulus G, Pa: of a cubic crystal, or G12 (orthotropic)", None)
+    stiffness: Stiffness | None = key("c11, c12, c44 of a cubic crystal, Pa, in place of E, nu and G", None)
+    young_modulus_2: Modulus | None = key("E2, Pa; as E1 where it is left out", None)
+    young_modulus_3: Modulus | None = key("E3, Pa; as E2", None)
+    poisson_ratio_13: SomeRatio | None = key("nu13: contraction along axis 3 by a stress along axis 1; as nu12", None)
+    poisson_ratio_23: SomeRatio | None = key("nu23; as nu12", None)
+    shear_modulus_13: Modulus | None = key("G13, Pa; as G12", None)
+    shear_modulus_23: Modulus | None = key("G23, Pa; as G12", None)
+    expansion_2: Expansion | None = key("expansion along axis 2, 1/K; as along axis 1", None)
+    expansion_3: Expansion | None = key("expansion along axis 3, 1/K; as along axis 2", None)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _constants_of_stiffness(cls, given: Any) -> Any:
+        """E, nu and G of the stiffnesses of a cubic crystal, which stand in their place."""
+        if not isinstance(given, Mapping) or "stiffness" not in given or not {*CUBIC}.isdisjoint(given):
+            return given
+        cubic = cubic_constants(given["stiffness"])
+        return given if cubic is None else {**given, **dict(zip(CUBIC, cubic, strict=True))}
+
+    @field_validator("stiffness")
+    @classmethod
+    def _of_a_solid(cls, value: Any) -> Any:
+        if value is not None and cubic_constants(value) is None:
+            raise ValueError(STIFFNESS)
+        return value
+
+    @property
+    def given(self) -> dict[str, float]:
+        """The constants that are given, by key."""
+        found: dict[str, float] = self.model_dump(include={*CONSTANTS}, exclude_none=True)
+        return found
+
+
+class MaterialState(Elastic):
+    """[[material.at]]: constants at another temperature; one that is left out lies between those of other rows."""
+
+    temperature: Temperature = key("temperature, in the unit of load.temperature")
+
+
+class SolidMaterial(Elastic):
+    """What [material] and [materials.NAME] have in common beside the constants that all materials have."""
+
+    temperature: Temperature = key("temperature at which these numbers hold, where there are others in `at`", 20.0)
+    at: Annotated[tuple[MaterialState, ...], Meaning(swept=False)] = key(
+        "constants at other temperatures, straight lines between", (), allowed="tables [[material.at]]"
+    )
+    mean_from: Temperature | None = key(
+        "temperature from which expansions are mean ones, as handbooks give them; none: those at the temperature",
+        None,
+    )
+    extended: Truth = key("whether the values at the ends hold beyond the temperatures given; else an error", False)
+    axes: Annotated[tuple[Vector, Vector] | None, Meaning(swept=False)] = key(
+        "directions of axes 1 and 2 of the material", None, allowed="two lists of three numbers, perpendicular"
+    )
+    along: Annotated[Vector | None, Meaning(swept=False)] = key(
+        "direction of the crystal that lies along the blade (radially), in place of `axes`: [0, 0, 1] where both are "
+        "left out",
+        None,
+        allowed="three numbers, not all 0, and nothing beside axes",
+    )
+    tilt: Annotated[Angle, Meaning(unit="°", uncertain=True)] = key(
+        "angle by which it leans from the blade towards the engine axis (x), degrees", 0.0
+    )
+    turn: Annotated[Angle, Meaning(unit="°", uncertain=True)] = key(
+        "angle by which the crystal is turned about it, degrees; at 0 the crystal axis that is most perpendicular to "
+        "it lies towards the engine axis",
+        0.0,
+    )
+
+    @field_validator("at")
+    @classmethod
+    def _different_temperatures(cls, value: Any, info: ValidationInfo) -> Any:
+        return distinct_temperatures(value, info, "material")
+
+    @field_validator("axes")
+    @classmethod
+    def _perpendicular(cls, value: Any) -> Any:
+        if value is not None:
+            size = math.sqrt(math.prod(sum(x * x for x in axis) for axis in value))
+            if not size > 0.0 or abs(sum(x * y for x, y in zip(*value, strict=True))) > PERPENDICULAR * size:
+                raise ValueError("two lists of three numbers, perpendicular")
+        return value
+
+    @field_validator("along")
+    @classmethod
+    def _one_frame(cls, value: Any, info: ValidationInfo) -> Any:
+        if value is not None and (not any(value) or info.data.get("axes") is not None):
+            raise ValueError("three numbers, not all 0, and nothing beside axes")
+        return value
+
+    @property
+    def properties(self) -> dict[str, Any]:
+        """The constants and what else is given, by key."""
+        rows = [{"temperature": row.temperature, **row.given} for row in self.at]
+        names = self.model_fields_set - {*CONSTANTS, "stiffness", "at"}
+        more = {name: value for name in sorted(names) if (value := getattr(self, name)) is not None}
+        return {**self.given, **more, **({"at": rows} if rows else {})}
+
+    @model_validator(mode="after")
+    def _stiffness_alone(self) -> Any:
+        for state in (self, *self.at):
+            cubic = None if state.stiffness is None else cubic_constants(state.stiffness)
+            if cubic is not None and cubic != tuple(state.given.get(name) for name in CUBIC):
+                raise ValueError(STIFFNESS)
+        return self
+
+
+class Material(SolidMaterial):
+    """[material]: linear elastic; isotropic, or with its axes."""
+
+    young_modulus: Annotated[  # type: ignore[assignment]
         Positive,
         Meaning(
             "Pa",
@@ -131,17 +319,17 @@ class Material(Section):
             shown=("GPa", 1e-9),
             searched="decade",
         ),
-    ] = key("Young's modulus, Pa")
-    poisson_ratio: Annotated[
+    ] = key("Young's modulus, Pa; of a cubic crystal that along its axes")
+    poisson_ratio: Annotated[  # type: ignore[assignment]
         Poisson, Meaning(usual=Usual(0.0, 0.5, "metals have 0.25 to 0.35"), words="nu poisson poissonsratio")
     ] = key("Poisson's ratio")
-    density: Annotated[
+    density: Annotated[  # type: ignore[assignment]
         Positive,
         Meaning(
             "kg/m^3", "density", Usual(100.0, 3e4, "the key is in kg/m^3: steel has 7850", 1.0, 2e5), words="rho"
         ),
     ] = key("density, kg/m^3")
-    expansion: Expansion = key("coefficient of thermal expansion, 1/K", 0.0)
+    expansion: Expansion = key("coefficient of thermal expansion, 1/K", 0.0)  # type: ignore[assignment]
 
 
 USUAL_MATERIAL = {
@@ -149,7 +337,7 @@ USUAL_MATERIAL = {
 }
 
 
-class NamedMaterial(Section):
+class NamedMaterial(SolidMaterial):
     """[materials.NAME]: as [material]; what a material of a mesh file has may be left out."""
 
     young_modulus: Positive | None = optional(Material, "young_modulus")
@@ -157,11 +345,16 @@ class NamedMaterial(Section):
     density: Positive | None = optional(Material, "density")
     expansion: Expansion | None = optional(Material, "expansion")
 
-    @property
-    def given(self) -> dict[str, float]:
-        """The numbers that are given, by key."""
-        found: dict[str, float] = self.model_dump(exclude_none=True)
-        return found
+
+def cubic_constants(stiffness: Any) -> tuple[float, float, float] | None:
+    """E and nu along the axes of a cubic crystal and G, of c11, c12 and c44; None where no solid has these."""
+    try:
+        c11, c12, c44 = map(float, stiffness)
+    except (TypeError, ValueError):
+        return None
+    if not (c11 > abs(c12) and c11 + 2.0 * c12 > 0.0 and c44 > 0.0):
+        return None
+    return (c11 - c12) * (c11 + 2.0 * c12) / (c11 + c12), c12 / (c11 + c12), c44
 
 
 def wave_speed(numbers: Mapping[str, float]) -> float:

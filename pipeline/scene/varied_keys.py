@@ -89,6 +89,7 @@ def _unused(scene: Scene, key: str) -> str:
         "response.tolerance": (harmonics != "auto", f"response.harmonics = {harmonics}"),
         "load.coriolis": (at_rest, "load.speed_rpm = 0"),
         "load.equilibrium": (at_rest, "load.speed_rpm = 0"),
+        "load.temperature_factor": (scene.load.temperature is None, "there is no [load.temperature]"),
         "damper.axial_stiffness": (not scene.damper_touches, "the damper does not touch"),
         "damper.mass": (not scene.damper_touches, "the damper does not touch"),
     }

@@ -94,9 +94,24 @@ def _material_inputs(scene: Scene) -> dict[str, Any]:
     assert scene.mesh is not None
     material = None if scene.material is None else scene.material.model_dump()
     named = {name: m.model_dump() for name, m in scene.materials.items()}
+    heat = _heat_inputs(scene) if scene.load.temperature is not None and _over_temperature(scene) else {}
     if scene.mesh_file is not None:
-        return {"material": material, "materials": named}
-    return {"material": material, "element": scene.mesh.element, **({"materials": named} if named else {})}
+        return {"material": material, "materials": named, **heat}
+    return {"material": material, "element": scene.mesh.element, **({"materials": named} if named else {}), **heat}
+
+
+def _over_temperature(scene: Scene) -> bool:
+    """Whether materials may depend on the temperature: those of the scene do, or a file may have such ones."""
+    given = (scene.material, *scene.materials.values())
+    return scene.mesh_file is not None or any(each is not None and each.at for each in given)
+
+
+def _heat_inputs(scene: Scene) -> dict[str, Any]:
+    """The temperature field, with the content of its file; None without one."""
+    load = scene.load
+    if load.temperature is None:
+        return {"temperature": None}
+    return {"temperature": [_without_file(scene, load.temperature), load.temperature_factor]}
 
 
 def curve_key(scene: Scene, reduced: str) -> str:
@@ -177,9 +192,8 @@ def load_inputs(scene: Scene) -> dict[str, Any]:
             "excitation": [_without_file(scene, item) for item in excitation.load],
             "force": [_without_file(scene, item) for item in load.force],
             "pressure": [item.model_dump() for item in load.pressure],
-            "temperature": None if load.temperature is None else _without_file(scene, load.temperature),
+            **_heat_inputs(scene),
             "outputs": outputs,
-            "expansion": None if scene.material is None else scene.material.expansion,
         }
     }
 

@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from pipeline.scene.schema import Scene
 
 SPEED = "load.speed_rpm"
+WITH_SPEED = ("load.speed_rpm", "load.temperature_factor")
 FEWEST = 3  # speeds needed for a Campbell diagram
 COUNT = 10  # lowest modes of each nodal diameter that are looked at
 
@@ -36,11 +37,11 @@ def excited_orders(scene: Scene, engine_order: int | None = None) -> list[tuple[
 
 
 def by_speed(items: Sequence[Of]) -> dict[float, Of]:
-    """Those that differ from the first one only in the speed, by speed (rev/min)."""
-    first = {key: value for key, value in items[0].parameters.items() if key != SPEED}
+    """Those that differ from the first one only in the speed (rev/min), by speed, and in the heat that comes with it."""
+    first = {key: value for key, value in items[0].parameters.items() if key not in WITH_SPEED}
     chosen: dict[float, Of] = {}
     for item in items:
-        others = {key: value for key, value in item.parameters.items() if key != SPEED}
+        others = {key: value for key, value in item.parameters.items() if key not in WITH_SPEED}
         if SPEED in item.parameters and others == first:
             chosen.setdefault(float(item.parameters[SPEED]), item)
     return chosen

@@ -86,9 +86,9 @@ def haigh_figure(entry: Mapping[str, Any], cycles: Array, fatigue: Fatigue, titl
 
 
 def _limits_by_material(entry: Mapping[str, Any], fatigue: Fatigue) -> dict[str, tuple[float, float, float | None]]:
-    """Limits of the materials of the hot spots."""
-    names = dict.fromkeys(spot["material"] for spot in entry["hot_spots"])
-    return {name: limits for name in names if (limits := fatigue.limits_of(name)) is not None}
+    """Limits of the materials of the hot spots, at the temperature of the first one of each."""
+    places = {spot["material"]: spot.get("temperature") for spot in reversed(entry["hot_spots"])}
+    return {name: limits for name, at in places.items() if (limits := fatigue.limits_of(name, at)) is not None}
 
 
 def _mean_range(

@@ -26,7 +26,7 @@ from pipeline.scene.response_section import Response
 from pipeline.stages.curve.curve_file import BRANCHES, contacts_of_curve, modes_of_curve, section_from_attributes
 from pipeline.stages.model.build_reduced_model import at_speed, boundary_choice
 from pipeline.stages.model.model_files import is_joined
-from pipeline.stages.model.scene_loads import temperature_rise
+from pipeline.stages.model.scene_loads import temperature_of_mesh, temperature_rise
 from pipeline.stages.model.scene_materials import scene_materials
 from pipeline.stages.scene_to_solver import InterfaceContact, section_excitation, touching_sector
 
@@ -35,7 +35,9 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from geometry.sector import SectorMesh
     from pipeline.scene.schema import Scene
+    from rom.finite_elements.material import Materials
     from rom.stress.operating_stress import OperatingStress
 
 
@@ -165,7 +167,8 @@ def make_operating_stress(
     if point is None:
         raise ValueError("the curve has no solved point")
     settings = scene.stress or Stress()
-    sector, materials = touching_sector(scene, load_sector(sector_file)), scene_materials(scene, sector_file)
+    sector = touching_sector(scene, load_sector(sector_file))
+    materials = scene_materials(scene, sector_file, sector)
     full = at_speed(load_full_model(full_file), sector, scene, materials)
     model = read_reduced_model(rom)
     modal = modes_of_curve(model, attributes)
@@ -179,22 +182,37 @@ def make_operating_stress(
         boundary_choice(scene, sector, materials),
         SolvedPoint(omega, phase, wave.force, point.contact_force, wave.factors),
         large_displacements=scene.load.equilibrium == "nonlinear",
-        temperature=temperature_rise(scene, sector, full),
+        temperature=temperature_rise(scene, sector),
         check=settings.check,
         faces=cyclic_faces(full, sector) if is_joined(sector) else None,
     )
-    limits = _margins(stress, scene.fatigue)
+    heat = _temperature_of_places(scene, sector, stress)
+    limits = _margins(stress, scene.fatigue, heat)
     _write_fields(folder / f"{name}.vtu", stress, limits)
     if limits:
         columns = stress.cycle.mean, stress.cycle.amplitude, limits["margin"], ~stress.surroundings.regular
         np.save(folder / CYCLES, np.column_stack(columns)[stress.surface])
     found = _facts(stress, limits, point, settings.hot_spots, scene.fatigue)
+    _add_to_spots(found, stress, materials, heat)
     found["notes"] += _notes(contacts, response, stress)
     (folder / FACTS).write_text(json.dumps(found, allow_nan=False), encoding="utf-8")
 
 
-def _margins(stress: OperatingStress, fatigue: Fatigue | None) -> dict[str, NDArray[np.float64]]:
-    """Margins at the places by name; empty without limits, nan where a material has none."""
+def _temperature_of_places(scene: Scene, sector: SectorMesh, stress: OperatingStress) -> NDArray[np.float64] | None:
+    """Temperatures of the places (s,), of the nearest points of the mesh; None without a field."""
+    import numpy as np
+    from scipy.spatial import cKDTree
+
+    if scene.load.temperature is None:
+        return None
+    field = np.broadcast_to(temperature_of_mesh(scene, sector), len(sector.points))
+    return np.asarray(field[cKDTree(sector.points).query(stress.positions)[1]])
+
+
+def _margins(
+    stress: OperatingStress, fatigue: Fatigue | None, temperature: NDArray[np.float64] | None
+) -> dict[str, NDArray[np.float64]]:
+    """Margins at the places by name; empty without limits, nan where a material has none at its temperature."""
     import numpy as np
 
     from rom.stress.fatigue import FatigueLimits
@@ -205,10 +223,20 @@ def _margins(stress: OperatingStress, fatigue: Fatigue | None) -> dict[str, NDAr
     found = {"margin": np.full(count, np.nan), "amplitude_margin": np.full(count, np.nan)}
     cycle = stress.cycle
     for number, material in enumerate(stress.materials):
-        limits = fatigue.limits_of(material)
-        if limits is None:
+        at = stress.material == number
+        grid = fatigue.temperatures if temperature is not None else [fatigue.temperature]
+        rows = [limits for where in grid if (limits := fatigue.limits_of(material, where)) is not None]
+        if not rows:
             continue
-        at, law = stress.material == number, FatigueLimits(*limits)
+        if len(rows) > 1 and temperature is not None:
+            columns = [
+                None if None in column else np.array(column, dtype=float) for column in zip(*rows, strict=True)
+            ]
+            beyond: dict[str, float] = {"left": np.nan, "right": np.nan}
+            values = [None if c is None else np.interp(temperature[at], grid, c, **beyond) for c in columns]
+            law = FatigueLimits(*values)  # type: ignore[arg-type]
+        else:
+            law = FatigueLimits(*rows[0])
         found["margin"][at] = law.margin(cycle.amplitude[at], cycle.mean[at])
         found["amplitude_margin"][at] = law.amplitude_margin(cycle.amplitude[at], cycle.mean[at])
     return found
@@ -301,6 +329,28 @@ def _spot(stress: OperatingStress, margins: dict[str, NDArray[np.float64]], plac
         "singular": None if cause < 0 else stress.surroundings.causes[cause],
         "material": stress.materials[int(stress.material[place])],
     }
+
+
+def _add_to_spots(
+    found: dict[str, Any], stress: OperatingStress, materials: Materials, temperature: NDArray[np.float64] | None
+) -> None:
+    """Temperature and resolved shear stress of the hot spots, where there are such."""
+    from scipy.spatial import cKDTree
+
+    from rom.stress.resolved_shear import octahedral_shear, slip_axes
+
+    tree = cKDTree(stress.positions)
+    for number, spot in enumerate([*found["hot_spots"], *found["singular_spots"]], start=1):
+        place = tree.query(spot["position_m"])[1]
+        spot["temperature"] = None if temperature is None else float(temperature[place])
+        axes = slip_axes(materials, spot["material"])
+        if axes is None:
+            continue
+        amplitude, mean = octahedral_shear(stress.harmonics[:, place], axes)
+        spot["resolved_shear_amplitude_pa"], spot["resolved_shear_mean_pa"] = amplitude, mean
+        if number == 1:
+            sizes = f"amplitude {amplitude / 1e6:.4g} MPa, mean {mean / 1e6:.4g} MPa"
+            found["notes"].append(f"hot spot 1: resolved shear stress of the octahedral slip system: {sizes}")
 
 
 def _notes(contacts: Sequence[InterfaceContact], response: Response, stress: OperatingStress) -> list[str]:

@@ -192,7 +192,6 @@ def with_orders(scene: Scene, files: BladeFiles, errors: ModelErrors) -> ModelEr
     free = errors.joints[0]
     if scene.mesh_file is None or errors.other is None or free.other_hz is None:
         return errors
-    materials = scene_materials(scene, files.sector)
     own = _loaded(scene, files)[0]
     if is_joined(own):  # its waves would take a model of their own
         return errors
@@ -200,6 +199,7 @@ def with_orders(scene: Scene, files: BladeFiles, errors: ModelErrors) -> ModelEr
         size, element, sector = finer_sector(own, parts=3)
     except RuntimeError:  # too large: the order stays assumed
         return errors
+    materials = scene_materials(scene, files.sector, sector)
     full = at_speed(assemble(sector, materials, None), sector, scene, materials)
     there = held_frequencies(full, free.first_mode - 1 + len(free.full_hz))[free.first_mode - 1 :].tolist()
     sizes = errors.size, errors.other.size, size
@@ -267,7 +267,7 @@ def needed_modes(scenes: Sequence[Scene], files: BladeFiles, tolerance: float) -
 
     first = scenes[0]
     sector, full = _loaded(first, files)
-    materials = scene_materials(first, files.sector)
+    materials = scene_materials(first, files.sector, sector)
     boundary = boundary_choice(first, sector, materials)
     if is_joined(sector):
         boundary = with_interface(full, sector, first, boundary)
@@ -290,7 +290,8 @@ def _loaded(scene: Scene, files: BladeFiles) -> tuple[SectorMesh, FullModel]:
     from rom.files.sector_file import load_sector
 
     sector = touching_sector(scene, load_sector(files.sector))
-    return sector, at_speed(load_full_model(files.full), sector, scene, scene_materials(scene, files.sector))
+    materials = scene_materials(scene, files.sector, sector)
+    return sector, at_speed(load_full_model(files.full), sector, scene, materials)
 
 
 def _nonlinear_reference(scene: Scene, files: BladeFiles) -> FullReference | None:
@@ -306,7 +307,7 @@ def _reference(scene: Scene, files: BladeFiles, sector: SectorMesh, full: FullMo
     from rom.cyclic_sector.wave_reference import wave_reference
     from rom.reduction.reference_model import full_reference
 
-    choice = boundary_choice(scene, sector, scene_materials(scene, files.sector))
+    choice = boundary_choice(scene, sector, scene_materials(scene, files.sector, sector))
     highest, with_face = scene.response.frequency[1], not node_by_node(scene)
     if is_joined(sector):  # of the wave that the engine order excites
         diameter = excited_nodal_diameter(scene.excitation.engine_order, sector.n_blades)
@@ -352,14 +353,10 @@ def _frequencies(
 def _other_reference(scene: Scene, own: SectorMesh, files: BladeFiles) -> OtherReference:
     from rom.finite_elements.full_model import assemble
 
-    materials = scene_materials(scene, files.sector)
-    if scene.mesh_file is None:
-        size, element, sector = other_sector(scene, own.n_elements)
-        at_rest = assemble(sector, materials, element)
-    else:
-        size, element, sector = finer_sector(own)
-        at_rest = assemble(sector, materials, None)
-    full = at_speed(at_rest, sector, scene, materials)
+    made_here = scene.mesh_file is None
+    size, element, sector = other_sector(scene, own.n_elements) if made_here else finer_sector(own)
+    materials = scene_materials(scene, files.sector, sector)
+    full = at_speed(assemble(sector, materials, element if made_here else None), sector, scene, materials)
     return OtherReference(OtherMesh(size, element, full.n_dofs), sector, _reference(scene, files, sector, full))
 
 

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Number = TypeVar("Number", float, NDArray[np.float64])
 PERPENDICULAR = 1e-6  # largest scalar product of two axes, of which each has length 1
+KELVIN = 273.15  # that 0 degrees C are
 POSITIVE = "must be a number above 0"
 
 
@@ -108,7 +109,7 @@ class AnisotropicMaterial:
     >>> from rom import AnisotropicMaterial
     >>> crystal = AnisotropicMaterial.from_constants([1.25e11] * 3, [0.39] * 3, [1.25e11] * 3, density=8600.0)
     >>> [round(crystal.modulus_along(d) / 1e9) for d in ([1, 0, 0], [1, 1, 0], [1, 1, 1])]
-    [125, 221, 300]
+    [125, 225, 307]
     """
 
     stiffness: ArrayLike
@@ -179,6 +180,15 @@ class AnisotropicMaterial:
         return cls(0.5 * (inverse + inverse.T), density, expansion, axes)
 
     @property
+    def is_cubic(self) -> bool:
+        """Whether the stiffness has the symmetry of a cubic crystal in its axes."""
+        c = np.asarray(self.stiffness)
+        cubic = np.zeros((6, 6))
+        cubic[:3, :3] = c[0, 1]
+        cubic[range(6), range(6)] = [*[c[0, 0]] * 3, *[c[3, 3]] * 3]
+        return bool(np.abs(c - cubic).max() < 1e-6 * c[0, 0])
+
+    @property
     def in_mesh(self) -> Array:
         """Stiffness (6, 6) in the axes of the mesh, Pa."""
         axes = np.asarray(self.axes)
@@ -198,7 +208,13 @@ class AnisotropicMaterial:
         return ElasticLaw(self.density, stiffness=self.in_mesh, expansion=self.expansion_in_mesh)
 
     def modulus_along(self, direction: ArrayLike) -> float:
-        """Young's modulus along a direction in the coordinates of the mesh, Pa."""
+        """Young's modulus along a direction, Pa.
+
+        Parameters
+        ----------
+        direction : (3,) array
+            In the coordinates of the mesh, of any length.
+        """
         unit = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
         stress = np.outer(unit, unit)[ROWS, COLUMNS]
         return float(1.0 / (stress @ np.linalg.solve(self.in_mesh, stress)))
@@ -244,7 +260,7 @@ class MaterialTable:
     >>> from rom import Material, MaterialTable
     >>> cold, hot = Material(2e11, 0.3, 7800.0, 1e-5), Material(1.6e11, 0.3, 7800.0, 1.4e-5)
     >>> alloy = MaterialTable((20.0, 620.0), (cold, hot))
-    >>> round(alloy.at(320.0).young_modulus / 1e9), round(alloy.free_strain(620.0) - alloy.free_strain(20.0), 6)
+    >>> round(alloy.at(320.0).young_modulus / 1e9), float(alloy.free_strain(620.0) - alloy.free_strain(20.0))
     (180, 0.0072)
     """
 
@@ -274,7 +290,7 @@ class MaterialTable:
         grid = np.asarray(self.temperature)
         return float(grid[0]), float(grid[-1])
 
-    def check(self, temperature: ArrayLike, name: str = "") -> None:
+    def _check(self, temperature: ArrayLike, name: str = "") -> None:
         """Raise RomParameterError for a temperature that the table does not reach."""
         low, high = self.ends
         if self.extended or len(self.states) == 1:
@@ -284,11 +300,19 @@ class MaterialTable:
                 allowed = (
                     f"must lie within the table{name and ' of ' + name}, {low:g} to {high:g}, or extended = true"
                 )
+                other = next((value + shift for shift in (-KELVIN, KELVIN) if low <= value + shift <= high), None)
+                allowed += "" if other is None else f" ({other:g} would, is one in K and one in degrees C?)"
                 raise RomParameterError("material", "temperature", value, allowed)
 
     def at(self, temperature: float) -> Elastic:
-        """The material at a temperature, with the expansion there as given."""
-        self.check(temperature)
+        """The material at a temperature, with the expansion there as given.
+
+        Parameters
+        ----------
+        temperature : float
+            In the unit of the table.
+        """
+        self._check(temperature)
         values = [self._between(row, temperature) for row in self._rows]
         if isinstance(self.states[0], Material):
             return Material(*map(float, values))
@@ -314,9 +338,14 @@ class MaterialTable:
         return np.asarray((1.0 - share) * rows[k] + share * rows[k + 1])
 
     def free_strain(self, temperature: ArrayLike) -> Array:
-        """Thermal strain (...) or (..., 3) along the axes at temperatures (...), from some temperature on.
+        """Thermal strain (...) or (..., 3) along the axes, from some temperature on: differences count.
 
-        Differences count. Where expansions are mean ones it is alpha(T) (T - T0), else the integral of alpha.
+        Where expansions are mean ones it is alpha(T) (T - T0), else the integral of alpha.
+
+        Parameters
+        ----------
+        temperature : (...) array
+            In the unit of the table.
         """
         grid, at, rows = np.asarray(self.temperature), np.asarray(temperature, dtype=float), self._rows[-1]
         within = at.reshape(at.shape + (1,) * (rows.ndim - 1))
@@ -330,7 +359,7 @@ class MaterialTable:
         k = np.clip(np.searchsorted(grid, at, side="right") - 1, 0, len(grid) - 1)
         return np.asarray(sums[k] + 0.5 * (rows[k] + local) * (within - grid[k].reshape(within.shape)))
 
-    def law_at(self, temperature: ArrayLike, reference: float) -> ElasticLaw:
+    def _law_at(self, temperature: ArrayLike, reference: float) -> ElasticLaw:
         """The law at temperatures (e, q), or at one, free of thermal stress at the reference."""
         at = np.asarray(temperature, dtype=float)
         values = [self._between(row, at) for row in self._rows]
@@ -398,11 +427,11 @@ def law_of(materials: Materials, block: DiscreteBlock, part: slice) -> ElasticLa
     if not isinstance(materials, HotMaterials):
         raise RomParameterError("material", "temperature", "none", "must be given: the material is a table over it")
     nodal, reference = materials.temperature, materials.reference
-    material.check(reference, block.material)
+    material._check(reference, block.material)
     if isinstance(nodal, np.ndarray):
         vertices = nodal[block.vertices[part]]
-        material.check(vertices, block.material)
+        material._check(vertices, block.material)
         at = np.clip(vertices @ block.table.geometry.T, vertices.min(), vertices.max())
-        return material.law_at(at, reference)
-    material.check(nodal, block.material)
-    return material.law_at(nodal, reference)
+        return material._law_at(at, reference)
+    material._check(nodal, block.material)
+    return material._law_at(nodal, reference)

@@ -125,17 +125,19 @@ def _longest(values: Array, change: Array) -> Array:
 
 @dataclass(frozen=True)
 class FatigueLimits:
-    """Limits of a material."""
+    """Limits of a material: numbers, or one for each place."""
 
-    endurance_limit: float  # amplitude of a fully reversed cycle that it endures, Pa
-    tensile_strength: float  # ultimate tensile strength, Pa: end of the Goodman line
-    yield_strength: float | None = None  # yield strength, Pa; None: no yield line
+    endurance_limit: float | Array  # amplitude of a fully reversed cycle that it endures, Pa
+    tensile_strength: float | Array  # ultimate tensile strength, Pa: end of the Goodman line
+    yield_strength: float | Array | None = None  # yield strength, Pa; None: no yield line
 
     def __post_init__(self) -> None:
+        if np.ndim(self.tensile_strength):
+            return
         positive = "must be a number above 0 (Pa)"
         require_between("fatigue", "tensile_strength", self.tensile_strength, 0.0, math.inf, positive)
         below = "must be above 0 and at most the tensile strength (Pa)"
-        highest = math.nextafter(self.tensile_strength, math.inf)
+        highest = math.nextafter(float(self.tensile_strength), math.inf)
         require_between("fatigue", "endurance_limit", self.endurance_limit, 0.0, highest, below)
         if self.yield_strength is not None:
             require_between("fatigue", "yield_strength", self.yield_strength, 0.0, highest, below)

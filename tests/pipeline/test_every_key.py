@@ -199,6 +199,10 @@ PARTS: dict[str, dict[str, Any]] = {  # tables that a blade may have beside its 
     "fatigue": {"endurance_limit": 3e8, "tensile_strength": 9e8},
 }
 WITH: dict[str, tuple[str, ...]] = {"damper": ("platform", "damper"), "fatigue": ("stress", "fatigue")}
+HEATED = {"material.expansion": 1e-5, "load.temperature": {"uniform": 400.0}}
+HOT = HEATED | {"material.at": [{"temperature": 600.0, "young_modulus": 1.5e11}]}
+CUBIC = {"material.shear_modulus": 1e11}
+COLD_LIMITS = HEATED | {"fatigue.at": [{"temperature": 500.0, "endurance_limit": 1e8}]}
 OF_BLADE: dict[str, dict[str, Any]] = {
     "blade": {
         "n_blades": 71,
@@ -222,7 +226,32 @@ OF_BLADE: dict[str, dict[str, Any]] = {
         "edge_angle": 5.0,
         "fillet_radius": 0.001,
     },
-    "material": {"young_modulus": 2e11, "poisson_ratio": 0.29, "density": 7800.0, "expansion": 1e-5},
+    "material": {
+        "young_modulus": 2e11,
+        "poisson_ratio": 0.29,
+        "density": 7800.0,
+        "expansion": 1e-5,
+        "shear_modulus": 1e11,
+        "stiffness": Keys(
+            {
+                "material.young_modulus": None,
+                "material.poisson_ratio": None,
+                "material.stiffness": [2.5e11, 1.5e11, 1e11],
+            }
+        ),
+        **dict.fromkeys(("young_modulus_2", "young_modulus_3"), 150000000000.0),
+        **dict.fromkeys(("poisson_ratio_13", "poisson_ratio_23"), 0.2),
+        **dict.fromkeys(("shear_modulus_13", "shear_modulus_23"), 90000000000.0),
+        **{name: Keys(HEATED | {f"material.{name}": 2e-5}) for name in ("expansion_2", "expansion_3")},
+        "temperature": Keys(HOT | {"material.temperature": 100.0}),
+        "at": Keys(HOT),
+        "mean_from": Keys(HOT | {"material.mean_from": 0.0}),
+        "extended": Keys(HOT | {"load.temperature": {"uniform": 900.0}, "material.extended": True}),
+        "axes": Keys(CUBIC | {"material.axes": [[0, 1, 1], [1, 0, 0]]}),
+        "along": Keys(CUBIC | {"material.along": [1, 1, 1]}),
+        "tilt": Keys(CUBIC | {"material.tilt": 10.0}),
+        "turn": Keys(CUBIC | {"material.turn": 10.0}),
+    },
     "mesh": {"size": 0.011, "element": "hex20", "contact_grid": [3, 2], "grading": 2.0},
     "rom": {
         "modes": "auto",
@@ -235,7 +264,8 @@ OF_BLADE: dict[str, dict[str, Any]] = {
         "equilibrium": Keys({"load.speed_rpm": 3000.0, "load.equilibrium": "linear"}),
         "force": [{"at": "tip", "force": 10.0}],
         "pressure": [{"surface": "pressure_side", "pressure": 1e4}],
-        "temperature": Keys({"material.expansion": 1e-5, "load.temperature": {"uniform": 400.0}}),
+        "temperature": Keys(HEATED),
+        "temperature_factor": Keys(HEATED | {"load.temperature_factor": 0.5}),
     },
     "excitation": {
         "direction": "x",
@@ -267,7 +297,8 @@ OF_BLADE: dict[str, dict[str, Any]] = {
         "size": 0.03,
     },
     "stress": {"curves": "all", "hot_spots": 3, "check": False},
-    "fatigue": {"endurance_limit": 2e8, "tensile_strength": 8e8, "yield_strength": 6e8, "factor": 1.5},
+    "fatigue": {"endurance_limit": 2e8, "tensile_strength": 8e8, "yield_strength": 6e8, "factor": 1.5}
+    | {"at": Keys(COLD_LIMITS), "temperature": Keys(COLD_LIMITS | {"fatigue.temperature": 300.0})},
 }
 
 

@@ -21,7 +21,8 @@ def make_full_model(folder: Path, sector_file: Path, scene: Scene) -> FullModel:
     from rom.files.sector_file import load_sector
     from rom.finite_elements.full_model import assemble
 
-    full = assemble(load_sector(sector_file), scene_materials(scene, sector_file), finite_element(scene))
+    sector = load_sector(sector_file)
+    full = assemble(sector, scene_materials(scene, sector_file, sector), finite_element(scene))
     save_full_model(folder / FULL_MODEL, full)
     return full
 

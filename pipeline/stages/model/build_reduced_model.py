@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from rom.cyclic.mode_families import ModeFamilies
     from rom.cyclic.reduced_model import ReducedModel
     from rom.finite_elements.full_model import FullModel
-    from rom.finite_elements.material import Material
+    from rom.finite_elements.material import Materials
     from rom.reduction.boundary_dofs import BoundaryChoice
     from rom.reduction.craig_bampton import Reduction
 
@@ -42,7 +42,7 @@ def with_interface(full: FullModel, sector: SectorMesh, scene: Scene, boundary: 
 
 
 def with_blade_stiffness(
-    full: FullModel, sector: SectorMesh, materials: Material | dict[str, Material], model: ReducedModel
+    full: FullModel, sector: SectorMesh, materials: Materials, model: ReducedModel
 ) -> ReducedModel:
     """A reduced model with its basis and the stiffness of its blade, which mistuning changes."""
     from rom.cyclic_sector.part_stiffness import blade_stiffness
@@ -55,7 +55,7 @@ def write_families(
     folder: Path,
     full: FullModel | None,
     sector: SectorMesh,
-    materials: Material | dict[str, Material],
+    materials: Materials,
     model: ReducedModel,
 ) -> None:
     """Write the rows of a reduced model with its basis that name its modes. `full` is that of a sector of a disk."""
@@ -111,7 +111,8 @@ def make_reduced_model(
     from rom.reduction.craig_bampton import ReductionOptions, reduce_sector
     from rom.reduction.mode_selection import reduce_to_tolerance
 
-    whole, materials = load_sector(sector_file), scene_materials(scene, sector_file)
+    whole = load_sector(sector_file)
+    materials = scene_materials(scene, sector_file, whole)
     sector = touching_sector(scene, whole)
 
     def full() -> FullModel:
@@ -190,7 +191,7 @@ def damped_model(scene: Scene, blade: ReducedModel, sector: SectorMesh) -> Reduc
     return with_damper(blade, body, pair=PLATFORM, line=line)
 
 
-def boundary_choice(scene: Scene, sector: SectorMesh, materials: Material | dict[str, Material]) -> BoundaryChoice:
+def boundary_choice(scene: Scene, sector: SectorMesh, materials: Materials) -> BoundaryChoice:
     """Excitation, contact dofs, loads and outputs of a scene."""
     from rom.reduction.boundary_dofs import BoundaryChoice
 
@@ -198,9 +199,7 @@ def boundary_choice(scene: Scene, sector: SectorMesh, materials: Material | dict
     return BoundaryChoice(scene.excitation.unit_direction, scene.excitation.at, scene.rom.contact_dofs, loads=loads)
 
 
-def at_speed(
-    full: FullModel, sector: SectorMesh, scene: Scene, materials: Material | dict[str, Material]
-) -> FullModel:
+def at_speed(full: FullModel, sector: SectorMesh, scene: Scene, materials: Materials) -> FullModel:
     """The full model at the scene's speed of rotation, about its static equilibrium under gas loads too."""
     from rom.cyclic_sector.cyclic_faces import cyclic_faces
     from rom.cyclic_sector.cyclic_modes import static_motion

@@ -19,12 +19,11 @@ if TYPE_CHECKING:
     from pipeline.scene.schema import Scene
     from rom.cyclic.reduced_model import ReducedModel
     from rom.finite_elements.full_model import FullModel
-    from rom.finite_elements.material import Material
+    from rom.finite_elements.material import Materials
     from rom.reduction.boundary_dofs import LoadVectors
 
 
 FARTHEST = 0.01  # distance of a point of a file from the nearest node, of the size of the mesh
-Materials = Any
 Vector = NDArray[Any]
 
 
@@ -36,7 +35,7 @@ def has_load_vectors(scene: Scene) -> bool:
 
 
 def scene_loads(
-    scene: Scene, sector: SectorMesh, materials: Material | dict[str, Material] | None
+    scene: Scene, sector: SectorMesh, materials: Materials | None
 ) -> Callable[[FullModel], LoadVectors] | None:
     """Loads and outputs of a scene as a function of its full model; None where it has none."""
     if not has_load_vectors(scene):
@@ -57,9 +56,47 @@ def with_static_loads(scene: Scene, sector: SectorMesh, materials: Materials, fu
     return replace(full, centrifugal=full.centrifugal + force / angular_speed(scene.load.speed_rpm) ** 2)
 
 
-def temperature_rise(scene: Scene, sector: SectorMesh, full: FullModel) -> float | NDArray[np.float64] | None:
+def temperature_of_mesh(scene: Scene, sector: SectorMesh) -> float | NDArray[np.float64]:
+    """Temperature of a scene that has one, uniform or at the points (V,) of the mesh."""
+    given = scene.load.temperature
+    assert given is not None
+    if given.uniform is not None:
+        field: Any = given.uniform
+    elif given.linear is not None:
+        radius = np.hypot(sector.points[:, 1], sector.points[:, 2])
+        field = np.interp(radius, [radius.min(), radius.max()], given.linear)
+    else:
+        field = _nearest_temperature(sector, temperature_table(str(given.file), scene.contents))
+    found: float | NDArray[np.float64] = given.reference + scene.load.temperature_factor * (field - given.reference)
+    return found
+
+
+def temperature_rise(scene: Scene, sector: SectorMesh) -> float | NDArray[np.float64] | None:
     """Temperature above the stress-free one, K, uniform or at the points (V,) of the mesh; None: no load."""
-    return None if scene.load.temperature is None else _Loads(scene, sector, None, full).rise()
+    given = scene.load.temperature
+    return None if given is None else temperature_of_mesh(scene, sector) - given.reference
+
+
+def _nearest_temperature(sector: SectorMesh, table: NodalTable) -> NDArray[np.float64]:
+    """Temperatures at all points of the mesh: of the nearest point of the file."""
+    from scipy.spatial import cKDTree
+
+    values = np.asarray(table.values)
+    given = sector.points[_points_of(sector, table)] if table.positions is None else table.positions
+    _, nearest = cKDTree(given).query(sector.points)
+    return np.asarray(values[nearest])
+
+
+def _points_of(sector: SectorMesh, table: NodalTable) -> NDArray[np.int64]:
+    from rom.errors import RomParameterError
+
+    assert table.nodes is not None
+    count = len(sector.points)
+    if table.nodes.max() >= count:
+        raise RomParameterError(
+            "loads", "file", table.path, f"numbers of nodes from 0 to {count - 1}, as the points of mesh.vtu"
+        )
+    return table.nodes
 
 
 def with_modal_excitation(scene: Scene, model: ReducedModel) -> ReducedModel:
@@ -83,7 +120,7 @@ def with_modal_excitation(scene: Scene, model: ReducedModel) -> ReducedModel:
 class _Loads:
     """Vectors of one scene on one full model."""
 
-    def __init__(self, scene: Scene, sector: SectorMesh, materials: Materials, full: FullModel) -> None:
+    def __init__(self, scene: Scene, sector: SectorMesh, materials: Materials | None, full: FullModel) -> None:
         self.scene, self.sector, self.materials, self.full = scene, sector, materials, full
 
     def vectors(self) -> LoadVectors:
@@ -137,35 +174,18 @@ class _Loads:
     def _thermal(self) -> Vector:
         from rom.errors import RomParameterError
         from rom.finite_elements.loads import thermal_force
+        from rom.finite_elements.material import HotMaterials
 
         if self.materials is None:
             raise RomParameterError("load", "temperature", "a field", "nothing beside [model], which has no elements")
-        given = self.materials.values() if isinstance(self.materials, dict) else [self.materials]
-        if not any(material.expansion for material in given):
+        given: Any = self.materials.values() if isinstance(self.materials, dict) else [self.materials]
+        if not isinstance(self.materials, HotMaterials) and not any(np.any(each.expansion) for each in given):
             raise RomParameterError(
                 "material", "expansion", 0.0, "the expansion coefficient, 1/K, for load.temperature"
             )
-        return thermal_force(self.full, self.sector, self.materials, self.rise())
-
-    def rise(self) -> Any:
-        """Temperature above the one without thermal stress, K."""
-        temperature = self.scene.load.temperature
-        assert temperature is not None
-        if temperature.uniform is not None:
-            return temperature.uniform - temperature.reference
-        return self._nodal_temperature(self._temperatures(str(temperature.file))) - temperature.reference
-
-    def _temperatures(self, file: str) -> NodalTable:
-        return temperature_table(file, self.scene.contents)
-
-    def _nodal_temperature(self, table: NodalTable) -> NDArray[np.float64]:
-        """Temperatures at all points of the mesh: of the nearest point of the file."""
-        from scipy.spatial import cKDTree
-
-        values = np.asarray(table.values)
-        given = self.sector.points[self._points_of(table)] if table.positions is None else table.positions
-        _, nearest = cKDTree(given).query(self.sector.points)
-        return np.asarray(values[nearest])
+        rise = temperature_rise(self.scene, self.sector)
+        assert rise is not None
+        return thermal_force(self.full, self.sector, self.materials, rise)
 
     def _rows(self, output: Output) -> dict[str, Vector]:
         """The rows of an output: one, or three of a vector."""
@@ -232,17 +252,6 @@ class _Loads:
         alike = [each for each in known if each.lower() == name.lower()]
         return alike[0] if name not in known and len(alike) == 1 else name
 
-    def _points_of(self, table: NodalTable) -> NDArray[np.int64]:
-        from rom.errors import RomParameterError
-
-        assert table.nodes is not None
-        count = len(self.sector.points)
-        if table.nodes.max() >= count:
-            raise RomParameterError(
-                "loads", "file", table.path, f"numbers of nodes from 0 to {count - 1}, as the points of mesh.vtu"
-            )
-        return table.nodes
-
     def _nodes_of(self, table: NodalTable) -> NDArray[np.int64]:
         """Nodes of the full model of the rows of a table."""
         from scipy.spatial import cKDTree
@@ -250,7 +259,7 @@ class _Loads:
         from rom.errors import RomParameterError
 
         if table.positions is None:
-            return self.full.vertex_node[self._points_of(table)]
+            return self.full.vertex_node[_points_of(self.sector, table)]
         distance, nodes = cKDTree(self.full.positions).query(table.positions)
         farthest = FARTHEST * float(np.ptp(self.full.positions, axis=0).max())
         if distance.max() > farthest:

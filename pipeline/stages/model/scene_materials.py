@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,13 +15,24 @@ from typing import TYPE_CHECKING, Any
 from geometry.units import BLADE_RADII, UNIT_SYSTEMS
 from pipeline.errors import shown_key
 from pipeline.scene.dotted_keys import split_key
+from pipeline.scene.elastic_material import elastic_material
 from pipeline.scene.fields import allowed_of
-from pipeline.scene.material_section import FORCED, USUAL_MATERIAL, WAVE_SPEED, NamedMaterial, Usual, wave_speed
+from pipeline.scene.material_section import (
+    ANISOTROPIC,
+    CONSTANTS,
+    FORCED,
+    USUAL_MATERIAL,
+    WAVE_SPEED,
+    NamedMaterial,
+    Usual,
+    wave_speed,
+)
 
 if TYPE_CHECKING:
     from geometry.sector import SectorMesh
     from pipeline.scene.schema import Scene
-    from rom.finite_elements.material import Material
+    from rom.finite_elements.material import AnyMaterial
+    from rom.finite_elements.material import Materials as RomMaterials
 
 
 FINDINGS = "own_mesh.json"
@@ -203,23 +214,57 @@ WORDS = {
     "poisson_ratio": "Poisson's ratio",
     "density": "density",
     "expansion": "expansion",
-}
-UNITS = {"young_modulus": " Pa", "density": " kg/m^3", "expansion": " 1/K"}
+    "shear_modulus": "shear modulus",
+} | {name: name for name in ANISOTROPIC[1:]}
+UNITS = {name: " 1/K" if "expansion" in name else " Pa" if "modulus" in name else "" for name in WORDS}
+UNITS["density"] = " kg/m^3"
 
 
-def scene_materials(scene: Scene, sector_file: Path) -> Material | dict[str, Material]:
-    """The material of a scene, or those of its mesh file; the disk made here has [materials.disk], or [material]."""
-    from rom.finite_elements.material import Material
+def scene_materials(scene: Scene, sector_file: Path, sector: SectorMesh) -> RomMaterials:
+    """The material of a scene, or those of its mesh file; the disk made here has [materials.disk], or [material].
 
-    general = None if scene.material is None else Material(**scene.material.model_dump())
+    Those that depend on the temperature come with that of the mesh.
+    """
+    from pipeline.stages.model.scene_loads import temperature_of_mesh
+    from rom.finite_elements.material import HotMaterials, MaterialTable
+
     if scene.mesh_file is None:
-        assert general is not None  # a scene that describes a blade has one
-        if scene.disk is None:
-            return general
-        return {"": general, DISK: Material(**scene.materials[DISK].given) if DISK in scene.materials else general}
-    found = materials_of_file(scene, own_findings(sector_file.parent))
-    check_complete(found)
-    return {name: Material(**material.numbers) for name, material in found.items()}
+        assert scene.material is not None  # a scene that describes a blade has one
+        of_disk = scene.materials.get(DISK, scene.material)
+        given = {"": scene.material.properties, **({} if scene.disk is None else {DISK: of_disk.properties})}
+    else:
+        found = materials_of_file(scene, own_findings(sector_file.parent))
+        check_complete(found)
+        given = {name: material.properties for name, material in found.items()}
+    if scene.load.temperature is None:  # tables of a file that has no temperatures
+        given = {name: {**properties, "at": ()} for name, properties in given.items()}
+    radial = (0.0, 0.0, 1.0) if scene.mesh_file is None else radial_direction(sector)
+    materials = {name: _elastic(name, properties, radial) for name, properties in given.items()}
+    if any(isinstance(material, MaterialTable) for material in materials.values()):
+        assert scene.load.temperature is not None
+        return HotMaterials(materials, temperature_of_mesh(scene, sector), scene.load.temperature.reference)
+    return materials if scene.mesh_file is not None or scene.disk is not None else materials[""]
+
+
+def _elastic(name: str, properties: Mapping[str, Any], radial: Sequence[float]) -> AnyMaterial:
+    from rom.errors import RomParameterError
+
+    try:
+        return elastic_material(properties, radial)
+    except RomParameterError as error:
+        table = f"materials.{shown_key(name)}" if name else "material"
+        raise RomParameterError(table, error.parameter, error.value, error.allowed) from None
+
+
+def radial_direction(sector: SectorMesh) -> tuple[float, float, float]:
+    """Direction from the engine axis to the middle of the angles that a sector takes, of length 1."""
+    import numpy as np
+
+    _, y, z = sector.points.T
+    about = math.atan2(y.mean(), z.mean())
+    angle = np.angle(np.exp(1j * (np.arctan2(y, z) - about)))
+    middle = about + 0.5 * float(angle.min() + angle.max())
+    return 0.0, math.sin(middle), math.cos(middle)
 
 
 @dataclass(frozen=True)
@@ -227,11 +272,17 @@ class FileMaterial:
     """The material of some elements of a mesh file."""
 
     name: str  # as in the file; "": elements without one
-    numbers: Mapping[str, float]  # what is known, SI units
+    numbers: Mapping[str, float]  # constants that are known, SI units
     source: Mapping[str, str]  # where each number comes from
     of_file: frozenset[str] = frozenset()  # the numbers that the file gives
     notes: tuple[str, ...] = ()  # what a user has to know at every run, one line each
-    unread: str = ""  # what the material is where it is not isotropic
+    unread: str = ""  # what the material is where it is not one that is read
+    more: Mapping[str, Any] = field(default_factory=dict)  # axes, constants at other temperatures
+
+    @property
+    def properties(self) -> dict[str, Any]:
+        """All of it by the keys of [material]."""
+        return {**self.numbers, **self.more}
 
     @property
     def missing(self) -> tuple[str, ...]:
@@ -272,7 +323,7 @@ def _check_punch(scene: Scene, materials: Mapping[str, FileMaterial]) -> None:
 
     if scene.material is None or not scene.punch_key:
         return
-    general = scene.material.model_dump()
+    general = scene.material.given
     keys = "young_modulus", "poisson_ratio"
     if any(
         all(math.isclose(of.numbers[key], general[key], rel_tol=1e-3) for key in keys) for of in materials.values()
@@ -315,43 +366,59 @@ def _in(key: str) -> str:
     return f", in{UNITS[key]}" if key in UNITS else ""
 
 
-def _named(scene: Scene, found: Mapping[str, Any]) -> dict[str, tuple[str, dict[str, float]]]:
+def _named(scene: Scene, found: Mapping[str, Any]) -> dict[str, tuple[str, dict[str, Any]]]:
     """Tables [materials.NAME] by the names of the file, which are compared without regard to case."""
     from geometry.errors import ParameterError
 
     known = [*found["used"], *found["materials"]]
-    tables: dict[str, tuple[str, dict[str, float]]] = {}
+    tables: dict[str, tuple[str, dict[str, Any]]] = {}
     for name, material in scene.materials.items():
         fits = [name] if name in known else [other for other in known if other.lower() == name.lower()]
         if not fits:
             names = ", ".join(f'"{other}"' for other in dict.fromkeys(known) if other) or "none with a name"
             allowed = f"a material or an element set of the file; its materials: {names}"
             raise ParameterError("materials", shown_key(name), "unknown name", allowed)
-        tables |= dict.fromkeys(fits, (f"[materials.{shown_key(name)}]", material.given))
+        tables |= dict.fromkeys(fits, (f"[materials.{shown_key(name)}]", material.properties))
     return tables
 
 
-def _material(
-    name: str, scene: Scene, found: Mapping[str, Any], table: str, given: Mapping[str, float]
-) -> FileMaterial:
-    """The material of the elements with a name; `table`, `given`: what the scene says of it."""
+def _material(name: str, scene: Scene, found: Mapping[str, Any], table: str, said: Mapping[str, Any]) -> FileMaterial:
+    """The material of the elements with a name; `table`, `said`: what the scene says of it."""
     unread = found["unread_materials"].get(name, "")
-    file = {key: value for key, value in found["materials"].get(name, {}).items() if value or key == "poisson_ratio"}
+    of_file = found["materials"].get(name, {})
+    file = {key: of_file[key] for key in CONSTANTS if of_file.get(key) or (key in of_file and "ratio" in key)}
+    given, more = {key: said[key] for key in CONSTANTS if key in said}, _more(of_file, said)
     notes = tuple(found["material_notes"].get(name, ()))
+    if of_file.get("at") and scene.load.temperature is None:
+        notes = (
+            *notes,
+            f"material {name} depends on the temperature: without [load.temperature] the first values hold",
+        )
     if unread:
         whole = all(key in given for key in NEEDED)
-        stands_in = f"material {name} is {unread} in the file: the isotropic one of {table} is taken for it"
-        return FileMaterial(name, given, dict.fromkeys(given, table), frozenset(), (stands_in,) * whole, unread)
+        stands_in = f"material {name} is {unread} in the file: that of {table} is taken for it"
+        source = dict.fromkeys(given, table)
+        return FileMaterial(name, given, source, frozenset(), (stands_in,) * whole, unread, _more({}, said))
     if not file and not given and scene.material is not None:
-        general = scene.material.model_dump()
+        general = scene.material.given
         if name:
             notes = (*notes, f"material {name} has no numbers in the file: [material] is taken for it")
-        return FileMaterial(name, general, dict.fromkeys(general, "[material]"), frozenset(), notes)
+        more = _more({}, scene.material.properties)
+        return FileMaterial(name, general, dict.fromkeys(general, "[material]"), frozenset(), notes, more=more)
     source = dict.fromkeys(file, "of the file") | dict.fromkeys(given, table)
     both = [WORDS[key] for key in given if key in file and given[key] != file[key]]
     if both:
         notes = (*notes, f"material {name}: {' and '.join(both)} of {table}, not of the file")
-    return FileMaterial(name, {**file, **given}, source, frozenset(file) - frozenset(given), notes)
+    return FileMaterial(name, {**file, **given}, source, frozenset(file) - frozenset(given), notes, more=more)
+
+
+def _more(of_file: Mapping[str, Any], said: Mapping[str, Any]) -> dict[str, Any]:
+    """What is known beside the constants; a constant of the scene holds at all temperatures of the file."""
+    rows = [{key: value for key, value in row.items() if key not in said} for row in of_file.get("at", ())]
+    more = {key: value for key, value in of_file.items() if key not in CONSTANTS} | {"at": rows}
+    framed = {"axes", "along"} & {*said}
+    more = {key: value for key, value in more.items() if not (framed and key in ("axes", "along"))}
+    return more | {key: value for key, value in said.items() if key not in CONSTANTS}
 
 
 def check_plausible(
