@@ -251,13 +251,15 @@ class SolidMaterial(Elastic):
     )
     extended: Truth = key("whether the values at the ends hold beyond the temperatures given; else an error", False)
     axes: Annotated[tuple[Vector, Vector] | None, Meaning(swept=False)] = key(
-        "directions of axes 1 and 2 of the material", None, allowed="two lists of three numbers, perpendicular"
+        "directions of axes 1 and 2 of the material",
+        None,
+        allowed="two lists of three numbers, -1000 to 1000, perpendicular",
     )
     along: Annotated[Vector | None, Meaning(swept=False)] = key(
         "direction of the crystal that lies along the blade (radially), in place of `axes`: [0, 0, 1] where both are "
         "left out",
         None,
-        allowed="three numbers, not all 0, and nothing beside axes",
+        allowed="three numbers, -1000 to 1000, not all 0, and nothing beside axes",
     )
     tilt: Annotated[Angle, Meaning(unit="°", uncertain=True)] = key(
         "angle by which it leans from the blade towards the engine axis (x), degrees", 0.0
@@ -279,14 +281,14 @@ class SolidMaterial(Elastic):
         if value is not None:
             size = math.sqrt(math.prod(sum(x * x for x in axis) for axis in value))
             if not size > 0.0 or abs(sum(x * y for x, y in zip(*value, strict=True))) > PERPENDICULAR * size:
-                raise ValueError("two lists of three numbers, perpendicular")
+                raise ValueError("two lists of three numbers, -1000 to 1000, perpendicular")
         return value
 
     @field_validator("along")
     @classmethod
     def _one_frame(cls, value: Any, info: ValidationInfo) -> Any:
         if value is not None and (not any(value) or info.data.get("axes") is not None):
-            raise ValueError("three numbers, not all 0, and nothing beside axes")
+            raise ValueError("three numbers, -1000 to 1000, not all 0, and nothing beside axes")
         return value
 
     @property

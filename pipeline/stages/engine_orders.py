@@ -37,7 +37,7 @@ def excited_orders(scene: Scene, engine_order: int | None = None) -> list[tuple[
 
 
 def by_speed(items: Sequence[Of]) -> dict[float, Of]:
-    """Those that differ from the first one only in the speed (rev/min), by speed, and in the heat that comes with it."""
+    """Those that differ from the first one only in the speed (rev/min) and its heat, by speed."""
     first = {key: value for key, value in items[0].parameters.items() if key not in WITH_SPEED}
     chosen: dict[float, Of] = {}
     for item in items:
