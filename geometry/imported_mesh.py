@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 from geometry.elements import ElementBlock, ElementSides
 from geometry.sector import FloatArray, IntArray
@@ -31,8 +32,8 @@ class ImportedMesh:
         Block and element.
     surfaces : mapping of str to ElementSides
         Surfaces given by sides of elements.
-    materials : mapping of str to mapping of str to float
-        What the file says: any of `young_modulus`, `poisson_ratio`, `density` and `expansion`, in the file's units.
+    materials : mapping of str to mapping
+        What the file says by the keys of `[material]` in a scene, in the file's units and axes.
     notes : tuple of str
         What the reader left out or found suspicious, one line each.
     warnings : tuple of str
@@ -40,7 +41,7 @@ class ImportedMesh:
     material_notes : mapping of str to tuple of str
         By material: what its numbers leave out, and defaults of the program that were taken.
     unread_materials : mapping of str to str
-        Materials that are not isotropic and elastic, and what they are.
+        Materials that are not linear elastic and isotropic or orthotropic, and what they are.
     units : tuple of str
         Systems of `UNIT_SYSTEMS` that the file says it is in; empty where it says none.
     root : str
@@ -67,7 +68,7 @@ class ImportedMesh:
     node_sets: Mapping[str, IntArray] = field(default_factory=dict)
     element_sets: Mapping[str, IntArray] = field(default_factory=dict)
     surfaces: Mapping[str, ElementSides] = field(default_factory=dict)
-    materials: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    materials: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     material_notes: Mapping[str, tuple[str, ...]] = field(default_factory=dict)

@@ -5,7 +5,7 @@ meshio and meshlane lose nested sets, instances and surfaces, so the keyword blo
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -21,15 +21,26 @@ from geometry.mesh_files.abaqus_blocks import (
     keyword_blocks,
 )
 from geometry.mesh_files.file_mesh import MOST_SETS, NO_LABELS, FileMesh
+from geometry.mesh_files.material_tables import NINE, Row, material_of_tables, orthotropic_constants, symmetric
 from geometry.mesh_files.text_files import numbers
 from geometry.sector import FloatArray, IntArray
 
-NUMBERS = {
-    "ELASTIC": ("young_modulus", "poisson_ratio"),
-    "DENSITY": ("density",),
-    "EXPANSION": ("expansion",),
-}
 ISOTROPIC = ("", "ISO", "ISOTROPIC")
+ORTHOTROPIC = ("ORTHO", "ORTHOTROPIC")
+CONSTANTS = ("ENGINEERING CONSTANTS", "ENGINEERINGCONSTANTS")
+# keyword and type (isotropic ones ""): constants of a row
+NUMBERS: dict[tuple[str, str], tuple[str, ...]] = {
+    ("ELASTIC", ""): ("young_modulus", "poisson_ratio"),
+    ("DENSITY", ""): ("density",),
+    ("EXPANSION", ""): ("expansion",),
+    ("EXPANSION", "ORTHO"): ("expansion", "expansion_2", "expansion_3"),
+    ("ELASTIC", "CONSTANTS"): NINE,
+    ("ELASTIC", "ORTHO"): ("1111", "1122", "2222", "1133", "2233", "3333", "1212", "1313", "2323"),
+}
+PLACES = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2), (5, 5), (4, 4), (3, 3))  # of the last ones
+PROPERTIES = ("ELASTIC", "DENSITY", "EXPANSION")
+ANISOTROPIC = {"shear_modulus", "expansion_2"}  # constants that materials with axes of their own have
+PER_LINE = 8  # numbers
 OTHER_LAWS = ("HYPERELASTIC", "HYPERFOAM", "LOW DENSITY FOAM", "USER MATERIAL", "UMAT", "ANISOTROPIC HYPERELASTIC")
 # what a linear material leaves out of such a one
 LAWS_LEFT_OUT = ("PLASTIC", "CYCLIC HARDENING", "CREEP", "VISCOELASTIC", "DAMPING", "DEFORMATION PLASTICITY")
@@ -80,6 +91,8 @@ Instances = list[tuple[str, str, KeywordBlock, list[KeywordBlock]]]
 def add_materials(mesh: FileMesh, blocks: list[KeywordBlock]) -> None:
     """Properties by material, and what is left out of them."""
     current = ""
+    tables: dict[str, dict[str, list[Row]]] = {}
+    zeros: dict[str, float] = {}
     for block in blocks:
         if block.keyword in SCALING:
             raise block.refuse(SCALED)
@@ -90,37 +103,67 @@ def add_materials(mesh: FileMesh, blocks: list[KeywordBlock]) -> None:
             mesh.unread_materials.setdefault(current, f"*{block.keyword}")
         elif current and block.keyword in LAWS_LEFT_OUT:
             mesh.remark(current, f"material {current}: *{block.keyword} left out: linear and without damping")
-        elif current and block.keyword in NUMBERS:
-            _add_property(mesh, current, block)
+        elif current and block.keyword in PROPERTIES:
+            rows = _rows(mesh, current, block)
+            if rows:
+                tables.setdefault(current, {})[block.keyword] = rows
+            if block.keyword == "EXPANSION" and len(rows) > 1:
+                zeros[current] = float(numbers([block.parameters.get("ZERO", "0")], _refusal(block))[0])
+    for material, properties in tables.items():
+        mesh.materials[material] = material_of_tables(list(properties.values()))
+        if material in zeros:
+            mesh.materials[material]["mean_from"] = zeros[material]
 
 
-def _add_property(mesh: FileMesh, material: str, block: KeywordBlock) -> None:
+def _refusal(block: KeywordBlock) -> Callable[[str], MeshFileError]:
+    return lambda field: block.refuse(f"{field.strip()!r}: must be a number")
+
+
+def _rows(mesh: FileMesh, material: str, block: KeywordBlock) -> list[Row]:
+    """The constants over the temperature; one that is left out stays unknown, but the first must be there."""
     kind = block.parameters.get("TYPE", "").upper()
-    if kind not in ISOTROPIC:
-        said = f"*{block.keyword}, TYPE={kind}"
+    short = (
+        "" if kind in ISOTROPIC else "ORTHO" if kind in ORTHOTROPIC else "CONSTANTS" if kind in CONSTANTS else kind
+    )
+    names = NUMBERS.get((block.keyword, short))
+    said = f"*{block.keyword}, TYPE={kind}"
+    if names is None:
         if block.keyword == "ELASTIC":
             mesh.unread_materials[material] = said
         else:
-            mesh.remark(material, f"material {material}: {said} left out: only isotropic is read")
-        return
-    mesh.materials[material] |= _first_row(block)
-    if len({tuple(line.replace(" ", "").split(",")[: len(NUMBERS[block.keyword])]) for line in block.data}) > 1:
-        on = "the first line is taken"
-        mesh.remark(material, f"material {material}: *{block.keyword} depends on temperature: {on}")
+            mesh.remark(material, f"material {material}: {said} left out: only isotropic and orthotropic are read")
+        return []
+    data = block.data
+    if len(names) > PER_LINE:  # the ninth stands on a line of its own, with the temperature
+        data = [",".join(line.strip().rstrip(",") for line in data[k : k + 2]) for k in range(0, len(data), 2)]
+    if int(block.parameters.get("DEPENDENCIES", "0") or 0):
+        on = "depends on fields beside the temperature: the first line is taken"
+        mesh.remark(material, f"material {material}: *{block.keyword} {on}")
+        data = data[:1]
+    rows = [_row(block, names, line.split(",")) for line in data] or [_row(block, names, [""])]
+    if short != "ORTHO" or block.keyword != "ELASTIC":
+        return rows
+    found = []
+    for temperature, values in rows:
+        constants = orthotropic_constants(symmetric([values[name] for name in names], PLACES))
+        if constants is None:
+            mesh.unread_materials[material] = f"{said} with a stiffness that is not positive definite"
+            return []
+        found.append((temperature, constants))
+    return found
 
 
-def _first_row(block: KeywordBlock) -> dict[str, float]:
-    """The numbers of the first line; one that is left out stays unknown, but the first must be there."""
-
-    def refusal(field: str) -> MeshFileError:
-        return block.refuse(f"{field.strip()!r}: must be a number")
-
-    names = NUMBERS[block.keyword]
-    fields = (block.data[0] if block.data else "").split(",")[: len(names)]
+def _row(block: KeywordBlock, names: tuple[str, ...], fields: list[str]) -> Row:
+    """The constants of a line and its temperature."""
+    refusal = _refusal(block)
     given = {name: field for name, field in zip(names, fields, strict=False) if field.strip()}
+    if len(names) > PER_LINE and len(given) < len(names):
+        raise block.refuse(f"must have {len(names)} constants, {PER_LINE} in the first line")
     if names[0] not in given:
         raise block.refuse(f"must have the number of {names[0].replace('_', ' ')}")
-    return {name: float(numbers([field], refusal)[0]) for name, field in given.items()}
+    at = fields[len(names)] if len(fields) > len(names) else ""
+    temperature = float(numbers([at], refusal)[0]) if at.strip() else None
+    return temperature, {name: float(numbers([field], refusal)[0]) for name, field in given.items()}
 
 
 def read_abaqus(path: str | Path) -> FileMesh:
@@ -220,7 +263,7 @@ def _joined(path: str | Path, blocks: list[KeywordBlock], scopes: list[Scope]) -
     for scope in scopes:
         for elements in scope.plane:
             mesh.add_plane(elements.kind, elements.labels, elements.nodes)
-        mesh.sections += [*scope.plane_sections, *(labels for labels, _ in scope.sections)]
+        mesh.sections += [*scope.plane_sections, *(labels for labels, *_ in scope.sections)]
     spelled = _spelling(blocks)
     mesh.node_sets = dict(_named([(scope.name, scope.node_sets) for scope in scopes], spelled))
     mesh.element_sets = dict(_named([(scope.name, scope.element_sets) for scope in scopes], spelled))
@@ -230,16 +273,58 @@ def _joined(path: str | Path, blocks: list[KeywordBlock], scopes: list[Scope]) -
     held = [np.concatenate([NO_LABELS, *(a for scope in scopes for a in scope.held.get(k, []))]) for k in (1, 2, 3)]
     mesh.name_held(np.intersect1d(np.intersect1d(held[0], held[1]), held[2]), "BOUNDARY")
     add_materials(mesh, blocks)
-    names = {name.upper(): name for name in mesh.materials}
-    mesh.element_material = [
-        (labels, names.get(name.upper(), name)) for scope in scopes for labels, name in scope.sections
-    ]
+    _add_sections(mesh, blocks, scopes)
     mesh.notes += [note for scope in scopes for note in scope.notes]
     _leave_out(mesh, blocks, scopes)
     if len([scope for scope in scopes if scope.node_labels]) > 1:
         shifts = ", ".join(f"{scope.name} + {scope.offset}" for scope in scopes if scope.name)
         mesh.notes.append(f"several instances: their labels are shifted ({shifts})")
     return mesh
+
+
+def _add_sections(mesh: FileMesh, blocks: list[KeywordBlock], scopes: list[Scope]) -> None:
+    """Materials of the elements; one with axes of its own that stands in several frames is one for each of them."""
+    names = {name.upper(): name for name in mesh.materials}
+    frames = {block.needs("NAME").upper(): block for block in blocks if block.keyword == "ORIENTATION"}
+    for scope in scopes:
+        for labels, material, orientation in scope.sections:
+            name = names.get(material.upper(), material)
+            numbers_of = mesh.materials.get(name, {})
+            if not ANISOTROPIC.isdisjoint(numbers_of):
+                if orientation and orientation.upper() not in frames:
+                    raise mesh.refuse(f"*ORIENTATION, NAME={orientation} is not defined")
+                axes = _axes(frames[orientation.upper()]) if orientation else np.eye(3)[:2]
+                if axes is None:
+                    mesh.unread_materials[name] = f"in *ORIENTATION {orientation}, which is not rectangular"
+                else:
+                    axes = axes @ scope.rotation.T
+                    known = numbers_of.get("axes")
+                    if known is not None and not np.allclose(known, axes):
+                        name = f"{name} {orientation or scope.name}"
+                    mesh.materials[name] = {**numbers_of, "axes": axes.tolist()}
+            mesh.element_material.append((labels, name))
+
+
+def _axes(block: KeywordBlock) -> FloatArray | None:
+    """Directions of axes 1 and 2 of an *ORIENTATION, (2, 3): through a point and towards one; None of other kinds."""
+    if block.parameters.get("SYSTEM", "RECTANGULAR").upper() not in ("RECTANGULAR", "R") or not block.data:
+        return None
+    refusal = _refusal(block)
+    rows = [numbers([field for field in line.split(",") if field.strip()], refusal) for line in block.data[:2]]
+    if len(rows[0]) not in (6, 9):
+        return None
+    a, b, c = rows[0][:3], rows[0][3:6], rows[0][6:9] if len(rows[0]) == 9 else np.zeros(3)
+    first = (a - c) / np.linalg.norm(a - c)
+    third = np.cross(first, b - c)
+    if not np.linalg.norm(third) > 0.0:
+        raise block.refuse("the two points lie on one line: must span a plane")
+    frame = np.array([first, np.cross(third / np.linalg.norm(third), first), third / np.linalg.norm(third)])
+    if len(rows) > 1 and len(rows[1]) == 2 and rows[1][1]:  # turned about one of them
+        about, angle = int(rows[1][0]) - 1, np.radians(rows[1][1])
+        i, j = [k for k in range(3) if k != about][:: 1 if about != 1 else -1]
+        one, other = frame[i].copy(), frame[j].copy()
+        frame[i], frame[j] = np.cos(angle) * one + np.sin(angle) * other, np.cos(angle) * other - np.sin(angle) * one
+    return frame[:2]
 
 
 def _name_cut_faces(mesh: FileMesh, blocks: list[KeywordBlock]) -> None:

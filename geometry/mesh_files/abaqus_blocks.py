@@ -181,7 +181,7 @@ class Scope:
     node_sets: dict[str, list[IntArray]] = field(default_factory=dict)
     element_sets: dict[str, list[IntArray]] = field(default_factory=dict)
     sides: dict[str, list[IntArray]] = field(default_factory=dict)  # (k, 2), surfaces, by name in upper case
-    sections: list[tuple[IntArray, str]] = field(default_factory=list)  # (k,), elements and their material
+    sections: list[tuple[IntArray, str, str]] = field(default_factory=list)  # (k,), elements, material, orientation
     # types of elements that are not read, and how many there are
     left_out: dict[str, int] = field(default_factory=dict)
     plane: list[FileElements] = field(default_factory=list)  # plane elements by their types
@@ -348,7 +348,7 @@ class SetReader:
                     scope.plane_sections.append(self._members(scope, block, block.parameters["ELSET"], False))
                 elif block.keyword == "SOLID SECTION":
                     labels = self._members(scope, block, block.needs("ELSET"), False)
-                    scope.sections.append((labels, block.needs("MATERIAL")))
+                    scope.sections.append((labels, block.needs("MATERIAL"), block.parameters.get("ORIENTATION", "")))
 
     def _settle(self, scope: Scope, key: _SetKey) -> None:
         """Take a set, with the blocks that define it."""

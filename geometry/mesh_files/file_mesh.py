@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -65,7 +66,7 @@ class FileMesh:
     sides: dict[str, IntArray] = field(default_factory=dict)  # (k, 2), surfaces: label of the element and local side
     # (k, c), surfaces: labels of the corners of each face
     faces: dict[str, list[IntArray]] = field(default_factory=dict)
-    materials: dict[str, dict[str, float]] = field(default_factory=dict)  # properties
+    materials: dict[str, dict[str, Any]] = field(default_factory=dict)  # properties
     # (k,), labels of elements and the name of their material; the last one counts
     element_material: list[tuple[IntArray, str]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)  # what was left out

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -123,7 +124,7 @@ class OwnSector:
 
     sector: SectorMesh  # the mesh in SI units and in our axes; sets and surfaces of the file keep their names
     findings: SectorFindings  # how well the faces fit, and what was found or left out
-    materials: Mapping[str, Mapping[str, float]]  # materials of the file in SI units
+    materials: Mapping[str, Mapping[str, Any]]  # materials of the file in SI units
     material_notes: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # by material, as of `ImportedMesh`
     # materials that are not isotropic and elastic, and what they are
     unread_materials: Mapping[str, str] = field(default_factory=dict)
@@ -165,7 +166,7 @@ def sector_from_mesh(mesh: ImportedMesh, choice: SectorChoice) -> OwnSector:
         notes=(*lines, *said, *dict.fromkeys(each for pair in pairs.values() for each in _remarks(pair))),
         warnings=(*mesh.warnings, *doubts, *_warnings(pairs, choice.n_blades)),
     )
-    materials = materials_in_si(mesh.materials, choice.unit)
+    materials = materials_in_si(mesh.materials, choice.unit, rotation)
     return OwnSector(sector, findings, materials, mesh.material_notes, mesh.unread_materials, mesh.units)
 
 

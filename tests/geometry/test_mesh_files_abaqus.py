@@ -156,29 +156,57 @@ def test_materials_by_element_set(tmp_path):
         tmp_path,
         CUBE
         + "*MATERIAL, NAME=Steel\n*ELASTIC\n2.1E5, 0.3, 20.\n2.0D5, 0.3, 300.\n*DENSITY\n7.8e-9\n*EXPANSION\n1.2e-5\n"
-        + "*MATERIAL, NAME=felt\n*ELASTIC, TYPE=ENGINEERING CONSTANTS\n1, 2, 3\n"
+        + "*MATERIAL, NAME=felt\n*ELASTIC, TYPE=ANISOTROPIC\n1, 2, 3\n"
         + "*SOLID SECTION, ELSET=upper, MATERIAL=STEEL\n,\n",
     )
     assert [(block.material, len(block)) for block in mesh.blocks] == [("", 1), ("Steel", 1)]
     assert mesh.materials["Steel"] == {
-        "young_modulus": 2.1e5, "poisson_ratio": 0.3, "density": 7.8e-9, "expansion": 1.2e-5,
+        "young_modulus": 2.1e5, "poisson_ratio": 0.3, "density": 7.8e-9, "expansion": 1.2e-5, "temperature": 20.0,
+        "at": [{"temperature": 300.0, "young_modulus": 2e5, "poisson_ratio": 0.3}],
     }  # fmt: skip
-    assert any("depends on temperature" in note for note in mesh.notes)
-    assert any("only isotropic" in note for note in mesh.notes)
+    assert any("material felt is *ELASTIC, TYPE=ANISOTROPIC" in note for note in mesh.notes)
 
 
 def test_materials_keep_what_they_have(tmp_path):
     mesh = read(
         tmp_path,
         CUBE + "*MATERIAL, NAME=a\n*ELASTIC\n7.E4\n*MATERIAL, NAME=b\n*ELASTIC\n2.1E5, .3\n*PLASTIC\n300., 0.\n"
-        "*MATERIAL, NAME=c\n*ELASTIC, TYPE=ORTHO\n1., 2., 3.\n*DENSITY\n8.E-9, 20.\n7.E-9, 900.\n"
+        "*MATERIAL, NAME=c\n*ELASTIC, TYPE=ANISO\n1., 2., 3.\n*DENSITY\n8.E-9, 20.\n7.E-9, 900.\n"
         "*MATERIAL, NAME=d\n*HYPERELASTIC, NEO HOOKE\n1., 2.\n*DENSITY\n1.E-9\n",
     )  # fmt: skip
     assert mesh.materials["a"] == {"young_modulus": 7e4}
-    assert mesh.materials["c"] == {"density": 8e-9}
-    assert mesh.unread_materials == {"c": "*ELASTIC, TYPE=ORTHO", "d": "*HYPERELASTIC"}
+    hot = [{"temperature": 900.0, "density": 7e-9}]
+    assert mesh.materials["c"] == {"density": 8e-9, "temperature": 20.0, "at": hot}
+    assert mesh.unread_materials == {"c": "*ELASTIC, TYPE=ANISO", "d": "*HYPERELASTIC"}
     assert "*PLASTIC left out" in mesh.material_notes["b"][0]
-    assert "*DENSITY depends on temperature" in mesh.material_notes["c"][0]
+
+
+CRYSTAL = (
+    "*MATERIAL, NAME=crystal\n*ELASTIC, TYPE=ENGINEERING CONSTANTS\n1E5, 2E5, 3E5, .1, .2, .3, 4E4, 5E4\n6E4, 20.\n"
+    "1E4, 2E4, 3E4, .1, .2, .3, 4E3, 5E3\n6E3, 800.\n*EXPANSION, TYPE=ORTHO, ZERO=10.\n1E-5, 2E-5, 3E-5, 20.\n"
+    "2E-5, 2E-5, 3E-5, 800.\n*SOLID SECTION, ELSET=upper, MATERIAL=crystal, ORIENTATION=or\n,\n"
+)
+
+
+def test_an_orthotropic_material_over_the_temperature_in_an_orientation(tmp_path):
+    mesh = read(tmp_path, CUBE + CRYSTAL + "*ORIENTATION, NAME=OR\n0., 3., 0., -1., 1., 0.\n1, 90.\n")
+    found = mesh.materials["crystal"]
+    assert found["axes"] == [pytest.approx([0, 1, 0]), pytest.approx([0, 0, 1])]  # turned about axis 1
+    names = ("young_modulus", "young_modulus_2", "young_modulus_3", "poisson_ratio", "poisson_ratio_13")
+    names += ("poisson_ratio_23", "shear_modulus", "shear_modulus_13", "shear_modulus_23")
+    assert [found[name] for name in names] == [1e5, 2e5, 3e5, 0.1, 0.2, 0.3, 4e4, 5e4, 6e4]
+    (hot,) = found["at"]
+    assert (found["temperature"], found["mean_from"], hot["temperature"]) == (20.0, 10.0, 800.0)
+    assert (hot["shear_modulus_23"], hot["expansion"], found["expansion_3"]) == (6e3, 2e-5, 3e-5)
+
+
+def test_orientations_that_are_not_there_or_turn(tmp_path):
+    with pytest.raises(MeshFileError, match="NAME=or is not defined"):
+        read(tmp_path, CUBE + CRYSTAL)
+    with pytest.raises(MeshFileError, match="must have 9 constants, 8 in the first line"):
+        read(tmp_path, CUBE + CRYSTAL.replace("6E4, 20.", ", 20."))
+    mesh = read(tmp_path, CUBE + CRYSTAL + "*ORIENTATION, NAME=OR, SYSTEM=CYLINDRICAL\n0., 0., 0., 1., 0., 0.\n")
+    assert mesh.unread_materials == {"crystal": "in *ORIENTATION or, which is not rectangular"}
 
 
 def test_scaled_masses_are_refused(tmp_path):

@@ -345,8 +345,9 @@ def test_a_sector_of_any_elements_goes_to_files_and_back(sector_of_kind: SectorM
 
 ALUMINIUM = "*ELASTIC\n70000., 0.3\n"
 KG_MM3, MM_KG_S = "*ELASTIC\n2.1e5, 0.3\n*DENSITY\n7.85e-6\n", "*ELASTIC\n2.1e8, 0.3\n*DENSITY\n7.85e-6\n"
-CRYSTAL = "*ELASTIC, TYPE=ENGINEERING CONSTANTS\n1.25e5, 1.25e5, 1.25e5, .38, .38, .38, 1.25e5, 1.25e5\n1.25e5\n"
-CRYSTAL += "*DENSITY\n8.7e-9\n"
+CUBIC = "*ELASTIC, TYPE=ENGINEERING CONSTANTS\n1.25e5, 1.25e5, 1.25e5, .38, .38, .38, 1.25e5, 1.25e5\n1.25e5\n"
+CUBIC += "*DENSITY\n8.7e-9\n"
+CRYSTAL = CUBIC.replace("ENGINEERING CONSTANTS", "ANISOTROPIC")
 HOT = "*ELASTIC\n2.1e5, 0.3, 20.\n1.6e5, 0.3, 600.\n*DENSITY\n7.85e-9\n"
 IN_FULL = {"steel": {"young_modulus": 125e9, "poisson_ratio": 0.38, "density": 8700.0}}
 
@@ -382,13 +383,27 @@ def with_numbers(deck: str, numbers: str) -> str:
         (KG_MM3, {"materials": {"steel": {"density": 7850.0}}}, 0, "density of .materials.steel., not of the file"),
         (MM_KG_S, {}, 2, r'mesh\.unit: "mm", allowed: "mm-kg-s": Young.s modulus 2.1e\+08 kPa is 210 GPa'),
         (MM_KG_S, {"mesh__unit": "mm-kg-s"}, 0, ""),
-        (CRYSTAL, {}, 2, r"materials\.steel: missing, allowed: all of .* this one is \*ELASTIC, TYPE=ENGINEERING"),
+        (CRYSTAL, {}, 2, r"materials\.steel: missing, allowed: all of .* this one is \*ELASTIC, TYPE=ANISOTROPIC"),
         (CRYSTAL, {"materials": {"steel": {"density": 1.0}}}, 2, r"materials\.steel: given in part, allowed: all of"),
         (
             CRYSTAL,
             {"materials": IN_FULL},
             0,
-            r"TYPE=ENGINEERING CONSTANTS in the file: the isotropic one of .materials",
+            r"TYPE=ANISOTROPIC in the file: that of .materials",
+        ),
+        (CUBIC, {}, 0, ""),
+        (HOT, {"load__temperature": {"uniform": 300.0}}, 0, ""),
+        (
+            HOT,
+            {"load__temperature": {"uniform": 700.0}},
+            2,
+            r"must lie within the table of steel, 20 to 600, or extended",
+        ),
+        (
+            CUBIC,
+            {"materials": {"steel": {"poisson_ratio_13": 0.99}}},
+            2,
+            r"materials\.steel\.poisson_ratio: .0.38, 0.99",
         ),
         ("** no numbers\n", {}, 0, r"material steel has no numbers in the file: \[material\] is taken"),
         (
@@ -397,7 +412,7 @@ def with_numbers(deck: str, numbers: str) -> str:
             2,
             r'contact.normal_stiffness: "punch", allowed: .* modulus 7e\+10 Pa .* material steel has',
         ),
-        (HOT, {}, 0, r"material steel: \*ELASTIC depends on temperature: the first line is taken"),
+        (HOT, {}, 0, r"material steel depends on the temperature: without .load.temperature. the first values hold"),
     ],
 )
 def test_materials_of_the_file_are_completed_and_checked(
@@ -435,7 +450,7 @@ def test_a_run_takes_what_the_file_has_and_says_so_every_time(steel_deck: str, t
         for line in found["aluminium"][2]["models"][0]["mesh_findings"]
     )
     again = shroud("run", tmp_path / "aluminium.toml", "--out", tmp_path / "aluminium", "--until", "reduce")
-    assert "warning: material steel: *ELASTIC depends on temperature" in again[2]
+    assert "warning: material steel depends on the temperature" in again[2]
     (tmp_path / "blade.inp").write_text(with_numbers(steel_deck, KG_MM3))
     status, _, error = shroud("run", tmp_path / "mm.toml", "--out", tmp_path / "mm", "--until", "reduce", "--quiet")
     assert (status, error.count("\n")) == (2, 1)

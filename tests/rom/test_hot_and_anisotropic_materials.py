@@ -8,6 +8,8 @@ from element_meshes import arched, brick, mixed_brick
 from rom_reference import lowest_hz
 from test_calculix_elements import clamped_nodes, needs_calculix, off_by, sector_of, solved
 
+from geometry.mesh_files.read import read_mesh
+from pipeline.scene.elastic_material import elastic_material
 from rom import AnisotropicMaterial, HotMaterials, Material, MaterialTable, RomParameterError, assemble
 from rom.finite_elements.assembly import ElasticBody, elastic_matrices, stress_at_quadrature
 from rom.finite_elements.discretisation import discretise
@@ -170,3 +172,25 @@ def test_displacements_by_mean_expansions_over_the_temperature(material, tmp_pat
 def test_what_no_solid_is_and_no_table_holds_is_refused(make, line):
     with pytest.raises(RomParameterError, match=line):
         make()
+
+
+def test_a_deck_that_calculix_computes_gives_the_same_materials_back(tmp_path):
+    mesh = mixed_brick(arched, ("foot", "", "leaf"))
+    materials = {"foot": ALLOY, "": CAST, "leaf": ORTHOTROPIC}
+    (tmp_path / "deck.inp").write_text("\n".join(calculix_blocks.body(mesh, materials, clamped_nodes(mesh))))
+    found = read_mesh(tmp_path / "deck.inp")
+    for index, block in enumerate(mesh.blocks):
+        given = materials[block.material]
+        read = elastic_material(found.materials[f"SOLID{index}"])
+        assert isinstance(read, MaterialTable) == isinstance(given, MaterialTable)
+        temperature = np.array([0.0, 450.0, 900.0])
+        for at in temperature if isinstance(given, MaterialTable) else [0.0]:
+            one, other = (m.at(at) if isinstance(m, MaterialTable) else m for m in (read, given))
+            strain = np.random.default_rng(3).standard_normal((3, 3))
+            np.testing.assert_allclose(
+                one.law.stress(strain + strain.T), other.law.stress(strain + strain.T), rtol=1e-9
+            )
+            assert one.density == pytest.approx(other.density)
+            np.testing.assert_allclose(one.law.expansion, other.law.expansion, rtol=1e-9, atol=1e-18)
+        if isinstance(given, MaterialTable):
+            np.testing.assert_allclose(read.free_strain(temperature), given.free_strain(temperature), rtol=1e-12)

@@ -9,7 +9,7 @@ from pipeline.errors import InputError
 from pipeline.scene.reading import parameter_error
 from pipeline.stages.model.build_mesh import check_contact_given, findings_of, read_own_sector
 from pipeline.stages.model.build_reduced_model import boundary_choice
-from pipeline.stages.model.scene_materials import check_materials, materials_of_file
+from pipeline.stages.model.scene_materials import check_materials, materials_of_file, materials_on
 from pipeline.stages.scene_to_solver import touching_sector
 
 if TYPE_CHECKING:
@@ -53,10 +53,10 @@ def _nothing_presses(scene: Scene, notes: Sequence[str]) -> list[str]:
 
 def check_reduction(scene: Scene, sector: SectorMesh, found: dict[str, Any]) -> None:
     """Refuse what the reduction of a mesh from a file would refuse: contact dofs, loads, outputs, elements."""
-    from rom.finite_elements.material import Material
     from rom.reduction.boundary_dofs import check_reducible
 
     check_contact_given(scene, found)
-    materials = {name: Material(**each.numbers) for name, each in materials_of_file(scene, found).items()}
+    given = {name: material.properties for name, material in materials_of_file(scene, found).items()}
+    materials = materials_on(scene, given, sector)
     touched = touching_sector(scene, sector)
     check_reducible(touched, boundary_choice(scene, touched, materials))

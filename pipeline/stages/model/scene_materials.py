@@ -225,9 +225,6 @@ def scene_materials(scene: Scene, sector_file: Path, sector: SectorMesh) -> RomM
 
     Those that depend on the temperature come with that of the mesh.
     """
-    from pipeline.stages.model.scene_loads import temperature_of_mesh
-    from rom.finite_elements.material import HotMaterials, MaterialTable
-
     if scene.mesh_file is None:
         assert scene.material is not None  # a scene that describes a blade has one
         of_disk = scene.materials.get(DISK, scene.material)
@@ -236,6 +233,14 @@ def scene_materials(scene: Scene, sector_file: Path, sector: SectorMesh) -> RomM
         found = materials_of_file(scene, own_findings(sector_file.parent))
         check_complete(found)
         given = {name: material.properties for name, material in found.items()}
+    return materials_on(scene, given, sector)
+
+
+def materials_on(scene: Scene, given: Mapping[str, Mapping[str, Any]], sector: SectorMesh) -> RomMaterials:
+    """Materials by name on a mesh with its temperature; one alone where only one is given for all elements."""
+    from pipeline.stages.model.scene_loads import temperature_of_mesh
+    from rom.finite_elements.material import HotMaterials, MaterialTable
+
     if scene.load.temperature is None:  # tables of a file that has no temperatures
         given = {name: {**properties, "at": ()} for name, properties in given.items()}
     radial = (0.0, 0.0, 1.0) if scene.mesh_file is None else radial_direction(sector)
@@ -296,7 +301,12 @@ class FileMaterial:
         for key, value in self.numbers.items():
             by_source.setdefault(self.source[key], []).append(f"{WORDS[key]} {value:.6g}{UNITS.get(key, '')}")
         name = f"material {self.name}" if self.name else "elements without a material"
-        return f"{name}: " + "; ".join(f"{', '.join(values)} ({source})" for source, values in by_source.items())
+        parts = [f"{', '.join(values)} ({source})" for source, values in by_source.items()]
+        if rows := self.more.get("at"):
+            ends = [row["temperature"] for row in (self.more, *rows) if "temperature" in row]
+            parts.append(f"over the temperature, {min(ends):g} to {max(ends):g}")
+        parts += ["with axes of its own"] if "axes" in self.more else []
+        return f"{name}: {'; '.join(parts)}"
 
 
 def materials_of_file(scene: Scene, found: Mapping[str, Any]) -> dict[str, FileMaterial]:
@@ -468,7 +478,7 @@ def _other_unit(scene: Scene, found: Mapping[str, Any]) -> str:
     system = UNIT_SYSTEMS[scene.mesh.unit]
     factor = {"young_modulus": system.pressure, "density": system.density}
     raw = {
-        name: {key: value / factor.get(key, 1.0) for key, value in numbers.items()}
+        name: {key: numbers[key] / factor[key] for key in factor if key in numbers}
         for name, numbers in found["materials"].items()
         if name in found["used"]
     }
