@@ -6,6 +6,7 @@ meshio and meshlane lose nested sets, instances and surfaces, so the keyword blo
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +22,14 @@ from geometry.mesh_files.abaqus_blocks import (
     keyword_blocks,
 )
 from geometry.mesh_files.file_mesh import MOST_SETS, NO_LABELS, FileMesh
-from geometry.mesh_files.material_tables import NINE, Row, material_of_tables, orthotropic_constants, symmetric
+from geometry.mesh_files.material_tables import (
+    NINE,
+    Row,
+    material_of_tables,
+    orthotropic_constants,
+    symmetric,
+    take_material,
+)
 from geometry.mesh_files.text_files import numbers
 from geometry.sector import FloatArray, IntArray
 
@@ -39,7 +47,6 @@ NUMBERS: dict[tuple[str, str], tuple[str, ...]] = {
 }
 PLACES = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2), (5, 5), (4, 4), (3, 3))  # of the last ones
 PROPERTIES = ("ELASTIC", "DENSITY", "EXPANSION")
-ANISOTROPIC = {"shear_modulus", "expansion_2"}  # constants that materials with axes of their own have
 PER_LINE = 8  # numbers
 OTHER_LAWS = ("HYPERELASTIC", "HYPERFOAM", "LOW DENSITY FOAM", "USER MATERIAL", "UMAT", "ANISOTROPIC HYPERELASTIC")
 # what a linear material leaves out of such a one
@@ -283,26 +290,22 @@ def _joined(path: str | Path, blocks: list[KeywordBlock], scopes: list[Scope]) -
 
 
 def _add_sections(mesh: FileMesh, blocks: list[KeywordBlock], scopes: list[Scope]) -> None:
-    """Materials of the elements; one with axes of its own that stands in several frames is one for each of them."""
+    """Materials of the elements in their orientations."""
     names = {name.upper(): name for name in mesh.materials}
     frames = {block.needs("NAME").upper(): block for block in blocks if block.keyword == "ORIENTATION"}
     for scope in scopes:
         for labels, material, orientation in scope.sections:
-            name = names.get(material.upper(), material)
-            numbers_of = mesh.materials.get(name, {})
-            if not ANISOTROPIC.isdisjoint(numbers_of):
-                if orientation and orientation.upper() not in frames:
-                    raise mesh.refuse(f"*ORIENTATION, NAME={orientation} is not defined")
-                axes = _axes(frames[orientation.upper()]) if orientation else np.eye(3)[:2]
-                if axes is None:
-                    mesh.unread_materials[name] = f"in *ORIENTATION {orientation}, which is not rectangular"
-                else:
-                    axes = axes @ scope.rotation.T
-                    known = numbers_of.get("axes")
-                    if known is not None and not np.allclose(known, axes):
-                        name = f"{name} {orientation or scope.name}"
-                    mesh.materials[name] = {**numbers_of, "axes": axes.tolist()}
-            mesh.element_material.append((labels, name))
+            if orientation and orientation.upper() not in frames:
+                raise mesh.refuse(f"*ORIENTATION, NAME={orientation} is not defined")
+            frame = f"*ORIENTATION {orientation}" if orientation else f"instance {scope.name}"
+            axes = partial(_turned_axes, frames.get(orientation.upper()), scope.rotation)
+            take_material(mesh, labels, names.get(material.upper(), material), frame, axes)
+
+
+def _turned_axes(block: KeywordBlock | None, rotation: FloatArray) -> FloatArray | None:
+    """Axes of an orientation, or those of the file, in an instance that is turned."""
+    axes = np.eye(3) if block is None else _axes(block)
+    return None if axes is None else axes @ rotation.T
 
 
 def _axes(block: KeywordBlock) -> FloatArray | None:

@@ -11,13 +11,15 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from geometry.errors import MeshFileError
+from geometry.mesh_files.ansys_materials import add_materials
 from geometry.mesh_files.file_mesh import NO_LABELS, FileElements, FileMesh
+from geometry.mesh_files.material_tables import take_material
 from geometry.mesh_files.text_files import numbers, text_lines
 from geometry.sector import FloatArray, IntArray
 
@@ -52,24 +54,7 @@ _INTEGERS, _NUMBERS = frozenset(" 0123456789-"), frozenset(" 0123456789.+-EeDd")
 _HOW = "as CDWRITE,DB writes"
 KINDS = {185: "hex8", 45: "hex8", 186: "hex20", 95: "hex20", 187: "tet10", 92: "tet10", 285: "tet4"}
 COUNTS = {"hex8": 8, "hex20": 20, "tet10": 10, "tet4": 4}
-PROPERTIES = {
-    "EX": "young_modulus",
-    "NUXY": "poisson_ratio",
-    "PRXY": "poisson_ratio",
-    "DENS": "density",
-    "ALPX": "expansion",
-}
-# properties that an isotropic material has too, and those that they must agree with
-ORTHOTROPIC = {
-    "EY": "EX", "EZ": "EX", "ALPY": "ALPX", "ALPZ": "ALPX", "GXY": "GXY", "GYZ": "GYZ", "GXZ": "GXZ",
-    "PRYZ": "PRXY", "PRXZ": "PRXY", "NUYZ": "NUXY", "NUXZ": "NUXY",
-}  # fmt: skip
-MISFIT = 1e-3
-USUAL_RATIO = 0.3  # of a material without one, in Ansys
-OTHER_LAWS = ("ELAS", "ANEL", "HYPE", "BB", "AHYP", "USER", "SMA", "CAST", "GASK")
-PLASTIC = ("BISO", "MISO", "BKIN", "KINH", "MKIN", "NLIS", "CHAB", "PLAS", "CREE", "PRON", "SDAM", "HILL")
-UNITS = {"SI": "m", "MKS": "m", "MPA": "mm", "CGS": "cm-g-s", "BIN": "in", "BFT": "ft-lbf-s"}
-MATERIAL, TYPE, NUMBER, NODES = 0, 1, 10, 11  # columns of an element
+MATERIAL, TYPE, SYSTEM, NUMBER, NODES = 0, 1, 4, 10, 11  # columns of an element
 # plane elements; those of the effect "surfaces" below are others
 SHELLS = (28, 43, 63, 93, 131, 132, 181, 281)
 # what elements and commands that are left out do, by the keys of `file_mesh.EFFECTS`; other elements are bodies
@@ -328,14 +313,14 @@ def read_ansys(path: str | Path) -> FileMesh:
     lines = text_lines(path)
     tables = read_tables(path, lines)
     mesh = FileMesh(str(path), np.concatenate(tables.node_labels), np.concatenate(tables.points))
-    _add_elements(mesh, [np.array(row, dtype=np.int64) for row in tables.elements], tables.types)
+    systems = add_materials(mesh, lines)
+    _add_elements(mesh, [np.array(row, dtype=np.int64) for row in tables.elements], tables.types, systems)
     labels = {"NODE": np.unique(mesh.node_labels), "ELEM": np.unique([row[NUMBER] for row in tables.elements])}
     for name, (kind, values) in tables.components.items():
         sets = mesh.node_sets if kind == "NODE" else mesh.element_sets
         sets[name] = _members(mesh, name, values, labels[kind])
     _add_plane_elements(mesh, tables)
     _leave_out(mesh, tables)
-    _add_materials(mesh, lines)
     return mesh
 
 
@@ -390,7 +375,9 @@ def _leave_out(mesh: FileMesh, tables: AnsysTables) -> None:
         mesh.leave_out(effect, names)
 
 
-def _add_elements(mesh: FileMesh, elements: list[IntArray], types: dict[int, int]) -> None:
+def _add_elements(
+    mesh: FileMesh, elements: list[IntArray], types: dict[int, int], systems: dict[int, FloatArray | None]
+) -> None:
     if not elements:
         return
     table = np.concatenate(elements)
@@ -411,87 +398,9 @@ def _add_elements(mesh: FileMesh, elements: list[IntArray], types: dict[int, int
             has = lengths[rows] > column
             nodes[has, column] = table[starts[rows[has]] + NODES + column]
         mesh.elements.append(FileElements(kind, table[starts[rows] + NUMBER], np.maximum(nodes, 0)))
-    labels, material = table[starts + NUMBER], table[starts + MATERIAL]
-    mesh.element_material = [(labels[material == value], str(value)) for value in np.unique(material)]
-
-
-def _add_materials(mesh: FileMesh, lines: list[str]) -> None:
-    """Properties by the number of the material, from MP and MPDATA, and what the archive says of units."""
-    given: dict[str, dict[str, float]] = {}
-    for line in lines:
-        command = line[:8].upper()
-        if command.startswith("MASCALE"):
-            raise mesh.refuse(f"{line.strip()!r} scales the matrices: remove it and give the densities that it makes")
-        if not command.startswith(("MP", "TB,", "/UNITS")):
-            continue
-        fields = [field.strip() for field in line.split("!")[0].split(",")]
-        command = fields[0].upper()
-        if command == "MPDATA":  # MPDATA, [R5.0, length,] label, material, place of the first value, value
-            place = 3 if len(fields) > 1 and fields[1].upper().startswith("R") else 1
-            label, material, rest = _padded(fields, place), _padded(fields, place + 1), fields[place + 3 :]
-            table, again = True, _padded(fields, place + 2) in ("", "1")
-        elif command == "MP":  # MP, label, material, constant, linear, ...
-            label, material, rest = _padded(fields, 1), _padded(fields, 2), fields[3:]
-            table, again = False, True
-        elif command == "TB":
-            _take_table(mesh, _padded(fields, 1).upper(), _padded(fields, 2))
-            continue
-        elif command == "/UNITS":
-            system = UNITS.get(_padded(fields, 1).upper())
-            mesh.units = () if system is None else (system,)
-            continue
-        else:
-            continue
-        if label.upper() in (*PROPERTIES, *ORTHOTROPIC):
-            found = given.setdefault(material, {})
-            if again:
-                found.pop(label.upper(), None)
-            _take_property(mesh, found, (label.upper(), material), rest, line, table)
-    for material, values in given.items():
-        mesh.materials[material] = _isotropic(mesh, material, values)
-
-
-def _take_property(
-    mesh: FileMesh, found: dict[str, float], of: tuple[str, str], rest: list[str], line: str, table: bool
-) -> None:
-    """The first value of a property; values beyond it are those of a table, or the terms of a polynomial."""
-    values = [float(value) for value in numbers([field for field in rest if field], _refusal(mesh, line))]
-    if not values:
-        return
-    first = found.setdefault(of[0], values[0])
-    if any(value != (first if table else 0.0) for value in values[0 if table else 1 :]):
-        mesh.remark(of[1], f"material {of[1]}: {of[0]} depends on temperature: the first value is taken, {first:g}")
-
-
-def _take_table(mesh: FileMesh, name: str, material: str) -> None:
-    """A nonlinear or anisotropic law of a material."""
-    if name[:4] in OTHER_LAWS:
-        mesh.unread_materials[material] = f"TB,{name}"
-    elif name[:4] in PLASTIC:
-        mesh.remark(material, f"material {material}: TB,{name} left out: linear elastic")
-
-
-def _refusal(mesh: FileMesh, line: str) -> Any:
-    return lambda field: mesh.refuse(f"{line.strip()!r}: {field!r} must be a number")
-
-
-def _padded(fields: list[str], place: int) -> str:
-    return fields[place] if place < len(fields) else ""
-
-
-def _isotropic(mesh: FileMesh, material: str, values: dict[str, float]) -> dict[str, float]:
-    """The numbers of an isotropic material; one that is not goes to those that are not read."""
-    ratio = values.get("PRXY", values.get("NUXY"))
-    shear = values["EX"] / (2.0 + 2.0 * (USUAL_RATIO if ratio is None else ratio)) if "EX" in values else None
-    expected = values | {"GXY": shear, "GYZ": shear, "GXZ": shear}
-    for label, first in ORTHOTROPIC.items():
-        value, same = values.get(label), expected.get(first)
-        if value is not None and (same is None or abs(value - same) > MISFIT * abs(same)):
-            mesh.unread_materials[material] = f"orthotropic ({label})"
-            return {}
-    found = {PROPERTIES[label]: value for label, value in values.items() if label in PROPERTIES}
-    if "young_modulus" in found and ratio is None:
-        found["poisson_ratio"] = USUAL_RATIO
-        said = f"Ansys takes Poisson's ratio {USUAL_RATIO}, so does this program"
-        mesh.remark(material, f"material {material}: neither PRXY nor NUXY in the archive: {said}")
-    return found
+    labels = table[starts + NUMBER]
+    pairs = np.stack([table[starts + MATERIAL], table[starts + SYSTEM]], axis=1)
+    for material, system in np.unique(pairs, axis=0):
+        rows = labels[(pairs == (material, system)).all(axis=1)]
+        axes = partial(systems.get, int(system))
+        take_material(mesh, rows, str(material), f"coordinate system {system}", axes)

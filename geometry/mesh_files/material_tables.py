@@ -6,12 +6,13 @@ temperature, `temperature`, and those at others in `at`, a row each; a constant 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
-from geometry.sector import FloatArray
+from geometry.mesh_files.file_mesh import FileMesh
+from geometry.sector import FloatArray, IntArray
 
 Row = tuple[float | None, dict[str, float]]  # temperature, None where it is not given, and constants
 COUPLED = 1e-6  # of the largest stiffness: smaller ones between stretch and shear, or shears, are round-off
@@ -19,6 +20,9 @@ NINE = (
     *("young_modulus", "young_modulus_2", "young_modulus_3", "poisson_ratio", "poisson_ratio_13", "poisson_ratio_23"),
     *("shear_modulus", "shear_modulus_13", "shear_modulus_23"),
 )
+ISOTROPIC = ("young_modulus", "poisson_ratio")
+# constants that materials with axes of their own have
+ANISOTROPIC = {*NINE, "expansion_2", "expansion_3"} - {*ISOTROPIC}
 
 
 def material_of_tables(tables: Sequence[Sequence[Row]]) -> dict[str, Any]:
@@ -49,6 +53,25 @@ def orthotropic_constants(stiffness: FloatArray) -> dict[str, float] | None:
     shear = stiffness[5, 5], stiffness[4, 4], stiffness[3, 3]
     values = (*(1.0 / np.diag(s)), -s[0, 1] / s[0, 0], -s[0, 2] / s[0, 0], -s[1, 2] / s[1, 1], *shear)
     return dict(zip(NINE, map(float, values), strict=True))
+
+
+def take_material(
+    mesh: FileMesh, labels: IntArray, name: str, frame: str, axes: Callable[[], FloatArray | None]
+) -> None:
+    """The material of some elements; one with axes of its own that stands in several frames is one for each of them.
+
+    `frame`: the system of coordinates in words; `axes`: directions of its axes, one a row, None of one that turns.
+    """
+    constants = mesh.materials.get(name, {})
+    if ANISOTROPIC & constants.keys():
+        found = axes()
+        if found is None:
+            mesh.unread_materials[name] = f"in {frame}, which is not rectangular"
+        else:
+            known, given = constants.get("axes"), [[float(x) for x in axis] for axis in found[:2]]
+            name = name if known is None or np.allclose(known, given) else f"{name} in {frame}"
+            mesh.materials[name] = {**constants, "axes": given}
+    mesh.element_material.append((labels, name))
 
 
 def symmetric(upper: Sequence[float], places: Sequence[tuple[int, int]]) -> FloatArray:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -18,16 +19,13 @@ import numpy as np
 from geometry.elements import ELEMENT_KINDS
 from geometry.errors import MeshFileError
 from geometry.mesh_files.file_mesh import NO_LABELS, FileElements, FileMesh
+from geometry.mesh_files.material_tables import take_material
 from geometry.mesh_files.nastran_cards import Card, NastranDeck, card_of, cards, nastran_deck
+from geometry.mesh_files.nastran_materials import add_materials
 from geometry.mesh_files.text_files import LARGEST_LABEL
 from geometry.sector import FloatArray, IntArray
 from geometry.units import UNIT_SYSTEMS
 
-NAMES = {"E": "young_modulus", "nu": "poisson_ratio", "rho": "density", "A": "expansion"}
-OTHERS = ("MAT2", "MAT3", "MAT8", "MAT9", "MAT10", "MAT11", "MATHE", "MATHP")
-DEPENDENT = {"MATT1": "depends on temperature", "MATS1": "depends on stress", "MATF1": "depends on frequency"}
-SCALES = {"WTMASS": "density", "CM1": "density", "CK1": "young_modulus"}
-MISFIT = 0.01  # of E from 2 G (1 + nu), beyond which Nastran warns too
 # PARAM,UNITSYS and the comment "$* UNITS:" of Simcenter
 _UNITSYS = {
     "MN-MM": "mm-kg-s", "N-MM": "mm", "N-M": "m", "KGF-MM": "mm-kgf-s", "LBF-IN": "in", "LBF-FT": "ft-lbf-s",
@@ -56,7 +54,7 @@ COLUMNS = {
 SYSTEMS = ("CORD1R", "CORD1C", "CORD1S", "CORD2R", "CORD2C", "CORD2S")
 SETS = ("SET1", "SET3", "SPC1")
 CUTS = {"1": "cyclic_left", "2": "cyclic_right"}  # sides of CYJOIN
-MATERIALS = ("PSOLID", "PLSOLID", "MAT1")
+MATERIALS = ("PSOLID", "PLSOLID", "MAT1", "MATT1", "MAT9", "TABLEM1")
 READ = frozenset(["GRID", "GRDSET", "SPC", "CYJOIN", *FAMILIES, *PLANE, *SYSTEMS, *SETS, *MATERIALS])
 GENERATORS = ("EGRID", "GRIDG", "GRIDD", "GRIDU", "GRIDMOD", "CGEN")
 # what cards that are left out do, by the keys of `file_mesh.EFFECTS`; the first pattern that fits counts
@@ -114,6 +112,15 @@ class NastranCoordinates:
         """Whether there is a system of this number."""
         return number == 0 or number in self._cards
 
+    def axes(self, number: int, card: Card) -> FloatArray | None:
+        """Axes of a system, one a row; None of one that turns from place to place, as that of elements (-1)."""
+        if number < 0:
+            return None
+        if not self.defined(number):
+            raise card.refuse(f"coordinate system {number} is not defined")
+        system = self._system(number, card)
+        return system.axes.T if system.shape == "R" else None
+
     def _moved(self, system: _System, values: FloatArray) -> FloatArray:
         first, second, third = values.T
         if system.shape == "C":
@@ -157,63 +164,6 @@ class NastranCoordinates:
         if not self.defined(system):
             raise card.refuse(f"coordinate system {system} is not defined")
         return self._moved(self._system(system, card), self._numbers[row : row + 1])
-
-
-def add_materials(mesh: FileMesh, deck: NastranDeck, by_name: dict[str, list[Card]]) -> None:
-    """Properties by the number of the material, masses and stiffness as the parameters of the deck scale them."""
-    for card in by_name.get("MAT1", []):
-        mesh.materials[card.text(0)] = _isotropic(mesh, card)
-    for name in OTHERS:
-        for card in by_name.get(name, []):
-            mesh.unread_materials[card.text(0)] = name
-    for name, what in DEPENDENT.items():
-        for card in by_name.get(name, []):
-            number = card.text(0)
-            mesh.remark(number, f"material {number}: {what} ({name}): the numbers of its MAT1 are taken")
-    in_case = [card for line in deck.case_control if (card := card_of(deck.path, line)).name == "PARAM"]
-    parameters = [*in_case, *by_name.get("PARAM", [])]
-    for name, key in SCALES.items():
-        _scale(mesh, [card for card in parameters if card.text(0).upper() == name], key)
-    _add_units(mesh, deck, parameters, by_name)
-
-
-def _isotropic(mesh: FileMesh, card: Card) -> dict[str, float]:
-    """Numbers of a MAT1: E, G, nu, rho, A; of E, G and nu one may be blank."""
-    given = {name: card.number(k) for k, name in enumerate(("E", "G", "nu", "rho", "A"), 1) if card.text(k)}
-    if "E" not in given and {"G", "nu"} <= given.keys():
-        given["E"] = 2 * given["G"] * (1 + given["nu"])
-    if "nu" not in given and {"E", "G"} <= given.keys():
-        if not given["G"] > 0:
-            raise card.refuse(f"G = {given['G']:g}: must be positive")
-        given["nu"] = given["E"] / (2 * given["G"]) - 1
-    if {"E", "G", "nu"} <= given.keys() and abs(2 * given["G"] * (1 + given["nu"]) - given["E"]) > MISFIT * given[
-        "E"
-    ]:
-        number = card.text(0)
-        mesh.remark(
-            number, f"material {number}: G = {given['G']:g} is not E / (2 + 2 nu): left out, E and nu are taken"
-        )
-    return {name: given[key] for key, name in NAMES.items() if key in given}
-
-
-def _scale(mesh: FileMesh, cards: list[Card], key: str) -> None:
-    """Multiply a number of all materials by a parameter."""
-    if not cards:
-        return
-    card = cards[0]
-    factor = card.number(1)
-    if any(other.number(1) != factor for other in cards):
-        raise card.refuse(f"{card.text(0)} is given with several values: must have one")
-    if not factor > 0:
-        raise card.refuse(f"{card.text(0)} is {factor:g}: must be positive")
-    if factor == 1.0:
-        return
-    for name, numbers in mesh.materials.items():
-        if key in numbers:
-            numbers[key] *= factor
-            what = key.replace("_", " ")
-            said = f"multiplied by PARAM,{card.text(0).upper()} {factor:g}: {numbers[key]:.6g}"
-            mesh.remark(name, f"material {name}: {what} {said}")
 
 
 def _add_units(mesh: FileMesh, deck: NastranDeck, parameters: list[Card], by_name: dict[str, list[Card]]) -> None:
@@ -367,11 +317,14 @@ def read_nastran(path: str | Path) -> FileMesh:
             )
     if "CPYRAM" in by_name:
         raise by_name["CPYRAM"][0].refuse("is a pyramid: only tetrahedra, wedges and hexahedra are read")
-    _add_nodes(mesh, by_name)
+    coordinates = _add_nodes(mesh, by_name)
     properties = _add_elements(mesh, by_name)
     _add_plane_elements(mesh, by_name, deck)
-    _add_properties(mesh, by_name, properties)
-    add_materials(mesh, deck, by_name)
+    in_case = [card for line in deck.case_control if (card := card_of(deck.path, line)).name == "PARAM"]
+    parameters = [*in_case, *by_name.get("PARAM", [])]
+    add_materials(mesh, by_name, parameters)
+    _add_units(mesh, deck, parameters, by_name)
+    _add_properties(mesh, by_name, properties, coordinates)
     add_sets(mesh, deck, [card for name in SETS for card in by_name.get(name, [])])
     _add_supports(mesh, by_name)
     _leave_out(mesh, {name: len(found) for name, found in by_name.items()})
@@ -414,7 +367,7 @@ def _leave_out(mesh: FileMesh, counts: dict[str, int]) -> None:
         mesh.leave_out(effect, names)
 
 
-def _add_nodes(mesh: FileMesh, by_name: dict[str, list[Card]]) -> None:
+def _add_nodes(mesh: FileMesh, by_name: dict[str, list[Card]]) -> NastranCoordinates:
     found = by_name.get("GRID", [])
     usual = next((card.label(1, 0) for card in by_name.get("GRDSET", [])), 0)
     labels = np.array([card.label(0) for card in found], dtype=np.int64)
@@ -431,6 +384,7 @@ def _add_nodes(mesh: FileMesh, by_name: dict[str, list[Card]]) -> None:
             card = found[int(np.flatnonzero(systems == system)[0])]
             raise card.refuse(f"node {card.text(0)} names coordinate system {system}, which is not defined")
     mesh.node_labels, mesh.points = labels, coordinates.basic()
+    return coordinates
 
 
 def _add_elements(mesh: FileMesh, by_name: dict[str, list[Card]]) -> dict[int, list[int]]:
@@ -483,13 +437,18 @@ def _element_row(card: Card, count: int) -> list[int]:
     return row + [0] * (count + 2 - len(row))
 
 
-def _add_properties(mesh: FileMesh, by_name: dict[str, list[Card]], properties: dict[int, list[int]]) -> None:
+def _add_properties(
+    mesh: FileMesh, by_name: dict[str, list[Card]], properties: dict[int, list[int]], coordinates: NastranCoordinates
+) -> None:
     """Element sets of the properties, and the material of their elements."""
-    material = {card.label(0): card.text(1) for name in ("PSOLID", "PLSOLID") for card in by_name.get(name, [])}
+    solids = {card.label(0): card for name in ("PSOLID", "PLSOLID") for card in by_name.get(name, [])}
     arrays: dict[int, IntArray] = {number: np.array(labels) for number, labels in properties.items()}
     for number, labels in arrays.items():
         mesh.element_sets[f"PSOLID_{number}"] = labels
-        if material.get(number):
-            mesh.element_material.append((labels, material[number]))
+        card = solids.get(number)
+        if card is not None and card.text(1):
+            system = int(card.number(2, 0.0)) if card.name == "PSOLID" else 0
+            axes = partial(coordinates.axes, system, card)
+            take_material(mesh, labels, card.text(1), f"coordinate system {system}", axes)
         else:
             mesh.notes.append(f"property {number} is not defined by a PSOLID: its elements have no material")

@@ -7,11 +7,12 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.scene.material_section import CONSTANTS
 from pipeline.stages.model.scene_materials import propose_unit
 
 if TYPE_CHECKING:
@@ -243,9 +244,12 @@ def _axis_between(right: Array, left: Array, given: str | None) -> tuple[str, fl
     return name, angle, mismatch
 
 
-def _numbers(values: Mapping[str, float]) -> str:
+def _numbers(values: Mapping[str, Any]) -> str:
+    """Constants, and whether there are others at further temperatures and axes."""
     symbols = {"young_modulus": "E", "poisson_ratio": "nu", "density": "rho", "expansion": "alpha"}
-    return ", ".join(f"{symbols.get(key, key)} {value:.6g}" for key, value in values.items()) or "no numbers"
+    said = [f"{symbols.get(key, key)} {values[key]:.6g}" for key in CONSTANTS if key in values]
+    said += ["over the temperature"] * ("at" in values) + ["with axes"] * ("axes" in values)
+    return ", ".join(said) or "no numbers"
 
 
 def _listed(what: str, items: Mapping[str, str]) -> str:

@@ -85,9 +85,9 @@ def test_elements_that_are_no_solids_and_materials_that_are_not_isotropic(tmp_pa
     mesh = read_mesh(tmp_path / "a.cdb")
     assert len(mesh.surfaces["LID"]) == 1
     assert [block.kind for block in mesh.blocks] == ["wedge6"]
-    assert mesh.materials == {"1": {"young_modulus": 2.1e11, "poisson_ratio": 0.3, "density": 7800.0}, "2": {}}
+    assert mesh.materials["1"] == {"young_modulus": 2.1e11, "poisson_ratio": 0.3, "density": 7800.0}
+    assert mesh.materials["2"] == {"young_modulus": 1e9, "young_modulus_2": 2e9, "poisson_ratio": 0.3}
     assert any("1 elements of type 154 left out" in note for note in mesh.notes)
-    assert any("material 2 is orthotropic" in note for note in mesh.notes)
 
 
 @pytest.mark.parametrize(
@@ -176,14 +176,42 @@ def test_materials_of_an_archive_as_ansys_takes_them(tmp_path):
     mesh = read_mesh(tmp_path / "a.cdb")
     assert mesh.materials["1"] == {"young_modulus": 2.1e5, "density": 7.8e-9, "poisson_ratio": 0.3}
     assert "neither PRXY nor NUXY" in mesh.material_notes["1"][0]
-    assert mesh.materials["2"] == {"young_modulus": 2e5, "poisson_ratio": 0.25}
-    assert "EX depends on temperature" in mesh.material_notes["2"][0]
-    assert mesh.unread_materials == {"3": "orthotropic (GXY)", "5": "TB,ANEL"}
-    assert mesh.materials["4"]["young_modulus"] == 2e5
+    hot = [{"temperature": 600.0, "young_modulus": 1.6e5}]
+    assert mesh.materials["2"] == {"young_modulus": 2e5, "poisson_ratio": 0.25, "temperature": 20.0, "at": hot}
+    assert mesh.unread_materials == {"5": "TB,ANEL"}
+    assert mesh.materials["3"] == {"young_modulus": 2e5, "poisson_ratio": 0.3, "shear_modulus": 1e5}
+    assert mesh.materials["4"] == {"young_modulus": 2e5, "poisson_ratio": 0.25}
     assert mesh.units == ("mm",)
     (tmp_path / "a.cdb").write_text(archive([(1, 3, [1, 2, 3, 3, 4, 5, 6, 6])], PRISM, "MASCALE,2\n"))
     with pytest.raises(MeshFileError, match="scales the matrices"):
         read_mesh(tmp_path / "a.cdb")
+
+
+ORTHOTROPIC = (
+    "MP,EX,1,1E5\nMP,EY,1,2E5\nMP,EZ,1,4E5\nMP,NUXY,1,.2\nMP,NUXZ,1,.4\nMP,PRYZ,1,.3\nMP,GXY,1,5E4\nMP,DENS,1,8E-9\n"
+    "TREF,22.\nMPTEMP,R5.0, 2, 1, 20., 500.\nMPDATA,R5.0, 2,ALPX,1, 1, 1E-5, 2E-5\nMPDATA,R5.0,2,ALPY,1,1,2E-5,3E-5\n"
+    "LOCAL,R5.0,LOC,11,0,0.,0.,0.\nLOCAL,R5.0,ANG,11,0,90.,90.,0.\nLOCAL,R5.0,LOC,12,1,0.,0.,0.\n"
+)
+
+
+def test_an_orthotropic_material_in_a_local_system(tmp_path):
+    """Angles about z, then x: local x along y, local y along z; minor ratios are nu_xy = PRXY EY / EX."""
+    rows = archive([(1, 3, [1, 2, 3, 3, 4, 5, 6, 6])], PRISM, ORTHOTROPIC)
+    head = next(line for line in rows.splitlines() if line.split()[:2] == ["1", "3"])
+    for system, said in ((11, {}), (12, {"1": "in coordinate system 12, which is not rectangular"})):
+        fields = head.split()
+        fields[4] = str(system)
+        width = len(head) // len(fields)
+        (tmp_path / "a.cdb").write_text(rows.replace(head, "".join(field.rjust(width) for field in fields)))
+        mesh = read_mesh(tmp_path / "a.cdb")
+        assert mesh.unread_materials == said
+        found = mesh.materials["1"]
+        if not said:
+            np.testing.assert_allclose(found["axes"], [[0, 1, 0], [0, 0, 1]], atol=1e-12)
+    ratios = [found[f"poisson_ratio{which}"] for which in ("", "_13", "_23")]
+    assert ratios == pytest.approx([0.1, 0.1, 0.3])
+    assert (found["temperature"], found["mean_from"]) == (20.0, 22.0)
+    assert found["at"] == [{"temperature": 500.0, "expansion": 2e-5, "expansion_2": 3e-5}]
 
 
 def test_a_pyramid_is_refused(tmp_path):

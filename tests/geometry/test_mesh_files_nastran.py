@@ -166,10 +166,44 @@ def test_parameters_that_contradict_each_other_are_refused(tmp_path):
 def test_materials_that_are_not_constant_and_isotropic(tmp_path):
     cards = "PSOLID,1,1\nMAT9,1,1.+5,5.+4\nMAT1,2,2.1+5,,.3\nMATT1,2,4\nMAT1,3,2.1+5,2.+5,.3\n"
     mesh = read(tmp_path, SMALL + TET + cards)
-    assert mesh.unread_materials == {"1": "MAT9"}
+    assert mesh.unread_materials == {"1": "MAT9 that is not of an orthotropic solid"}
     assert "density" not in mesh.materials["2"]
-    assert "depends on temperature (MATT1)" in mesh.material_notes["2"][0]
+    assert "table 4 of MATT1 is not a TABLEM1" in mesh.material_notes["2"][0]
     assert "G = 200000 is not E / (2 + 2 nu)" in mesh.material_notes["3"][0]
+
+
+CUBIC = (  # c11 = 4, c12 = 1, c44 = 2, and E, nu of these
+    "MAT9,1,4.,1.,1.,,,,4.,\n,1.,,,,4.,,,,\n,2.,,,2.,,2.,7.-9,1.-5,\n,2.-5,3.-5\n"
+    "CORD2R,5,,0.,0.,0.,0.,0.,1.,\n,0.,1.,0.\nPARAM,CK1,10.\n"
+)
+
+
+def test_an_orthotropic_material_in_its_system(tmp_path):
+    mesh = read(tmp_path, SMALL + TET + "PSOLID,1,1,5\n" + CUBIC)
+    found = mesh.materials["1"]
+    assert found["axes"] == [[0, 1, 0], [-1, 0, 0]]
+    moduli = [found[name] for name in ("young_modulus", "young_modulus_3", "shear_modulus", "shear_modulus_23")]
+    assert moduli == pytest.approx([36.0, 36.0, 20.0, 20.0])  # (c11 - c12) (c11 + 2 c12) / (c11 + c12), times CK1
+    assert (found["poisson_ratio_23"], found["density"]) == pytest.approx((0.2, 7e-9))
+    assert [found[name] for name in ("expansion", "expansion_2", "expansion_3")] == [1e-5, 2e-5, 3e-5]
+    mesh = read(tmp_path, SMALL + TET + "PSOLID,1,1,-1\n" + CUBIC)
+    assert mesh.unread_materials == {"1": "in coordinate system -1, which is not rectangular"}
+
+
+def test_tables_over_the_temperature(tmp_path):
+    tables = "MATT1,1,8,,,,9\nTABLEM1,8,,,,,,,,\n,20.,2.1+5,600.,1.6+5,ENDT\n"
+    tables += "TABLEM1,9,,,,,,,,\n,0.,1.-5,300.,1.3-5,900.,1.5-5,ENDT\n"
+    mesh = read(tmp_path, SMALL + TET + "PSOLID,1,1\nMAT1,1,2.+5,,.3,7.8-9,1.2-5,25.\n" + tables)
+    assert mesh.materials["1"] == {
+        "young_modulus": 2.1e5, "poisson_ratio": 0.3, "density": 7.8e-9, "expansion": 1e-5,
+        "temperature": 0.0, "mean_from": 25.0,
+        "at": [
+            {"temperature": 20.0, "young_modulus": 2.1e5}, {"temperature": 300.0, "expansion": 1.3e-5},
+            {"temperature": 600.0, "young_modulus": 1.6e5}, {"temperature": 900.0, "expansion": 1.5e-5},
+        ],
+    }  # fmt: skip
+    with pytest.raises(MeshFileError, match="TABLEM1: must have pairs of a temperature and a value"):
+        read(tmp_path, SMALL + TET + "MAT1,1,2.+5,,.3\n" + tables.replace(",600.,1.6+5", ""))
 
 
 @pytest.mark.parametrize(
