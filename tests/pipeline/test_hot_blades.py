@@ -1,10 +1,14 @@
 """Materials over the temperature and crystals of a scene, from the file to frequencies and stress."""
 
+import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from mesh_file_scenes import scene_with_mesh, small_sector
+from mesh_writer import write_mesh
 from pipeline_support import shroud, small_scene, summary_of, write_scene
 
 from pipeline import read_scene
@@ -49,6 +53,28 @@ def test_a_crystal_turned_by_a_right_angle_is_the_same_and_one_leant_is_not(tmp_
     straight, turned, leant = first_frequencies(tmp_path, small_scene(**scene, sweep=sweep), 3)
     np.testing.assert_allclose(turned, straight, rtol=1e-9)
     assert leant[0] > 1.02 * straight[0]  # <100> is the softest direction
+
+
+def test_the_axes_of_a_crystal_turn_with_the_mesh_of_its_file(tmp_path: Path) -> None:
+    """The blade as it is and with its engine axis along z of the file, its orientation turned alike."""
+    blade, cubic = small_sector(0.018), "1.25E11, 1.25E11, 1.25E11, .39, .39, .39, 1.25E11, 1.25E11\n1.25E11\n"
+    found = []
+    for place, (order, direction) in enumerate(
+        (([0, 1, 2], (1, 0, 1)), ([1, 2, 0], (1, 0, 1)), ([0, 1, 2], (1, 0, 3)))
+    ):
+        turned = replace(blade, points=blade.points[:, order], blocks=(replace(blade.blocks[0], material="steel"),))
+        folder = tmp_path / str(place)
+        folder.mkdir()
+        write_mesh(folder / "blade.inp", turned, {"steel": ISOTROPIC})
+        one, two = (", ".join(f"{x}" for x in np.array(axis)[order]) for axis in (direction, (0, 1, 0)))
+        deck = (folder / "blade.inp").read_text()
+        deck = re.sub(r"\*ELASTIC\n.*\n", f"*ELASTIC, TYPE=ENGINEERING CONSTANTS\n{cubic}", deck)
+        deck = re.sub(r"(\*SOLID SECTION[^\n]*)", r"\1, ORIENTATION=frame", deck)
+        (folder / "blade.inp").write_text(deck + f"*ORIENTATION, NAME=frame\n{one}, {two}\n")
+        scene = scene_with_mesh("blade.inp", mesh__axis="xyz"[order.index(0)], material=None)
+        found += first_frequencies(folder, scene)
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-8)
+    assert np.abs(found[2] / found[0] - 1.0).max() > 1e-2
 
 
 def test_the_axes_of_a_crystal_are_where_they_are_asked_for() -> None:
