@@ -48,6 +48,8 @@ class ImportedMesh:
         Node set that the file holds in all directions; empty where it holds none.
     contacts : tuple of (str, str)
         Pairs of surfaces or node sets that are in contact in the file.
+    temperature : (N,) array or None
+        Temperatures of the nodes, NaN where the file gives none; None where it gives none at all.
 
     Examples
     --------
@@ -76,6 +78,7 @@ class ImportedMesh:
     units: tuple[str, ...] = ()
     root: str = ""
     contacts: tuple[tuple[str, str], ...] = ()
+    temperature: FloatArray | None = None
 
     @property
     def n_elements(self) -> int:

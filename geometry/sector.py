@@ -108,6 +108,8 @@ class SectorMesh:
         Name of the pair of `right` and `left`.
     kind : str
         Kind of this pair, as of `FacePair`.
+    temperature : (N,) array or None
+        Temperatures of the nodes that a mesh file gives, NaN where it gives none; None: none at all.
 
     Examples
     --------
@@ -130,6 +132,7 @@ class SectorMesh:
     pairs: Mapping[str, FacePair] = field(default_factory=dict)
     main: str = "shroud"
     kind: str = "neighbours"
+    temperature: FloatArray | None = None
 
     @property
     def turn(self) -> float:

@@ -76,7 +76,16 @@ def subdivided(sector: SectorMesh, parts: int = 2) -> SectorMesh:
         for name, pair in sector.pairs.items()
         if (whole := [_finer_set(sector, nodes, cuts, each) for each in (pair.face_right, pair.face_left)])
     }
-    return replace(sector, points=points, blocks=blocks, node_sets=sets, surfaces=surfaces, pairs=pairs)
+    heat = None
+    if sector.temperature is not None:  # as a coordinate
+        column = np.repeat(sector.temperature[:, None], 3, axis=1)
+        found = np.concatenate(
+            [_positions(column, block, cut) for block, cut in zip(sector.blocks, cuts, strict=True)]
+        )
+        heat = np.empty(len(points))
+        heat[number] = found[first, 0]
+    finer = replace(sector, points=points, blocks=blocks, node_sets=sets, surfaces=surfaces, pairs=pairs)
+    return replace(finer, temperature=heat)
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ import numpy as np
 
 from geometry.errors import MeshFileError
 from geometry.mesh_files.abaqus_blocks import (
+    HEAT,
     SHELL_SECTIONS,
     KeywordBlock,
     Scope,
@@ -54,7 +55,7 @@ LAWS_LEFT_OUT = ("PLASTIC", "CYCLIC HARDENING", "CREEP", "VISCOELASTIC", "DAMPIN
 SCALING = ("MASS ADJUST", "FIXED MASS SCALING", "VARIABLE MASS SCALING")
 SCALED = "changes the masses of the model: remove it and give the densities that it makes"
 MESH = ("NODE", "ELEMENT")
-SETS = ("NSET", "ELSET", "SURFACE", "SOLID SECTION", "BOUNDARY", *SHELL_SECTIONS)
+SETS = ("NSET", "ELSET", "SURFACE", "SOLID SECTION", "BOUNDARY", *HEAT, *SHELL_SECTIONS)
 GENERATORS = (
     *("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM", "SYMMETRIC MODEL GENERATION", "IMPORT"),
     *("MAP SOLUTION", "TET TO WEDGE"),
@@ -277,6 +278,8 @@ def _joined(path: str | Path, blocks: list[KeywordBlock], scopes: list[Scope]) -
     mesh.sides = dict(_named([(scope.name, scope.sides) for scope in scopes], spelled))
     _name_cut_faces(mesh, blocks)
     _name_contacts(mesh, blocks)
+    for scope in scopes:
+        mesh.temperatures |= scope.temperatures
     held = [np.concatenate([NO_LABELS, *(a for scope in scopes for a in scope.held.get(k, []))]) for k in (1, 2, 3)]
     mesh.name_held(np.intersect1d(np.intersect1d(held[0], held[1]), held[2]), "BOUNDARY")
     add_materials(mesh, blocks)

@@ -47,6 +47,7 @@ _SOLID = re.compile(r"C3D(\d+)([A-Z]*)$")
 _PLANE = re.compile(r"(?:CPE?G?S?|CG?AX|S|STRI|M3D|SFM3D|DS|DC2D|WARP2D)(3|4|6|8|9|65)[A-Z]*\d?$")
 _HELD = ("ENCASTRE", "PINNED")  # supports by their names that hold all directions
 PYRAMIDS = (5, 13)
+HEAT = ("INITIAL CONDITIONS", "TEMPERATURE")
 SHELL_SECTIONS = ("SHELL SECTION", "MEMBRANE SECTION", "SHELL GENERAL SECTION")  # give plane elements a thickness
 _SetKey = tuple[str, bool, str]  # scope, whether it is a set of nodes, name in upper case
 
@@ -187,6 +188,7 @@ class Scope:
     plane: list[FileElements] = field(default_factory=list)  # plane elements by their types
     held: dict[int, list[IntArray]] = field(default_factory=dict)  # nodes held in the directions 1, 2, 3
     plane_sections: list[IntArray] = field(default_factory=list)  # (k,), plane elements with a thickness
+    temperatures: dict[int, float] = field(default_factory=dict)  # of nodes by their labels
     notes: list[str] = field(default_factory=list)  # what was left out
 
     @property
@@ -344,6 +346,8 @@ class SetReader:
                 elif block.keyword == "BOUNDARY":
                     with suppress(MeshFileError):  # sets that hold no nodes of the mesh
                         self._add_held(scope, block)
+                elif block.keyword in HEAT:
+                    self._add_temperatures(scope, block)
                 elif block.keyword in SHELL_SECTIONS and block.parameters.get("ELSET"):
                     scope.plane_sections.append(self._members(scope, block, block.parameters["ELSET"], False))
                 elif block.keyword == "SOLID SECTION":
@@ -393,6 +397,19 @@ class SetReader:
                 scope.notes.append(f"surface {name}: side {side} is of no solid element")
         if found:
             self._check_sides(np.concatenate(found), block)
+
+    def _add_temperatures(self, scope: Scope, block: KeywordBlock) -> None:
+        """Temperatures of nodes or sets: initial ones, and those of a step, which are later."""
+        if block.keyword == HEAT[0] and block.parameters.get("TYPE", "").upper() != "TEMPERATURE":
+            return
+        if "FILE" in block.parameters:
+            scope.notes.append(f"*{block.keyword} of a file of results left out")
+        for line in block.data:
+            fields = line.split(",")
+            if len(fields) > 1 and fields[1].strip():
+                values = numbers(fields[1:2], lambda field: block.refuse(f"{field.strip()!r}: must be a number"))
+                labels = self._members(scope, block, fields[0], True)
+                scope.temperatures.update(dict.fromkeys(labels.tolist(), float(values[0])))
 
     def _add_held(self, scope: Scope, block: KeywordBlock) -> None:
         """Nodes that *BOUNDARY holds at zero, by direction."""

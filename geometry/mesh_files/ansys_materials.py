@@ -38,7 +38,7 @@ USUAL_RATIO = 0.3  # of a material without one, in Ansys
 OTHER_LAWS = ("ELAS", "ANEL", "HYPE", "BB", "AHYP", "USER", "SMA", "CAST", "GASK")
 PLASTIC = ("BISO", "MISO", "BKIN", "KINH", "MKIN", "NLIS", "CHAB", "PLAS", "CREE", "PRON", "SDAM", "HILL")
 UNITS = {"SI": "m", "MKS": "m", "MPA": "mm", "CGS": "cm-g-s", "BIN": "in", "BFT": "ft-lbf-s"}
-COMMANDS = ("MP", "TB,", "/UNITS", "TREF", "LOCAL")
+COMMANDS = ("MP", "TB,", "/UNITS", "TREF", "LOCAL", "BF,", "BFUNIF", "TUNIF")
 Values = dict[str, list[tuple[float | None, float]]]  # temperatures, None where there are none, and values by label
 
 
@@ -91,6 +91,8 @@ class _Archive:
         elif command == "/UNITS":
             system = UNITS.get(_padded(fields, 1).upper())
             self.mesh.units = () if system is None else (system,)
+        elif command in ("BF", "BFUNIF", "TUNIF"):
+            self._take_heat(command, [*fields, "", "", ""], line)
         elif command == "LOCAL":
             self._take_system(fields, line)
 
@@ -116,6 +118,15 @@ class _Archive:
             self.mesh.unread_materials[material] = f"TB,{name}"
         elif name[:4] in PLASTIC:
             self.mesh.remark(material, f"material {material}: TB,{name} left out: linear elastic")
+
+    def _take_heat(self, command: str, fields: list[str], line: str) -> None:
+        """BF, node, TEMP, value; BFUNIF, TEMP, value (or _TINY: none); TUNIF, value: of a node, of all other ones."""
+        known, nodes = self.mesh.temperatures, self.mesh.node_labels.tolist()
+        if command == "BF" and fields[2].upper().startswith("TEMP") and fields[1].isdecimal():
+            known[int(fields[1])] = self._numbers(fields[3:4], line)[0]
+        elif command == "TUNIF" or fields[1].upper().startswith("TEMP"):
+            values = self._numbers([fields[1] if command == "TUNIF" else fields[2].replace("_TINY", "")], line)
+            self.mesh.temperatures = dict.fromkeys(nodes, values[0]) | known if values else known
 
     def _take_system(self, fields: list[str], line: str) -> None:
         """LOCAL, R5.0, LOC or ANG or PRM, number, kind, three values: angles about z, x, y of a cartesian one (0)."""

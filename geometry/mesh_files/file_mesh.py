@@ -75,6 +75,7 @@ class FileMesh:
     material_notes: dict[str, list[str]] = field(default_factory=dict)
     # materials that are not isotropic and elastic, and what they are
     unread_materials: dict[str, str] = field(default_factory=dict)
+    temperatures: dict[int, float] = field(default_factory=dict)  # of nodes by their labels
     root: str = ""  # name of the set that the file holds
     contacts: list[tuple[str, str]] = field(default_factory=list)  # pairs of sets that touch in the file
     units: tuple[str, ...] = ()  # systems of `UNIT_SYSTEMS` that the file says it is in

@@ -21,7 +21,7 @@ from geometry.errors import MeshFileError
 from geometry.mesh_files.file_mesh import NO_LABELS, FileElements, FileMesh
 from geometry.mesh_files.material_tables import take_material
 from geometry.mesh_files.nastran_cards import Card, NastranDeck, card_of, cards, nastran_deck
-from geometry.mesh_files.nastran_materials import add_materials
+from geometry.mesh_files.nastran_materials import add_materials, add_temperatures
 from geometry.mesh_files.text_files import LARGEST_LABEL
 from geometry.sector import FloatArray, IntArray
 from geometry.units import UNIT_SYSTEMS
@@ -54,7 +54,7 @@ COLUMNS = {
 SYSTEMS = ("CORD1R", "CORD1C", "CORD1S", "CORD2R", "CORD2C", "CORD2S")
 SETS = ("SET1", "SET3", "SPC1")
 CUTS = {"1": "cyclic_left", "2": "cyclic_right"}  # sides of CYJOIN
-MATERIALS = ("PSOLID", "PLSOLID", "MAT1", "MATT1", "MAT9", "TABLEM1")
+MATERIALS = ("PSOLID", "PLSOLID", "MAT1", "MATT1", "MAT9", "TABLEM1", "TEMP", "TEMPD")
 READ = frozenset(["GRID", "GRDSET", "SPC", "CYJOIN", *FAMILIES, *PLANE, *SYSTEMS, *SETS, *MATERIALS])
 GENERATORS = ("EGRID", "GRIDG", "GRIDD", "GRIDU", "GRIDMOD", "CGEN")
 # what cards that are left out do, by the keys of `file_mesh.EFFECTS`; the first pattern that fits counts
@@ -318,6 +318,7 @@ def read_nastran(path: str | Path) -> FileMesh:
     if "CPYRAM" in by_name:
         raise by_name["CPYRAM"][0].refuse("is a pyramid: only tetrahedra, wedges and hexahedra are read")
     coordinates = _add_nodes(mesh, by_name)
+    add_temperatures(mesh, by_name)
     properties = _add_elements(mesh, by_name)
     _add_plane_elements(mesh, by_name, deck)
     in_case = [card for line in deck.case_control if (card := card_of(deck.path, line)).name == "PARAM"]

@@ -42,6 +42,24 @@ def add_materials(mesh: FileMesh, by_name: dict[str, list[Card]], parameters: li
         _scale(mesh, [card for card in parameters if card.text(0).upper() == name], key)
 
 
+def add_temperatures(mesh: FileMesh, by_name: dict[str, list[Card]]) -> None:
+    """Temperatures of nodes: those of the first load set that has some, and its default (TEMPD) elsewhere."""
+    pairs = [(card, place) for card in by_name.get("TEMPD", []) for place in (0, 2, 4, 6) if card.text(place)]
+    defaults = {card.label(place): card.number(place + 1) for card, place in pairs}
+    sets: dict[int, dict[int, float]] = {}
+    for card in by_name.get("TEMP", []):
+        nodes = sets.setdefault(card.label(0), {})
+        nodes |= {card.label(place): card.number(place + 1) for place in (1, 3, 5) if card.text(place)}
+    known = sorted({*sets, *defaults})
+    if not known:
+        return
+    if len(known) > 1:
+        mesh.notes.append(f"temperatures of load set {known[0]} are taken, not of {', '.join(map(str, known[1:]))}")
+    if known[0] in defaults:
+        mesh.temperatures = dict.fromkeys(mesh.node_labels.tolist(), defaults[known[0]])
+    mesh.temperatures |= sets.get(known[0], {})
+
+
 def _isotropic(mesh: FileMesh, card: Card, over: Card | None, tables: dict[str, Card]) -> dict[str, Any]:
     """Numbers of a MAT1: E, G, nu, rho, A; of E, G and nu one may be blank."""
     given = {name: card.number(k) for k, name in enumerate(FIELDS, 1) if card.text(k)}

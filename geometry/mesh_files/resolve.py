@@ -228,6 +228,7 @@ def imported_mesh(mesh: FileMesh) -> ImportedMesh:
         mesh.units,
         mesh.root if mesh.root in node_sets else "",
         tuple(pair for pair in mesh.contacts if set(pair) <= node_sets.keys() | surfaces.keys()),
+        np.array([mesh.temperatures.get(int(label), np.nan) for label in labels]) if mesh.temperatures else None,
     )
 
 

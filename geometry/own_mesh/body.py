@@ -91,9 +91,9 @@ def _without_unused(mesh: ImportedMesh, used: IntArray) -> tuple[ImportedMesh, l
     node_sets = {name: place[nodes][place[nodes] >= 0] for name, nodes in mesh.node_sets.items()}
     emptied = [name for name, nodes in node_sets.items() if len(nodes) == 0 and len(mesh.node_sets[name]) > 0]
     blocks = tuple(replace(block, nodes=place[block.nodes]) for block in mesh.blocks)
-    cut = replace(
-        mesh, points=mesh.points[used], node_labels=mesh.node_labels[used], blocks=blocks, node_sets=node_sets
-    )
+    heat = None if mesh.temperature is None else mesh.temperature[used]
+    cut = replace(mesh, points=mesh.points[used], node_labels=mesh.node_labels[used], temperature=heat)
+    cut = replace(cut, blocks=blocks, node_sets=node_sets)
     notes = [f"{left_out} nodes belong to no element and are left out"]
     return cut, notes + [f'node set "{name}" has no node of an element' for name in emptied]
 

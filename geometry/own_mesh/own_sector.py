@@ -324,7 +324,8 @@ def _assembled(
     surfaces = {**mesh.surfaces, "face_right": first.right, "face_left": first.left}
     points, blocks, n_blades = mesh.points, mesh.blocks, int(choice.n_blades)
     faces = main.right, main.left
-    return SectorMesh(points, blocks, sets, *faces, n_blades, surfaces, pairs=made, main=first.name, kind=first.kind)
+    sector = SectorMesh(points, blocks, sets, *faces, n_blades, surfaces, made, first.name, first.kind)
+    return replace(sector, temperature=mesh.temperature)
 
 
 def _tip(mesh: ImportedMesh, choice: SectorChoice, outside: ElementSides) -> int:

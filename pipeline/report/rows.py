@@ -67,6 +67,7 @@ def load_rows(scene: Scene) -> Rows:
     if load.temperature is not None:
         field = load.temperature
         found = f"{field.uniform:g}" if field.uniform is not None else str(field.file)
+        found = "of the mesh file" if field.of_mesh else found
         if field.linear is not None:
             found = f"{field.linear[0]:g} at the innermost, {field.linear[1]:g} at the outermost radius"
         factor = f", {load.temperature_factor:g} times above it" if load.temperature_factor != 1.0 else ""

@@ -305,15 +305,16 @@ class Temperature(Section):
         None,
         allowed="two numbers, -1e6 to 1e6, and nothing beside uniform",
     )
-    file: File | None = key(
-        "temperatures of nodes: a column `temperature`; relative to the scene file", None, validate_default=True
+    file: File | None = key("temperatures of nodes: a column `temperature`; relative to the scene file", None)
+    of_mesh: Truth | None = key(
+        "true: the temperatures of the nodes that the mesh file gives", None, validate_default=True
     )
     reference: Angle = key("temperature without thermal stress", 20.0)
 
-    @field_validator("file")
+    @field_validator("of_mesh")
     @classmethod
     def _one_field(cls, value: Any, info: ValidationInfo) -> Any:
-        return _one_of(value, info, ("uniform", "linear"))
+        return _one_of(value or None, info, ("uniform", "linear", "file"))
 
 
 class Output(Section):

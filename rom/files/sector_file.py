@@ -26,6 +26,8 @@ def save_sector(path: str | Path, sector: SectorMesh) -> None:
         file.attrs["format"] = FORMAT
         file.attrs["n_blades"] = sector.n_blades
         file["points"] = sector.points
+        if sector.temperature is not None:
+            file["temperature"] = sector.temperature
         for k, block in enumerate(sector.blocks):
             file[f"blocks/{k}/nodes"] = block.nodes
             file[f"blocks/{k}"].attrs.update(kind=block.kind, material=block.material)
@@ -71,6 +73,7 @@ def load_sector(path: str | Path) -> SectorMesh:
                 pairs=dict(_pair(file[f"pairs/{k}"]) for k in range(len(file.get("pairs", ())))),
                 main=str(file.attrs.get("main", "shroud")),
                 kind=str(file.attrs.get("kind", "neighbours")),
+                temperature=_reals(file["temperature"]) if "temperature" in file else None,
             )
     except SectorFileError:
         raise

@@ -214,6 +214,12 @@ def test_an_orthotropic_material_in_a_local_system(tmp_path):
     assert found["at"] == [{"temperature": 500.0, "expansion": 2e-5, "expansion_2": 3e-5}]
 
 
+def test_temperatures_of_nodes(tmp_path):
+    heat = "BF,       2,TEMP,  600.\nBF,3,FLUE,1.\nBFUNIF,TEMP,20.\n"
+    (tmp_path / "a.cdb").write_text(archive([(1, 3, [1, 2, 3, 3, 4, 5, 6, 6])], PRISM, heat))
+    assert read_mesh(tmp_path / "a.cdb").temperature.tolist() == [20.0, 600.0, 20.0, 20.0, 20.0, 20.0]
+
+
 def test_a_pyramid_is_refused(tmp_path):
     (tmp_path / "p.cdb").write_text(archive([(7, 3, [1, 2, 5, 4, 3, 3, 3, 3])], PRISM))
     with pytest.raises(MeshFileError, match=r"element 7 \(hex8 with repeated nodes\) is a pyramid"):

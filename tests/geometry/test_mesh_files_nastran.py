@@ -206,6 +206,13 @@ def test_tables_over_the_temperature(tmp_path):
         read(tmp_path, SMALL + TET + "MAT1,1,2.+5,,.3\n" + tables.replace(",600.,1.6+5", ""))
 
 
+def test_temperatures_of_nodes(tmp_path):
+    mesh = read(tmp_path, SMALL + TET + STEEL + "TEMPD,7,20.\nTEMP,7,1,500.,2,600.\nTEMP,9,1,1.\n")
+    assert mesh.temperature[:3].tolist() == [500.0, 600.0, 20.0]
+    assert any("of load set 7 are taken, not of 9" in note for note in mesh.notes)
+    assert read(tmp_path, SMALL + TET + STEEL).temperature is None
+
+
 @pytest.mark.parametrize(
     ("line", "units"),
     [

@@ -22,6 +22,7 @@ from rom.stress.resolved_shear import octahedral_shear
 TABLE = {"at": [{"temperature": 420.0, "young_modulus": 1.5e11}, {"temperature": 820.0, "young_modulus": 1.2e11}]}
 ISOTROPIC = {"young_modulus": 2e11, "poisson_ratio": 0.3, "density": 7800.0}
 FATIGUE = {"endurance_limit": 3e8, "tensile_strength": 9e8, "at": [{"temperature": 300.0}]}
+STEEL = {"steel": ISOTROPIC}
 CUBIC = {"young_modulus": 1.25e11, "poisson_ratio": 0.39, "shear_modulus": 1.25e11, "density": 8600.0}
 
 
@@ -65,7 +66,7 @@ def test_the_axes_of_a_crystal_turn_with_the_mesh_of_its_file(tmp_path: Path) ->
         turned = replace(blade, points=blade.points[:, order], blocks=(replace(blade.blocks[0], material="steel"),))
         folder = tmp_path / str(place)
         folder.mkdir()
-        write_mesh(folder / "blade.inp", turned, {"steel": ISOTROPIC})
+        write_mesh(folder / "blade.inp", turned, STEEL)
         one, two = (", ".join(f"{x}" for x in np.array(axis)[order]) for axis in (direction, (0, 1, 0)))
         deck = (folder / "blade.inp").read_text()
         deck = re.sub(r"\*ELASTIC\n.*\n", f"*ELASTIC, TYPE=ENGINEERING CONSTANTS\n{cubic}", deck)
@@ -75,6 +76,26 @@ def test_the_axes_of_a_crystal_turn_with_the_mesh_of_its_file(tmp_path: Path) ->
         found += first_frequencies(folder, scene)
     np.testing.assert_allclose(found[1], found[0], rtol=1e-8)
     assert np.abs(found[2] / found[0] - 1.0).max() > 1e-2
+
+
+def test_temperatures_of_the_mesh_file_are_those_of_a_linear_field(tmp_path: Path) -> None:
+    blade = small_sector(0.018)
+    write_mesh(tmp_path / "blade.inp", replace(blade, blocks=(replace(blade.blocks[0], material="steel"),)), STEEL)
+    deck = (tmp_path / "blade.inp").read_text()
+    radius = np.hypot(blade.points[:, 1], blade.points[:, 2])
+    heat = 200.0 + 600.0 * (radius - radius.min()) / np.ptp(radius)
+    lines = "".join(f"{k}, {value:.12g}\n" for k, value in enumerate(heat, 1))
+    found = []
+    for name, given in (("own", {"of_mesh": True}), ("linear", {"linear": [200.0, 800.0]})):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "blade.inp").write_text(deck + f"*INITIAL CONDITIONS, TYPE=TEMPERATURE\n{lines}")
+        scene = scene_with_mesh("blade.inp", materials={"steel": TABLE}, load__temperature=given)
+        found += first_frequencies(tmp_path / name, scene)
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-9)
+    (tmp_path / "own" / "blade.inp").write_text(deck + f"*TEMPERATURE\n{lines[:40]}".rpartition("\n")[0] + "\n")
+    status, _, error = shroud("run", tmp_path / "own" / "scene.toml", "--until", "reduce", "--quiet")
+    assert (status, error.count("\n")) == (2, 1)
+    assert 'load.temperature.of_mesh: "none at ' in error
 
 
 def test_the_axes_of_a_crystal_are_where_they_are_asked_for() -> None:
@@ -162,7 +183,10 @@ def test_limits_over_the_temperature_and_the_stress_of_a_hot_crystal(tmp_path: P
         ),
         ({"load__temperature": {"uniform": 1000.0}}, "load.temperature: 1000.0, allowed: must lie within the table"),
         ({"load__temperature": {"uniform": 900.0, "reference": 293.15}}, "is one in K and one in degrees C?"),
-        ({"load__temperature": {"uniform": 1.0, "linear": [1.0, 2.0]}}, "one of uniform, linear, file (given: unif"),
+        (
+            {"load__temperature": {"uniform": 1.0, "linear": [1.0, 2.0]}},
+            "one of uniform, linear, file, of_mesh (given: unif",
+        ),
         (
             {"material__at": [{"temperature": 20.0}]},
             "material.at: [{'temperature': 20.0}], allowed: tables [[materia",

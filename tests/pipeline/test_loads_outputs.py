@@ -277,7 +277,7 @@ def test_harmonics_on_a_given_model(tmp_path: Path) -> None:
         ({"excitation__load": [{"file": "no.csv"}]}, "no.csv: no such file"),
         ({"load__force": [{"at": "tip", "direction": [0, 0, 0]}]}, "load.force[0].direction: [0, 0, 0], allowed"),
         ({"load__pressure": [{"pressure": 1.0}]}, "load.pressure[0].surface: missing"),
-        ({"load__temperature": {}}, "allowed: one of uniform, linear, file (given: none)"),
+        ({"load__temperature": {}}, "allowed: one of uniform, linear, file, of_mesh (given: none)"),
         ({"load__temperature": {"unifrm": 3.0}}, "load.temperature.unifrm: unknown key, did you mean uniform?"),
         ({"output": [{"name": "tip_y", "at": "tip"}]}, "other names than tip, tip_x"),
         ({"output": [{"name": "a b"}]}, "output[0].name: 'a b', allowed: letters, digits and '_'"),

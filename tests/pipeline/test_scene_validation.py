@@ -142,7 +142,10 @@ def test_values_are_refused(tmp_path: Path, change: dict[str, Any], key: str, sh
         ({"contact__friction": {"mean": 0.3, "tilt": [0.1, "x"]}}, 'contact.friction.tilt[1]: "x", allowed: two'),
         ({"contact__friction": {"tilt": [0.1, 0.2]}}, "contact.friction.mean: missing, allowed: a number"),
         ({"load__force": [{"at": "tip"}, {}]}, "load.force[1].file: not given, allowed: one of at, set, file"),
-        ({"load__temperature": {}}, "load.temperature.file: not given, allowed: one of uniform, linear, file"),
+        (
+            {"load__temperature": {}},
+            "load.temperature.of_mesh: not given, allowed: one of uniform, linear, file, of_mesh",
+        ),
         (
             {"blade__section": "rect"},
             'blade.section: "rect", did you mean rectangle?, allowed: "rectangle" or "lens"',

@@ -65,10 +65,25 @@ def temperature_of_mesh(scene: Scene, sector: SectorMesh) -> float | NDArray[np.
     elif given.linear is not None:
         radius = np.hypot(sector.points[:, 1], sector.points[:, 2])
         field = np.interp(radius, [radius.min(), radius.max()], given.linear)
+    elif given.of_mesh:
+        field = _temperature_of_file(sector)
     else:
         field = _nearest_temperature(sector, temperature_table(str(given.file), scene.contents))
     found: float | NDArray[np.float64] = given.reference + scene.load.temperature_factor * (field - given.reference)
     return found
+
+
+def _temperature_of_file(sector: SectorMesh) -> NDArray[np.float64]:
+    """The temperatures that a mesh file gives to all its nodes."""
+    from rom.errors import RomParameterError
+
+    given = sector.temperature
+    if given is None or np.isnan(given).any():
+        found = "no temperatures" if given is None else f"none at {int(np.isnan(given).sum())} of {len(given)} nodes"
+        raise RomParameterError(
+            "load", "temperature.of_mesh", found, "a mesh file with temperatures of all its nodes"
+        )
+    return given
 
 
 def temperature_rise(scene: Scene, sector: SectorMesh) -> float | NDArray[np.float64] | None:
