@@ -5,12 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
 
 from geometry.errors import OwnMeshError
-
-if TYPE_CHECKING:
-    from geometry.sector import FloatArray
 
 _INCH, _FOOT = 0.0254, 0.3048  # m
 _POUND_FORCE, _POUND = 4.4482216152605, 0.45359237  # N, kg
@@ -65,24 +61,6 @@ UNIT_SYSTEMS: Mapping[str, UnitSystem] = MappingProxyType(
         "ft-lbf-lbm": UnitSystem(_FOOT, _POUND_FORCE, _POUND, "lbf/ft^2", "lbf/ft^3"),
     }
 )
-
-
-def materials_in_si(
-    materials: Mapping[str, Mapping[str, Any]], unit: str, rotation: FloatArray
-) -> dict[str, dict[str, Any]]:
-    """Materials of a file in Pa and kg/m^3, their axes in ours; `rotation` (3, 3): from the axes of the file."""
-    import numpy as np
-
-    system = UNIT_SYSTEMS[unit]
-
-    def converted(key: str, value: Any) -> Any:
-        if key == "at":
-            return [{name: converted(name, each) for name, each in row.items()} for row in value]
-        if key == "axes":
-            return (np.asarray(value) @ rotation.T).tolist()
-        return value * (system.pressure if "modulus" in key else system.density if key == "density" else 1.0)
-
-    return {name: {key: converted(key, value) for key, value in of.items()} for name, of in materials.items()}
 
 
 def check_size(radius: float, unit: str) -> None:

@@ -56,7 +56,7 @@ from geometry.own_mesh.sector_choice import MAIN, NO_CONTACT, SectorChoice
 from geometry.own_mesh.side_quadrature import quadrature, side_tables
 from geometry.sector import FacePair as SectorPair
 from geometry.sector import FloatArray, SectorMesh
-from geometry.units import check_size, materials_in_si
+from geometry.units import UNIT_SYSTEMS, check_size
 
 _ROUND_OFF = 1e-9
 
@@ -166,8 +166,22 @@ def sector_from_mesh(mesh: ImportedMesh, choice: SectorChoice) -> OwnSector:
         notes=(*lines, *said, *dict.fromkeys(each for pair in pairs.values() for each in _remarks(pair))),
         warnings=(*mesh.warnings, *doubts, *_warnings(pairs, choice.n_blades)),
     )
-    materials = materials_in_si(mesh.materials, choice.unit, rotation)
+    materials = _in_si(mesh.materials, choice.unit, rotation)
     return OwnSector(sector, findings, materials, mesh.material_notes, mesh.unread_materials, mesh.units)
+
+
+def _in_si(materials: Mapping[str, Mapping[str, Any]], unit: str, rotation: FloatArray) -> dict[str, dict[str, Any]]:
+    """Materials of a file in Pa and kg/m^3, their axes in ours; `rotation` (3, 3): from the axes of the file."""
+    system = UNIT_SYSTEMS[unit]
+
+    def converted(key: str, value: Any) -> Any:
+        if key == "at":
+            return [{name: converted(name, each) for name, each in row.items()} for row in value]
+        if key == "axes":
+            return (np.asarray(value) @ rotation.T).tolist()
+        return value * (system.pressure if "modulus" in key else system.density if key == "density" else 1.0)
+
+    return {name: {key: converted(key, value) for key, value in of.items()} for name, of in materials.items()}
 
 
 def _with_names_of_file(mesh: ImportedMesh, choice: SectorChoice) -> tuple[ImportedMesh, SectorChoice, list[str]]:

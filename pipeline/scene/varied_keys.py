@@ -12,6 +12,7 @@ from pipeline.errors import InputError, input_error, shown_key
 from pipeline.scene.blade_section import DAMPER, INTERFACES
 from pipeline.scene.contact_section import OF_INTERFACE
 from pipeline.scene.dotted_keys import CONTACT, INTERFACE, interface_of, split_key
+from pipeline.scene.material_section import ANISOTROPIC
 from pipeline.scene.schema import Scene
 
 if TYPE_CHECKING:
@@ -83,6 +84,7 @@ def without_effect(scene: Scene, key: str, interfaces: Collection[str] | None = 
 
 def _unused(scene: Scene, key: str) -> str:
     """Why a key that other keys switch on is not used; "" where it is."""
+    isotropic = scene.material is not None and {*ANISOTROPIC}.isdisjoint(scene.material.given)
     harmonics, at_rest = scene.response.harmonics, scene.load.speed_rpm == 0.0
     reasons = {
         "contact.samples": (scene.contact.integration == "exact", 'contact.integration = "exact" needs no samples'),
@@ -90,6 +92,7 @@ def _unused(scene: Scene, key: str) -> str:
         "load.coriolis": (at_rest, "load.speed_rpm = 0"),
         "load.equilibrium": (at_rest, "load.speed_rpm = 0"),
         "load.temperature_factor": (scene.load.temperature is None, "there is no [load.temperature]"),
+        **dict.fromkeys(("material.tilt", "material.turn"), (isotropic, "the material is isotropic")),
         "damper.axial_stiffness": (not scene.damper_touches, "the damper does not touch"),
         "damper.mass": (not scene.damper_touches, "the damper does not touch"),
     }

@@ -32,8 +32,9 @@ def _unfit_parameter(path: Path, scene: Scene, item: UncertainParameter, place: 
     if item.key == "response.damping_ratio" and nominal is None:
         yield input_error(path, f"{place}.key", "damping is given by rayleigh", "response.damping_ratio in the scene")
         return
-    if item.key == "damper.mass" and nominal is None:
-        yield input_error(path, f"{place}.key", "the scene has no [damper]", "keys of sections that it has")
+    table = item.key.partition(".")[0]
+    if table in ("damper", "material") and nominal is None:
+        yield input_error(path, f"{place}.key", f"the scene has no [{table}]", "keys of sections that it has")
         return
     centre = "median" if item.distribution == "lognormal" else "mean"
     given = item.distribution == "uniform" or getattr(item, centre) is not None

@@ -29,7 +29,8 @@ from pipeline.scene.fields import (
     meaning_in,
 )
 from pipeline.scene.fields import key as _key
-from pipeline.scene.loads_section import Excitation
+from pipeline.scene.loads_section import Excitation, Load
+from pipeline.scene.material_section import Material
 from pipeline.scene.response_section import Response
 
 if TYPE_CHECKING:
@@ -42,6 +43,8 @@ _TABLES: dict[str, type[Section]] = {
     "excitation": Excitation,
     "response": Response,
     "damper": Damper,
+    "material": Material,
+    "load": Load,
 }
 BOUNDS = {  # what the uncertain keys themselves allow
     f"{table}.{name}": bounds_in(kind, name)
