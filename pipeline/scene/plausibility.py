@@ -18,7 +18,15 @@ from typing import Any
 from pipeline.errors import InputError, input_error, shown, shown_key
 from pipeline.scene.contact_section import Contact, FaceField, mean_of
 from pipeline.scene.dotted_keys import CONTACT, INTERFACE, of_contact, split_key
-from pipeline.scene.material_section import FORCED, USUAL_MATERIAL, WAVE_SPEED, Material, Usual, wave_speed
+from pipeline.scene.material_section import (
+    FORCED,
+    USUAL_MATERIAL,
+    WAVE_SPEED,
+    Material,
+    MaterialState,
+    Usual,
+    wave_speed,
+)
 from pipeline.scene.mesh_section import MAIN_INTERFACE, Mesh
 from pipeline.scene.reading import Member, SceneFile
 from pipeline.scene.response_section import Response, Rom
@@ -210,11 +218,20 @@ def _checked(member: Member) -> Iterator[tuple[str, float, Usual]]:
         for key, usual in USUAL_MATERIAL.items():
             place = f"materials.{shown_key(name)}.{key}"
             yield from ((place, value, usual) for value in _numbers(getattr(material, key)))
+    for place, rows in (("material", scene.material.at if scene.material else ()), *_rows_of(scene)):
+        for number, row in enumerate(rows):
+            given = {key: value for key, value in row.given.items() if key in USUAL_MATERIAL}
+            yield from ((f"{place}.at[{number}].{key}", value, USUAL_MATERIAL[key]) for key, value in given.items())
     for name, interface in scene.interface.items():
         for key, given in interface.given.items():
             place = f"{INTERFACE}.{shown_key(name)}.{key}"
             if (same := f"{CONTACT}.{key}") in known:
                 yield from ((place, value, known[same]) for value in _numbers(given))
+
+
+def _rows_of(scene: Scene) -> Iterator[tuple[str, tuple[MaterialState, ...]]]:
+    """Materials by name at other temperatures."""
+    yield from ((f"materials.{shown_key(name)}", material.at) for name, material in scene.materials.items())
 
 
 def _moduli(member: Member) -> Iterator[tuple[str, dict[str, float]]]:

@@ -97,4 +97,7 @@ def _unused(scene: Scene, key: str) -> str:
         "damper.mass": (not scene.damper_touches, "the damper does not touch"),
     }
     unused, reason = reasons.get(key, (False, ""))
+    table, name = split_key(key)
+    if table == "material" and scene.material is not None and any(name in row.given for row in scene.material.at):
+        return "material.at has it at other temperatures"
     return reason if unused else ""

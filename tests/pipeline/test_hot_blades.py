@@ -205,6 +205,11 @@ def test_limits_over_the_temperature_and_the_stress_of_a_hot_crystal(tmp_path: P
             "load.temperature: missing, allowed: ",
         ),
         ({"sweep": {"material.axes": [1.0]}}, "material.axes"),
+        ({"sweep": {"material.young_modulus": [2e11, 1e11]}}, "has no effect: material.at has it at other temperatu"),
+        (
+            {"material__at": [{"temperature": 500.0, "young_modulus": 1.6e5}]},
+            "material.at[0].young_modulus: 1600",
+        ),
     ],
 )
 def test_materials_that_no_solid_is_and_fields_that_are_not_there(

@@ -425,10 +425,10 @@ def _material(name: str, scene: Scene, found: Mapping[str, Any], table: str, sai
 def _more(of_file: Mapping[str, Any], said: Mapping[str, Any]) -> dict[str, Any]:
     """What is known beside the constants; a constant of the scene holds at all temperatures of the file."""
     rows = [{key: value for key, value in row.items() if key not in said} for row in of_file.get("at", ())]
-    more = {key: value for key, value in of_file.items() if key not in CONSTANTS} | {"at": rows}
-    framed = {"axes", "along"} & {*said}
-    more = {key: value for key, value in more.items() if not (framed and key in ("axes", "along"))}
-    return more | {key: value for key, value in said.items() if key not in CONSTANTS}
+    replaced = {"axes"} if "along" in said else set()
+    replaced |= {"temperature", "mean_from"} if "at" in said else set()
+    kept = {key: of_file[key] for key in of_file if key not in (*CONSTANTS, *replaced)} | {"at": rows}
+    return kept | {key: value for key, value in said.items() if key not in CONSTANTS}
 
 
 def check_plausible(
