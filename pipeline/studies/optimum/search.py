@@ -1,12 +1,13 @@
 """Searches without derivatives: each value of a function is computed once, infinity where there is none.
 
-`UnitSearch`: of one variable on a grid, then by Brent's bounded method around the lowest local minima, or, where a
-value is dear, by the bounds below; of several on a Latin hypercube, then by the simplex method of Nelder and Mead,
-whose minima may be kinks, from the lowest points.
+Of one variable by bounds: between computed values the function is at least as high as its neighbouring secants,
+extended, say (`bound_between`).
 
-`WindowSearch`: the lowest of the highest values within a window around one variable, by bounds. Between computed
-values the function is at least as high as its neighbouring secants, extended, say; so is the highest value of a
-window. The window with the lowest such bound is the next to be refined, until there is nothing left to refine in it.
+`UnitSearch`: of one variable on a grid, then where the bound is lowest; of several on a Latin hypercube, then by the
+simplex method of Nelder and Mead, whose minima may be kinks, from the lowest points.
+
+`WindowSearch`: the lowest of the highest values within a window around one variable. The window with the lowest bound
+is the next to be refined, until there is nothing left to refine in it.
 It begins with values as far apart as the window is wide; with an expected best value only around that, and further
 out at distances that double, where the bounds tell whether there may be something lower.
 """
@@ -24,9 +25,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Point = tuple[float, ...]
 GRID = 9  # points of the grid of one variable
-MINIMA = 2  # that are refined
 TOLERANCE = 5e-3  # of a variable, as a share of its range
-EVALUATIONS = 20  # of a refinement for each variable
+EVALUATIONS = 20  # of a refinement for each variable, at most
 WORTH = 1.3  # ratio to the lowest value above which a second start is not refined
 APART = 0.25  # of a second start from the first, in the unit cube
 _DIGITS = 6  # of a share of the range, by which points are known again
@@ -42,7 +42,7 @@ class UnitSearch:
     grid: int = GRID  # points of the grid of one variable
     evaluations: int = EVALUATIONS  # largest number of evaluations of a refinement for each variable
     tolerance: float = TOLERANCE  # of a variable, as a share of its range
-    gain: float = 0.0  # least relative gain that is worth a further value of one variable; 0: not asked
+    gain: float = 0.0  # least relative gain that is worth a further value of one variable
     known: dict[Point, float] = field(default_factory=dict)
 
     def minimise(self, first: Sequence[Point] = ()) -> Point | None:
@@ -50,11 +50,8 @@ class UnitSearch:
         self._evaluate([*(_rounded(point) for point in first), *(self._grid() if self.size == 1 else self._sample())])
         if not any(map(math.isfinite, self.known.values())):
             return None
-        if self.size == 1 and self.gain:
+        if self.size == 1:
             self._by_bounds()
-        elif self.size == 1:
-            for bracket in self._brackets():
-                self._brent(bracket)
         else:
             for start in self._starts():
                 self._simplex(start)
@@ -101,23 +98,6 @@ class UnitSearch:
             start, end = known[known < lowest].max(), known[known > lowest].min()
             room = 0.25 * (end - start)  # a value beside a known one tells little
             self._at((min(max(lowest, start + room), end - room),))
-
-    def _brackets(self) -> list[tuple[float, float]]:
-        """Intervals around the lowest local minima, the lowest first."""
-        shares = sorted(point[0] for point in self.known)
-        heights = [self.known[(share,)] for share in shares]
-        found = []
-        for k in range(len(shares)):
-            beside = [heights[j] for j in (k - 1, k + 1) if 0 <= j < len(shares)]
-            if math.isfinite(heights[k]) and heights[k] <= min(beside):
-                found.append((heights[k], shares[max(k - 1, 0)], shares[min(k + 1, len(shares) - 1)]))
-        return [(left, right) for _, left, right in sorted(found)[:MINIMA]]
-
-    def _brent(self, bracket: tuple[float, float]) -> None:
-        from scipy.optimize import minimize_scalar
-
-        options = {"xatol": self.tolerance, "maxiter": self.evaluations}
-        minimize_scalar(lambda share: self._at([share]), bounds=bracket, method="bounded", options=options)
 
     def _starts(self) -> list[Point]:
         """The lowest point, and the lowest one apart from it that is not much higher."""

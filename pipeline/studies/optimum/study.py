@@ -207,7 +207,7 @@ class _Search:
         if self.window:
             self.search = UnitSearch(function, len(keys), GRID // 2 + 1, EVALUATIONS // 3, COARSE, gain=CLOSE)
         elif self.peaks:
-            self.search = UnitSearch(function, len(keys), GRID // 2 + 1, EVALUATIONS // 3)
+            self.search = UnitSearch(function, len(keys), GRID // 2 + 1, 2 * EVALUATIONS // 3)
         else:
             self.search = UnitSearch(function, len(keys))
         best = self.search.minimise(self._own_point(keys))
