@@ -63,7 +63,8 @@ def described(placement: Placement, lowest: Minimum) -> Optimum:
     search, family = placement.search, placement.search.family
     envelope = placement.envelope()
     here = _response_at(search.responses, lowest.share)
-    amplitude, frequency, motion = _height(lowest, here, search.responses)
+    amplitude, frequency, kind = _height(lowest, here, search.responses)
+    motion = motion_said(family.problem.options, amplitude, frequency)
     span, value = family.high - family.low, family.value(lowest.share)
     derivatives = {} if lowest.peak is None else peak_derivatives(family.at(lowest.share), lowest.peak.point)
     solved = tuple(response.solved for response in search.responses)
@@ -76,7 +77,7 @@ def described(placement: Placement, lowest: Minimum) -> Optimum:
         value=value,
         frequency_hz=frequency,
         amplitude_m=amplitude,
-        motion=motion,
+        motion=kind,
         kind=lowest.kind,
         curvature=lowest.second / span**2,
         slopes=(lowest.rates[0] / span, lowest.rates[1] / span),
@@ -90,7 +91,7 @@ def described(placement: Placement, lowest: Minimum) -> Optimum:
         harmonics=problem.options.fixed_harmonics,
         truncation_error=float("nan") if here is None else here.solved.truncation_error,
         seconds=0.0,
-        message=_message(family, lowest, value, amplitude, frequency),
+        message=f"{family.name} = {value:.6g}: {KINDS[lowest.kind].said}, {motion}",
         remarks=tuple(_remarks(placement, envelope, lowest, here)),
         objective=problem.options.objective,
     )
@@ -193,11 +194,6 @@ def _row(envelope: EnvelopeOfPeaks, share: float, height: float, peaks: Array) -
         nearest.motion,
         nearest.origin,
     )
-
-
-def _message(family: ParameterFamily, lowest: Minimum, value: float, amplitude: float, frequency: float) -> str:
-    said = KINDS[lowest.kind].format(f"{value:.6g}")
-    return f"{family.name}: {said}, {motion_said(family.problem.options, amplitude, frequency)}"
 
 
 def motion_said(options: SolverOptions, amplitude: float, frequency: float) -> str:

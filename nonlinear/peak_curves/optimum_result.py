@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,16 +14,37 @@ from nonlinear.options import Objective
 from nonlinear.response_curve import WorstMotion
 
 Kind = Literal["smooth", "kink", "jump", "plateau", "sampled", "edge", "flat"]
-KINDS: dict[Kind, str] = {
-    "smooth": "smooth minimum at {}",
-    "kink": "two peaks exchange at {}",
-    "jump": "lowest beside a jump of the worst motion, at {}",
-    "plateau": "lowest and constant around {}",
-    "sampled": "lowest of single responses at {}",
-    "edge": "no minimum inside the range: lowest at its end, {}",
-    "flat": "the worst motion changes by less than 0.1 % over the range",
-}  # what is said of each, with the value
 Source = Literal["followed", "responses", "open", "unknown"]
+
+
+class KindWords(NamedTuple):
+    """What is said of a kind of optimum; `balanced`, `steep` and `inside`: with tolerances."""
+
+    said: str  # in a table, a legend and the message
+    sentence: str  # in the report
+
+
+KINDS: dict[str, KindWords] = {
+    "smooth": KindWords("smooth minimum", "The minimum is smooth"),
+    "kink": KindWords(
+        "kink: two peaks exchange", "Two peaks exchange there: the worst motion rises on both sides at once"
+    ),
+    "jump": KindWords(
+        "beside a jump of the worst motion: keep a distance",
+        "It lies beside a jump: on one side of it a much higher motion persists",
+    ),
+    "plateau": KindWords("lowest and constant around it", "Around it the lowest worst motion is constant"),
+    "sampled": KindWords(
+        "lowest of single curves", "No stable peak could be followed there: it is the lowest of the responses solved"
+    ),
+    "edge": KindWords("lowest at an end of a range", "There is no minimum inside the range: it is lowest at an end"),
+    "balanced": KindWords("equal at both ends of the tolerance", "It is equal at both ends of the tolerance"),
+    "steep": KindWords("just outside the tolerance it is much worse", "Just outside the tolerance it is much worse"),
+    "inside": KindWords("decided inside the tolerance", "A peak inside the tolerance decides"),
+    "flat": KindWords(
+        "the worst motion changes by less than 0.1 % over the range", "The parameter hardly changes the worst motion"
+    ),
+}
 
 
 @dataclass(frozen=True)
@@ -162,7 +183,7 @@ class Optimum:
     >>> from nonlinear import find_optimum
     >>> optimum = find_optimum((modal, contact, excitation, options), "preload", 0.5, 4.0)
     >>> print(optimum.message)
-    preload: smooth minimum at 3.06004, 1.014 m at 0.251939 Hz
+    preload = 3.06004: smooth minimum, 1.014 m at 0.251939 Hz
     >>> bool(optimum.within[0] < optimum.value < optimum.within[1]), abs(optimum.elasticities["preload"]) < 1e-6
     (True, True)
     """

@@ -146,7 +146,7 @@ def performance_curve(
     >>> from nonlinear import performance_curve
     >>> found = performance_curve((modal, contact, excitation, options), "preload", 0.5, 4.0)
     >>> print(found.message)
-    preload / force: smooth minimum at 3.06004, 1.014 m/N at 0.251939 Hz
+    preload / force = 3.06004: smooth minimum, 1.014 m/N at 0.251939 Hz
     """
     check_homogeneity(problem, name)
     found = find_optimum(problem, name, low, high, progress, solver, most_responses)
@@ -182,7 +182,7 @@ def per_force(found: Optimum, force: float) -> PerformanceCurve:
     curves = (
         replace(each, value=each.value / force, amplitude_m=each.amplitude_m / force) for each in found.curves
     )  # dA/dp is that of the quotients too
-    said = KINDS[found.kind].format(f"{best:.6g}")
+    said, height = KINDS[found.kind].said, f"{least:.4g} m/N at {found.frequency_hz:.6g} Hz"
     return PerformanceCurve(
         name=found.name,
         ratio=found.envelope.value / force,
@@ -198,6 +198,6 @@ def per_force(found: Optimum, force: float) -> PerformanceCurve:
         kind=found.kind,
         within=(found.within[0] / force, found.within[1] / force),
         force=force,
-        message=f"{found.name} / force: {said}, {least:.4g} m/N at {found.frequency_hz:.6g} Hz",
+        message=f"{found.name} / force = {best:.6g}: {said}, {height}",
         remarks=found.remarks,
     )

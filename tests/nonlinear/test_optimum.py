@@ -98,7 +98,7 @@ def test_a_parameter_without_effect_and_an_optimum_at_the_end_are_told() -> None
     edge = find_optimum(problem, "preload", 1.7, 3.0)
     assert edge.kind == "edge"
     assert edge.value == 1.7
-    assert "no minimum inside the range" in edge.message
+    assert edge.message.startswith("preload = 1.7: lowest at an end of a range, ")
 
 
 def test_bad_ranges_are_refused_in_one_line() -> None:

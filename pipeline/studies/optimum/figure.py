@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from nonlinear.peak_curves.optimum_result import KINDS
 from pipeline.figures.data import SweepKey
 from pipeline.figures.style import (
     DISTINCT,
@@ -27,7 +28,7 @@ from pipeline.scene.dotted_keys import of_contact
 from pipeline.scene.labels import quantity
 from pipeline.scene.schema import meaning_of
 from pipeline.studies.optimum.checks import SOLVER_KEYS
-from pipeline.studies.optimum.result import KINDS, OptimumResult, Robust, Trial
+from pipeline.studies.optimum.result import OptimumResult, Robust, Trial
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 
+from nonlinear.peak_curves.optimum_result import KINDS
 from pipeline.results.worst import motion_said, sentence, truncation_mark, with_unit
 from pipeline.scene.labels import quantity, value_label
 from pipeline.studies.optimum.figure import elasticities_of, has_lines
-from pipeline.studies.optimum.result import ALIKE, KINDS, OptimumResult
+from pipeline.studies.optimum.result import ALIKE, OptimumResult
 from pipeline.studies.registry import StudySection
 
 CAPTION = (

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nonlinear.peak_curves.optimum_result import JointOptimum, Optimum
+from nonlinear.peak_curves.optimum_result import KINDS, JointOptimum, Optimum
 from pipeline.process.progress import duration
 from pipeline.results.worst import END_MARK, motion_said, truncation_mark, with_unit
 from pipeline.scene.labels import quantity
@@ -18,36 +17,6 @@ from pipeline.scene.units import key_unit
 from pipeline.studies.optimum.section import LIFE, OBJECTIVES
 
 ALIKE = 1.02  # ratio of two amplitudes that are said to be the same
-
-
-class KindWords(NamedTuple):
-    """What is said of a kind of optimum, as of `nonlinear.Optimum`."""
-
-    said: str  # in a table, a legend and the message
-    sentence: str  # in the report
-
-
-KINDS = {
-    "smooth": KindWords("smooth minimum", "The minimum is smooth"),
-    "kink": KindWords(
-        "kink: two peaks exchange", "Two peaks exchange there: the worst motion rises on both sides at once"
-    ),
-    "jump": KindWords(
-        "beside a jump of the worst motion: keep a distance",
-        "It lies beside a jump: on one side of it a much higher motion persists",
-    ),
-    "plateau": KindWords("lowest and constant around it", "Around it the lowest worst motion is constant"),
-    "sampled": KindWords(
-        "lowest of single curves", "No stable peak could be followed there: it is the lowest of the responses solved"
-    ),
-    "edge": KindWords("lowest at an end of a range", "There is no minimum inside the range: it is lowest at an end"),
-    "balanced": KindWords("equal at both ends of the tolerance", "It is equal at both ends of the tolerance"),
-    "steep": KindWords("just outside the tolerance it is much worse", "Just outside the tolerance it is much worse"),
-    "inside": KindWords("decided inside the tolerance", "A peak inside the tolerance decides"),
-    "flat": KindWords(
-        "the worst motion changes by less than 0.1 % over the range", "The parameter hardly changes the worst motion"
-    ),
-}
 
 
 @dataclass(frozen=True)
@@ -307,7 +276,7 @@ def table_rows(result: OptimumResult) -> list[tuple[str, str]]:
     rows.append((f"worst motion, {result.named}", f"{_goal_said(result, result)}{_motion(result)}, {result.motion}"))
     rows.append(("kind", KINDS[result.kind].said))
     if math.isfinite(result.curvature):
-        (key,) = result.within
+        key = [*result.within][-1]  # of the followed peaks
         rows.append(("curvature", f"{result.curvature:.4g} m{_per(key, 2)}"))
     for key, (low, high) in result.within.items():
         rows.append((f"at most 10 % higher, {key}", f"{shown(key, low)} to {shown(key, high)}"))

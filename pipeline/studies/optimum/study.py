@@ -70,6 +70,13 @@ PEAKS, CURVES, BOTH = "peaks", "curves", "both"
 KEYS = {name: key for key, name in SOLVER_KEYS.items()}
 
 
+def _not_counted(trials: Sequence[Trial]) -> list[str]:
+    """How many of some trials are no candidates, and why."""
+    lost, ends = [each for each in trials if each.reason], sum(each.at_end for each in trials)
+    found = [f"at {ends} of {len(trials)} values {NO_PEAK}: they are no candidates"] * bool(ends)
+    return found + [f"{len(lost)} of {len(trials)} curves are missing: {each.reason}" for each in lost[:1]]
+
+
 def _elsewhere(trial: Trial, key: str, value: float) -> dict[str, float]:
     """The value of a key where a motion is, if that is not the value given."""
     return {} if trial.values[key] == value else {key: trial.values[key]}
@@ -178,26 +185,23 @@ class _Search:
         best: Point = self._compared(self.outer) if self.outer else ()
         if self.peaks:
             self._follow(best, rough=False)
-            return self._of_peaks(best)
-        if self.window:
+        elif self.window:
             self._slide(best, rough=False)
-            return self._of_window(best)
-        return self._of_curves(best)
+        return self._result(self.trials[best], best)
 
     def so_far(self) -> OptimumResult | None:
         """The best found so far; None where nothing is known yet."""
-        if self.peaks and self.searches:
-            found = self._of_peaks(min(self.searches, key=lambda point: self.trials[point].height))
-        elif covered := [point for point, search in self.windows.items() if search.covered]:
-            heights = {point: trial.height for point, trial in self.trials.items()}
-            found = self._of_window(min(covered, key=lambda point: heights.get(point, math.inf)))
+        covered = [point for point, search in self.windows.items() if search.covered]
+        ended = [*self.searches] or covered
+        if ended:
+            best = min(ended, key=lambda point: self.trials[point].height if point in self.trials else math.inf)
+            found = self._result(self._worst_within(best) if covered else self.trials[best], best)
         else:
             known = [*self.trials.values(), *self.responses, *self.curves.known.values()]
-            known = [trial for trial in known if math.isfinite(trial.height)]
-            if not known:
+            lowest = min(known, key=lambda trial: trial.height, default=None)
+            if lowest is None or not math.isfinite(lowest.height):
                 return None
-            best = min(known, key=lambda trial: trial.height)
-            found = self._result(best, kind="sampled", method=CURVES, responses=len(known))
+            found = self._result(lowest)
         found = replace(found, complete=False, remarks=("stopped: the best so far", *found.remarks))
         return replace(found, message=f"so far {message_of(found)}")
 
@@ -371,38 +375,69 @@ class _Search:
             return tuple(Trial(self._of_solver(values), height) for values, height in found.path)
         return tuple(self.trials.values()) if self.outer else ()
 
-    def _of_peaks(self, best: Point) -> OptimumResult:
-        """The result where peaks were followed over keys of the solver."""
-        found, trial = self.searches[best], self.trials[best]
+    def _result(self, trial: Trial, point: Point | None = None) -> OptimumResult:
+        """The result at a trial: the best of the search at a point, or without one of the curves known so far."""
+        method = CURVES if point is None or not self.peaks else BOTH if self.outer else PEAKS
+        said: dict[str, Any] = {"kind": "sampled"} if point is None else self._said_at(point, trial)
+        found = OptimumResult(
+            ranges=dict(self.ranges),
+            values={key: trial.values[key] for key in self.ranges},
+            amplitude_m=trial.amplitude_m,
+            frequency_hz=trial.frequency_hz,
+            motion=trial.motion,
+            base=self._base(),
+            method=method,
+            trials=self._tried(),
+            responses=sum(len(each.responses) for each in self.searches.values())
+            or len(self.curves.known)
+            or len(self.responses),
+            solved=self._solved_curves(),
+            objective=objective_of(self.context),
+            output=self.section.output or "",
+            goal=trial.goal,
+            harmonics=self._harmonics(),
+            truncation_error=trial.truncation_error,
+            where=trial.where,
+            **said,
+        )
+        found = replace(found, remarks=(*found.remarks, *self._notes(found)))
+        return replace(found, message=message_of(found))
+
+    def _said_at(self, point: Point, trial: Trial) -> dict[str, Any]:
+        """Kind, ranges, what was left open and further fields of the result at a point."""
+        if point in self.searches:
+            said = self._of_peaks(self.searches[point])
+        elif point in self.windows:
+            said = self._of_window(point, trial)
+        else:
+            opened = [f"at the optimum: {trial.unresolved}"] if trial.unresolved else []
+            said = {"kind": "sampled", "remarks": (*_not_counted([*self.trials.values()]), *opened)}
+            if self.tolerance is not None:
+                said["robust"] = Robust(tolerance=dict(self.tolerance.half), quantile=self.tolerance.level)
+        if not self.outer:
+            return said
+        within = {**self._within_outer(point), **said.get("within", {})}
+        return {**said, "kind": self._kind(point, said["kind"]), "within": within}
+
+    def _of_peaks(self, found: Optimum | JointOptimum) -> dict[str, Any]:
+        """What followed peaks tell of their optimum."""
         own = {KEYS[name]: value / self._per_unit(KEYS[name]) for name, value in found.derivatives.items()}
         if self.context.scene.response.rayleigh is not None:
             own.pop("response.damping_ratio", None)
-        said: dict[str, Any] = {"kind": self._kind(best, found.kind) if self.outer else found.kind}
-        if isinstance(found, Optimum):
-            key, factor = KEYS[found.name], self._per_unit(KEYS[found.name])
-            low, high = found.within
-            said |= {
-                "curvature": found.curvature / factor**2,
-                "within": {key: (low * factor, high * factor)},
-                "per_unit": factor,
-            }
-        return self._result(
-            trial,
-            followed=found,
-            derivatives=own,
-            method=BOTH if self.outer else PEAKS,
-            responses=sum(len(search.responses) for search in self.searches.values()),
-            remarks=found.remarks,
-            **said,
-        )
+        said = {"kind": found.kind, "followed": found, "derivatives": own, "remarks": found.remarks}
+        if isinstance(found, JointOptimum):
+            return said
+        key, factor = KEYS[found.name], self._per_unit(KEYS[found.name])
+        low, high = found.within
+        within = {key: (low * factor, high * factor)}
+        return {**said, "curvature": found.curvature / factor**2, "within": within, "per_unit": factor}
 
-    def _of_window(self, best: Point) -> OptimumResult:
-        """The result where a window slid over one key."""
-        search, trial, tolerance = self.windows[best], self._worst_within(best), self.tolerance
+    def _of_window(self, point: Point, trial: Trial) -> dict[str, Any]:
+        """What a window over one key tells of its optimum."""
+        search, tolerance, key, height = self.windows[point], self.tolerance, self.window, trial.value
         assert tolerance is not None
-        key, height = self.window, trial.value
         low, high = self.ranges[key]
-        computed = self.curves([{**self._values(best), key: value} for value in sorted(search.known)])
+        computed = self.curves([{**self._values(point), key: value} for value in sorted(search.known)])
         inside = [each for each in computed if low <= each.values[key] <= high]
         lowest = min(inside, key=lambda each: each.height)
         own = self._own_values([key])[key]
@@ -421,28 +456,16 @@ class _Search:
             value=search.centres[kept],
             worst=search.heights_of()[kept],
         )
-        kind = search.kind()
-        return self._result(
-            trial,
-            kind=self._kind(best, kind) if self.outer else kind,
-            method=CURVES,
-            within={**self._within_outer(best), key: search.around(NEARLY_LOWEST * height)},
-            responses=len(self.curves.known),
-            remarks=self._remarks_on(computed, search),
-            robust=robust,
-        )
+        within, remarks = {key: search.around(NEARLY_LOWEST * height)}, self._remarks_on(computed, search)
+        return {"kind": search.kind(), "within": within, "remarks": remarks, "robust": robust}
 
     def _remarks_on(self, computed: Sequence[Trial], search: WindowSearch) -> tuple[str, ...]:
         """What the curves of a window leave open."""
-        lost = [each for each in computed if each.reason]
-        ends = sum(each.at_end for each in computed)
         inside = [each for each in computed if each.values[self.window] in search.inside(search.best())]
         left = [each for each in inside if each.unresolved]
         found = [f"after {len(search.known)} values parts of the range are not refined"] * search.exhausted
-        if self.outer:
-            found += self._rests_on(search)
-        found += [f"{len(lost)} of {len(computed)} curves are missing: {lost[0].reason}"] if lost else []
-        found += [f"at {ends} of {len(computed)} values {NO_PEAK}: they are no candidates"] * bool(ends)
+        found += self._rests_on(search) if self.outer else []
+        found += _not_counted(computed)
         if left:
             count = f"{len(left)} of {len(inside)} curves"
             found.append(f"within the tolerance {count} count by their highest solution: {left[0].unresolved}")
@@ -460,50 +483,8 @@ class _Search:
             "between two of them would be missed",
         ]
 
-    def _of_curves(self, best: Point) -> OptimumResult:
-        """The result where curves at single values were compared."""
-        trial = self.trials[best]
-        within = self._within_outer(best)
-        count = sum(each.at_end for each in self.trials.values())
-        ends = [f"at {count} of {len(self.trials)} values {NO_PEAK}: they are no candidates"] if count else []
-        opened = [f"at the optimum: {trial.unresolved}"] if trial.unresolved else []
-        missing = [each for each in self.trials.values() if each.reason]
-        lost = [f"{len(missing)} of {len(self.trials)} curves are missing: {each.reason}" for each in missing[:1]]
-        return self._result(
-            trial,
-            kind=self._kind(best, "sampled"),
-            method=CURVES,
-            within=within,
-            responses=len(self.curves.known),
-            robust=self._box(),
-            remarks=(*ends, *opened, *lost),
-        )
-
-    def _box(self) -> Robust | None:
-        """The tolerances of keys that are not optimised."""
-        if self.tolerance is None:
-            return None
-        return Robust(tolerance=dict(self.tolerance.half), quantile=self.tolerance.level)
-
-    def _result(self, trial: Trial, **said: Any) -> OptimumResult:
-        """The result at a trial, with what is said of it."""
-        found = OptimumResult(
-            ranges=dict(self.ranges),
-            values={key: trial.values[key] for key in self.ranges},
-            amplitude_m=trial.amplitude_m,
-            frequency_hz=trial.frequency_hz,
-            motion=trial.motion,
-            base=self._base(),
-            trials=self._tried(),
-            solved=self._solved_curves(),
-            objective=objective_of(self.context),
-            output=self.section.output or "",
-            goal=trial.goal,
-            harmonics=self._harmonics(),
-            truncation_error=trial.truncation_error,
-            where=trial.where,
-            **said,
-        )
+    def _notes(self, found: OptimumResult) -> list[str]:
+        """What a reader of any result has to know."""
         swept = [key for key in self.context.file.swept if key in self.ranges]
         notes = [f"{key} is swept: the scene's own value is its first" for key in swept]
         cases = load_cases(self.context)
@@ -516,8 +497,7 @@ class _Search:
         if found.objective == "displacement" and not found.output and own.mean_m > LARGE_MEAN * own.amplitude_m:
             mean = f"of the scene's own {found.said(own.amplitude_m)}, {found.said(own.mean_m)} is the static mean"
             notes.append(f'{mean}, which objective "harmonic_1" leaves out')
-        found = replace(found, remarks=(*found.remarks, *notes))
-        return replace(found, message=message_of(found))
+        return notes
 
     def _solved_curves(self) -> tuple[Trial, ...]:
         """All single curves of a search over several keys, each at the highest of its load cases and deviations."""
