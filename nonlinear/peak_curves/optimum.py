@@ -17,19 +17,19 @@ import numpy as np
 
 from nonlinear.contact.parameters import Array
 from nonlinear.options import NEARLY_LOWEST, NO_PEAK, OptionsError, SolverOptions
-from nonlinear.peak_curves.optimum_result import KINDS, Optimum, PeakCurve, SolvedResponse, WorstEnvelope
+from nonlinear.peak_curves.optimum_result import KINDS, Optimum, PeakCurve, WorstEnvelope
 from nonlinear.peak_curves.parameter_family import ParameterFamily, check_range, parameter_value
 from nonlinear.peak_curves.peak_branch import PeakPiece
 from nonlinear.peak_curves.peak_search import (
     ACCURATE,
     FIRST_SHARES,
+    MOST_RESPONSES,
     SAME_SHARE,
     PeakSearch,
-    Placement,
     Solve,
     ends_said,
-    is_open,
     most_harmonics,
+    open_gaps,
     solve_in_turn,
     solved_response,
     with_enough_harmonics,
@@ -50,7 +50,6 @@ from nonlinear.response_curve import ResponseCurve
 from rom.linear_algebra.threads import one_blas_thread
 
 PLOTTED = 401  # values of the envelope, besides its nodes
-MOST_RESPONSES = 40
 FEWEST_RESPONSES = 12
 RESERVE = 8  # responses kept for the confirmation of the optimum
 ROUNDS = 4
@@ -58,10 +57,9 @@ BESIDE = 5e-3  # of the share, of the responses beside the optimum
 TOLD = 0.01  # relative change by more harmonics, somewhere in the range, that is told of
 
 
-def described(placement: Placement, lowest: Minimum) -> Optimum:
+def described(search: PeakSearch, lowest: Minimum) -> Optimum:
     """The optimum with its surroundings, as plain data."""
-    search, family = placement.search, placement.search.family
-    envelope = placement.envelope()
+    family, envelope = search.family, search.envelope
     here = _response_at(search.responses, lowest.share)
     amplitude, frequency, kind = _height(lowest, here, search.responses)
     motion = motion_said(family.problem.options, amplitude, frequency)
@@ -85,14 +83,14 @@ def described(placement: Placement, lowest: Minimum) -> Optimum:
         derivatives=derivatives,
         elasticities=elasticities(problem, derivatives, amplitude),
         worst=None if here is None else here.curve.worst,
-        envelope=_sampled(envelope, family, placement),
+        envelope=_sampled(envelope, family),
         curves=tuple(_curve(piece, family) for piece in search.pieces),
         responses=solved,
         harmonics=problem.options.fixed_harmonics,
         truncation_error=float("nan") if here is None else here.solved.truncation_error,
         seconds=0.0,
         message=f"{family.name} = {value:.6g}: {KINDS[lowest.kind].said}, {motion}",
-        remarks=tuple(_remarks(placement, envelope, lowest, here)),
+        remarks=tuple(_remarks(search, envelope, lowest, here)),
         objective=problem.options.objective,
     )
 
@@ -155,7 +153,7 @@ def _curve(piece: PeakPiece, family: ParameterFamily) -> PeakCurve:
     )
 
 
-def _sampled(envelope: EnvelopeOfPeaks, family: ParameterFamily, placement: Placement) -> WorstEnvelope:
+def _sampled(envelope: EnvelopeOfPeaks, family: ParameterFamily) -> WorstEnvelope:
     """The envelope at values for a figure."""
     nodes = [node.share for node in envelope.nodes]
     jumps = np.array(envelope.jumps)
@@ -168,7 +166,7 @@ def _sampled(envelope: EnvelopeOfPeaks, family: ParameterFamily, placement: Plac
         _row(envelope, share, height, peaks)
         for share, height, peaks in zip(shares, heights, persistent.T, strict=True)
     ]
-    errors = [gap.error for gap in envelope.gaps if gap.width > NARROW]
+    errors = [error for gap, error in zip(envelope.gaps, envelope.errors, strict=True) if gap.width > NARROW]
     return WorstEnvelope(
         value=family.low + shares * (family.high - family.low),
         amplitude_m=np.where(np.isfinite(heights), heights, np.nan),
@@ -202,10 +200,9 @@ def motion_said(options: SolverOptions, amplitude: float, frequency: float) -> s
     return f"{first}{amplitude:.4g} m at {frequency:.6g} Hz"
 
 
-def _remarks(placement: Placement, envelope: EnvelopeOfPeaks, lowest: Minimum, here: ResponseAt | None) -> list[str]:
+def _remarks(search: PeakSearch, envelope: EnvelopeOfPeaks, lowest: Minimum, here: ResponseAt | None) -> list[str]:
     """What was searched and what was left open."""
-    family = placement.search.family
-    solved: list[SolvedResponse] = [response.solved for response in placement.search.responses]
+    family, solved = search.family, [response.solved for response in search.responses]
     reasons = Counter(item.reason for item in solved)
     counted = ", ".join(f"{count} {reason}" for reason, count in reasons.items())
     said = [f"{len(solved)} values of {family.name} searched ({counted}); a branch between them may be missed"]
@@ -216,12 +213,12 @@ def _remarks(placement: Placement, envelope: EnvelopeOfPeaks, lowest: Minimum, h
             for low, high in _joined([(g[0].share, g[1].share) for g in gaps])
         )
         said.append(f"no followed peak is the worst motion at {parts}: interpolated between single responses")
-    floor = float(envelope.at(envelope.shares).min())
-    rough = [gap.error for gap in gaps if gap.width > NARROW and gap.error > ACCURATE]
+    errors = zip(gaps, envelope.errors, strict=True)
+    rough = [error for gap, error in errors if gap.width > NARROW and error > ACCURATE]
     if rough:
         error = f"up to {100 * max(rough):.2g} %" if max(rough) < UNKNOWN else "unknown"
-        spent = any(is_open(gap, floor) for gap in gaps)
-        reason = f"the limit of {placement.most} responses was reached" if spent else "far above the optimum"
+        spent = bool(open_gaps(envelope))
+        reason = f"the limit of {search.most} responses was reached" if spent else "far above the optimum"
         said.append(f"error of the interpolation in {len(rough)} parts of it {error}: {reason}")
     if lowest.kind == "plateau":
         first, last = (family.value(share) for share in lowest.plateau)
@@ -366,41 +363,33 @@ def _harmonics_said(family: ParameterFamily, known: dict[float, ResponseCurve], 
 
 def _optimum(family: ParameterFamily, progress: Callable[[str], None], solver: Solve, most: int) -> Optimum:
     """The optimum with a fixed number of harmonics."""
-    search = PeakSearch(family, progress, solver)
-    placement = Placement(search, most)
-    placement.explore()
+    search = PeakSearch(family, progress, solver, most)
+    search.explore()
     at_end = all(response.solved.at_end for response in search.responses)
     if at_end or not (search.pieces or any(np.isfinite(each.solved.bound_m) for each in search.responses)):
         first = NO_PEAK if at_end else search.responses[0].curve.termination.message
         raise ArithmeticError(
             f"no peak to follow over {family.name} from {family.low:.6g} to {family.high:.6g}: {first}"
         )
-    placement.refine(RESERVE, _lowest_height)
-    lowest = lowest_of(placement.envelope(), search.follower)
+    search.refine(RESERVE)
+    lowest = lowest_of(search.envelope, search.follower)
     for _ in range(ROUNDS):
-        if _confirmed(placement, lowest):
+        if _confirmed(search, lowest):
             break
-        placement.refine(max(RESERVE // 2, 1), _lowest_height)
-        lowest = lowest_of(placement.envelope(), search.follower)
-    return described(placement, lowest)
+        search.refine(RESERVE // 2)
+        lowest = lowest_of(search.envelope, search.follower)
+    return described(search, lowest)
 
 
-def _confirmed(placement: Placement, lowest: Minimum) -> bool:
+def _confirmed(search: PeakSearch, lowest: Minimum) -> bool:
     """Whether responses at the optimum and beside it are no higher than the envelope, and no lower point is left."""
-    pieces, gaps = len(placement.search.pieces), len(placement.envelope().gaps)
+    pieces, gaps = len(search.pieces), len(search.envelope.gaps)
     step = MARGIN if lowest.kind == "jump" else BESIDE
     places = [lowest.share + side * step for side in (0.0, -1.0, 1.0)]
-    placement.solve([share for share in places if 0.0 <= share <= 1.0], "optimum")
-    envelope = placement.envelope()
+    search.solve([share for share in places if 0.0 <= share <= 1.0], "optimum")
+    envelope = search.envelope
     height = float(envelope.at(np.array([lowest.share]))[0])
-    same = len(placement.search.pieces) == pieces and len(envelope.gaps) <= gaps
+    same = len(search.pieces) == pieces and len(envelope.gaps) <= gaps
     return (
-        same
-        and height <= (1.0 + AGREES) * lowest.height
-        and lowest.height <= (1.0 + AGREES) * _lowest_height(envelope)
+        same and height <= (1.0 + AGREES) * lowest.height and lowest.height <= (1.0 + AGREES) * envelope.lowest_height
     )
-
-
-def _lowest_height(envelope: EnvelopeOfPeaks) -> float:
-    """Lowest height of the envelope, m; infinite where nothing is known."""
-    return float(envelope.at(envelope.shares).min())

@@ -27,7 +27,7 @@ SAMPLES = 2001  # of the range, at which the two highest peaks are compared
 JUMP = 5e-3  # relative change at the end of a stable part of a peak that counts as a jump
 BESIDE = 2e-6  # of the share, on either side of such an end
 NARROW = 1e-3  # of the share: what is not known between two responses so near each other is a jump
-UNKNOWN = 1.0  # relative error of a part in which no response was solved
+UNKNOWN = 1.0  # relative error of a part of which nothing is told
 MARGIN = 1e-4  # of the share, kept from a jump
 LEVEL, LEVEL_PART = 1e-6, 0.02  # relative variation and smallest part of the range of a plateau
 FLAT = 1e-3  # relative variation of the envelope that counts as none
@@ -37,6 +37,9 @@ SIDE = 1e-8  # of the share, for one-sided derivatives
 APART = 2e-5  # of the share, on either side of an exchange, where one peak is the highest
 TURN = 0.2  # change of the derivative at a kink, relative to the larger of the two
 SECANT, RESOLUTION, ITERATIONS = 1e-3, 1e-9, 8  # of the share, in the refinement
+
+
+PLACES, PART = 10, 0.25  # of a gap where its error is looked for; part of the room below a line that is its error
 
 
 class ResponseAt(NamedTuple):
@@ -54,9 +57,6 @@ class Node(NamedTuple):
     share: float
     height: float
     response: int  # index of the response; -1 at the end of a part where the highest peak does not persist
-    # relative error of what was expected there before the response was solved; NaN where nothing was expected
-    error: float = float("nan")
-    turn: int = -1  # count of the responses for which something was expected, at this one
     # whether the worst motion lies at an end of the frequency range, and its height is not known
     at_end: bool = False
 
@@ -74,12 +74,6 @@ class Gap(NamedTuple):
         return self.after.share - self.before.share
 
     @property
-    def error(self) -> float:
-        """Relative error expected: half of that seen at the end solved last; `UNKNOWN` where none was seen."""
-        last = max(self, key=lambda node: node.turn)
-        return 0.5 * last.error if last.turn >= 0 else UNKNOWN
-
-    @property
     def change(self) -> float:
         """Relative difference of the heights at both ends."""
         low, high = sorted(node.height for node in self)
@@ -92,8 +86,6 @@ class EnvelopeOfPeaks:
 
     pieces: Sequence[PeakPiece]  # the followed peaks
     responses: Sequence[ResponseAt]  # the responses solved, by ascending share
-    # relative errors of what was expected at the shares of responses, in the order in which these were solved
-    errors: dict[float, float]
 
     def at(self, shares: Array) -> Array:
         """The envelope at some shares, m; infinite where nothing is known.
@@ -170,6 +162,28 @@ class EnvelopeOfPeaks:
                 found.append(Gap(before, after))
         return found
 
+    @cached_property
+    def errors(self) -> list[float]:
+        """Relative error of the line of each gap, by the secants of what is known beside it."""
+        inside = [(self.shares > gap.before.share) & (self.shares < gap.after.share) for gap in self.gaps]
+        known = self.shares[~np.any(inside, axis=0)] if inside else self.shares
+        known = known[np.isfinite(self.at(known))]
+        heights = self.at(known)
+        found = []
+        for gap in self.gaps:
+            places = np.linspace(gap.before.share, gap.after.share, PLACES)[1:-1]
+            line = _line(gap, places)
+            room = (
+                float(np.max(1.0 - bound_between(known, heights, places) / line)) if np.isfinite(line).all() else 1.0
+            )
+            found.append(PART * room if room < 1.0 else UNKNOWN)
+        return found
+
+    @property
+    def lowest_height(self) -> float:
+        """Lowest height, m; infinite where nothing is known."""
+        return float(self.at(self.shares).min())
+
     @property
     def jumps(self) -> list[float]:
         """Shares where the worst motion jumps: ends of stable parts of the highest peak, and narrow gaps."""
@@ -192,24 +206,27 @@ class EnvelopeOfPeaks:
         height = np.inf if node.at_end else self.responses[node.response].solved.bound_m
         return bool(height <= (1.0 + AGREES) * self.persistent(np.array([node.share]))[0])
 
-    @cached_property
-    def _turns(self) -> dict[float, int]:
-        return {share: turn for turn, share in enumerate(self.errors)}
-
     def _node(self, index: int) -> Node:
         response = self.responses[index]
         height = response.solved.bound_m
         persistent = float(self.persistent(np.array([response.share]))[0])
         at_end = response.solved.at_end
         height = max(height if np.isfinite(height) else -np.inf, persistent)
-        return Node(
-            response.share,
-            height if np.isfinite(height) and not at_end else np.inf,
-            index,
-            self.errors.get(response.share, np.nan),
-            self._turns.get(response.share, -1),
-            at_end,
-        )
+        return Node(response.share, height if np.isfinite(height) and not at_end else np.inf, index, at_end)
+
+
+def bound_between(values: Array, heights: Array, places: Array) -> Array:
+    """What a function is at least at some places, by the neighbouring secants, extended, of its values at others."""
+    place = np.clip(np.searchsorted(values, places, side="right") - 1, 0, len(values) - 2)
+    start, end = values[place], values[place + 1]
+    linear = np.interp(places, values, heights)
+    slopes = np.r_[-np.inf, np.diff(heights) / np.diff(values), np.inf]
+    with np.errstate(invalid="ignore"):
+        from_left = heights[place] + slopes[place] * (places - start)
+        from_right = heights[place + 1] - slopes[place + 2] * (end - places)
+        convex = [np.where(each <= linear, each, np.nan) for each in (from_left, from_right)]
+    bound = np.fmax(np.fmax(*convex), 0.0)  # 0 where a secant tells nothing, as beside a jump
+    return np.where(np.isnan(convex).all(axis=0), np.minimum(heights[place], heights[place + 1]), bound)
 
 
 def _line(gap: Gap, shares: Array) -> Array:

@@ -78,7 +78,7 @@ LEVEL = Made(lambda s: 1.0 + max(0.0, 0.5 - s) ** 2, lambda s: -2.0 * max(0.0, 0
     ],
 )
 def test_kinds_of_minimum(pieces, kind, share, height, rates) -> None:
-    envelope = EnvelopeOfPeaks(pieces, [], {})
+    envelope = EnvelopeOfPeaks(pieces, [])
     found = lowest_of(envelope, Follower(BOWL, FALLING, RISING, ISOLA, LEVEL))
     if kind == "edge" and share == 0.5:  # the end of what is known
         assert found.share <= 0.5

@@ -22,6 +22,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from nonlinear.peak_curves.worst_envelope import bound_between
+
 Array = NDArray[np.float64]
 Point = tuple[float, ...]
 GRID = 9  # points of the grid of one variable
@@ -120,20 +122,6 @@ class UnitSearch:
             "maxfev": self.evaluations * self.size,
         }
         minimize(self._at, start, method="Nelder-Mead", bounds=[(0.0, 1.0)] * self.size, options=options)
-
-
-def bound_between(values: Array, heights: Array, places: Array) -> Array:
-    """What a function is at least at some places, by the neighbouring secants, extended, of its values at others."""
-    place = np.clip(np.searchsorted(values, places, side="right") - 1, 0, len(values) - 2)
-    start, end = values[place], values[place + 1]
-    linear = np.interp(places, values, heights)
-    slopes = np.r_[-math.inf, np.diff(heights) / np.diff(values), math.inf]
-    with np.errstate(invalid="ignore"):
-        from_left = heights[place] + slopes[place] * (places - start)
-        from_right = heights[place + 1] - slopes[place + 2] * (end - places)
-        convex = [np.where(each <= linear, each, math.nan) for each in (from_left, from_right)]
-    bound = np.fmax(np.fmax(*convex), 0.0)  # 0 where a secant tells nothing, as beside a jump
-    return np.where(np.isnan(convex).all(axis=0), np.minimum(heights[place], heights[place + 1]), bound)
 
 
 def _written(value: float) -> float:
