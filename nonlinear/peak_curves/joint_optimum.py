@@ -20,7 +20,7 @@ from nonlinear.continuation.step_control import Step, follow
 from nonlinear.options import NO_PEAK, OptionsError
 from nonlinear.peak_curves.optimum import elasticities, motion_said
 from nonlinear.peak_curves.optimum_result import ActivePeak, JointOptimum, SolvedResponse
-from nonlinear.peak_curves.parameter_family import ParameterFamily, check_range, with_parameters
+from nonlinear.peak_curves.parameter_family import ParameterFamily, check_range
 from nonlinear.peak_curves.peak_branch import PeakStability
 from nonlinear.peak_curves.peak_curve import PeakContinuation, PeakPoint
 from nonlinear.peak_curves.peak_search import (
@@ -54,43 +54,21 @@ FEWEST_RESPONSES = 20
 STARTS = 2  # places from which the search descends
 
 
-@dataclass(frozen=True)
-class Box:
-    """Ranges of several parameters; places in it are shares of the ranges, (n,) from 0 to 1."""
-
-    problem: Problem  # modes, contact, excitation and options with a fixed number of harmonics
-    names: tuple[str, ...]  # the parameters, see `with_parameter`
-    # `low`, `high`: (n,), their ranges, SI units
-    low: Array
-    high: Array
-
-    def values(self, place: Array) -> Array:
-        """The parameters at a place, SI units."""
-        return np.asarray(self.low + place * (self.high - self.low))
-
-    def at(self, place: Array) -> Problem:
-        """The problem at a place."""
-        return with_parameters(self.problem, self.names, self.values(place).tolist())
-
-    def derivatives(self, place: Array, peak: PeakPoint) -> dict[str, float]:
-        """Derivatives of a peak at a place with respect to the parameters, m per unit."""
-        found = peak_derivatives(self.at(place), peak.point, self.names)
-        factors = dict(zip(self.names, self.values(place).tolist(), strict=True))
-        # the derivative with respect to the damping is that by a factor on the damping at the place
-        units = {name: factors[name] if name == "damping" else 1.0 for name in self.names}
-        return {name: found.get(name, 0.0) / units[name] for name in self.names}
-
-    def line(self, first: Array, last: Array) -> ParameterFamily:
-        """The problems between two places."""
-        ends = (tuple(float(value) for value in self.values(place)) for place in (first, last))
-        return ParameterFamily(self.problem, self.names, *ends)
+def derivatives_at(box: ParameterFamily, place: Array, peak: PeakPoint) -> dict[str, float]:
+    """Derivatives of a peak at a place with respect to the parameters, m per unit."""
+    found = peak_derivatives(box.at(place), peak.point, box.names)
+    # the derivative with respect to the damping is that by a factor on the damping at the place
+    units = {
+        name: value if name == "damping" else 1.0 for name, value in zip(box.names, box.values(place), strict=True)
+    }
+    return {name: found.get(name, 0.0) / unit for name, unit in units.items()}
 
 
 @dataclass
 class CarriedPeak:
     """One peak over the box, known at some places."""
 
-    box: Box  # the parameters
+    box: ParameterFamily  # the parameters
     origin: str  # branch of the response that it was found on
     known: list[tuple[Array, PeakPoint]] = field(default_factory=list)  # where it was solved for
 
@@ -120,8 +98,8 @@ class CarriedPeak:
         peak = self.at(place)
         if peak is None:
             return np.zeros(place.size)
-        found = self.box.derivatives(place, peak)
-        return np.array([found[name] for name in self.box.names]) * (self.box.high - self.box.low)
+        found = derivatives_at(self.box, place, peak)
+        return np.array([found[name] for name in self.box.names]) * self.box.spans
 
     def amplitude(self, place: Array) -> float:
         """Amplitude at a place, m; 0 where the peak was lost."""
@@ -187,7 +165,7 @@ class _Sample:
 class _Descent:
     """Responses over the box, as they are added."""
 
-    box: Box
+    box: ParameterFamily
     progress: Callable[[str], None]
     solver: Solve
     most: int
@@ -202,7 +180,7 @@ class _Descent:
         """Responses at some places, as far as the limit allows."""
         places = places[: max(self.most - len(self.samples), 0)]
         for place in places:
-            self.progress(f"response at {listed(self.box.names, self.box.values(place).tolist())} ({reason})")
+            self.progress(f"response at {listed(self.box.names, self.box.values(place))} ({reason})")
         curves = self.solver([self.box.at(place) for place in places])
         found: list[_Sample] = []
         for place, curve in zip(places, curves, strict=True):
@@ -309,15 +287,14 @@ def find_joint_optimum(
         raise OptionsError(f"most_responses: {most_responses}, allowed: {FEWEST_RESPONSES} or more")
     for name, (low, high) in ranges.items():
         check_range(problem, name, low, high)
-    names, ends = tuple(ranges), np.array(list(ranges.values()))
     started = time.perf_counter()
-    box = Box(Problem(*problem), names, ends[:, 0], ends[:, 1])
+    box = ParameterFamily(Problem(*problem), tuple(ranges), *zip(*ranges.values(), strict=True))
     with one_blas_thread():
         found = _in_box(box, progress, solver, most_responses)
     return replace(found, seconds=max(0.0, time.perf_counter() - started))
 
 
-def _in_box(box: Box, progress: Callable[[str], None], solver: Solve, most: int) -> JointOptimum:
+def _in_box(box: ParameterFamily, progress: Callable[[str], None], solver: Solve, most: int) -> JointOptimum:
     """The optimum, with a number of harmonics that suffices at the centre and there."""
 
     def asked_at(place: Array) -> int:
@@ -325,7 +302,7 @@ def _in_box(box: Box, progress: Callable[[str], None], solver: Solve, most: int)
 
     def asked(found: JointOptimum) -> int:
         values = np.array([found.values[name] for name in box.names])
-        return asked_at((values - box.low) / (box.high - box.low))
+        return asked_at((values - box.first) / box.spans)
 
     return with_enough_harmonics(
         box.problem,
@@ -336,7 +313,9 @@ def _in_box(box: Box, progress: Callable[[str], None], solver: Solve, most: int)
     )
 
 
-def _with_fixed_harmonics(box: Box, progress: Callable[[str], None], solver: Solve, most: int) -> JointOptimum:
+def _with_fixed_harmonics(
+    box: ParameterFamily, progress: Callable[[str], None], solver: Solve, most: int
+) -> JointOptimum:
     descent = _Descent(box, progress, solver, most)
     descent.spread()
     if not np.isfinite(descent.best.height):
@@ -351,7 +330,7 @@ def _with_fixed_harmonics(box: Box, progress: Callable[[str], None], solver: Sol
 def _described(descent: _Descent) -> JointOptimum:
     """The lowest response as plain data."""
     box, best = descent.box, descent.best
-    values = {name: float(value) for name, value in zip(box.names, box.values(best.place), strict=True)}
+    values = dict(zip(box.names, box.values(best.place), strict=True))
     at_end = {
         name: "low" if share <= AT_END else "high" if share >= 1.0 - AT_END else ""
         for name, share in zip(box.names, best.place, strict=True)
@@ -372,7 +351,7 @@ def _described(descent: _Descent) -> JointOptimum:
     ]
     return JointOptimum(
         values=values,
-        ranges={name: (float(a), float(b)) for name, a, b in zip(box.names, box.low, box.high, strict=True)},
+        ranges=dict(zip(box.names, zip(box.first, box.last, strict=True), strict=True)),
         at_end=at_end,
         amplitude_m=amplitude,
         frequency_hz=frequency,
@@ -382,7 +361,7 @@ def _described(descent: _Descent) -> JointOptimum:
         elasticities=elasticities(box.at(best.place), derivatives, amplitude),
         worst=best.curve.worst,
         path=tuple(
-            (dict(zip(box.names, map(float, box.values(each.place)), strict=True)), each.solved.bound_m)
+            (dict(zip(box.names, box.values(each.place), strict=True)), each.solved.bound_m)
             for each in descent.samples
         ),
         responses=tuple(each.solved for each in descent.samples),
@@ -395,12 +374,14 @@ def _described(descent: _Descent) -> JointOptimum:
     )
 
 
-def _active(box: Box, place: Array, peaks: list[PeakPoint], at_end: Mapping[str, str]) -> tuple[ActivePeak, ...]:
+def _active(
+    box: ParameterFamily, place: Array, peaks: list[PeakPoint], at_end: Mapping[str, str]
+) -> tuple[ActivePeak, ...]:
     """The active peaks with their multipliers and gradients."""
     if not peaks:
         return ()
-    found = [box.derivatives(place, peak) for peak in peaks]
-    rows = np.array([[each[name] for name in box.names] for each in found]) * (box.high - box.low)
+    found = [derivatives_at(box, place, peak) for peak in peaks]
+    rows = np.array([[each[name] for name in box.names] for each in found]) * box.spans
     low = np.array([at_end[name] == "low" for name in box.names])
     high = np.array([at_end[name] == "high" for name in box.names])
     shares = multipliers(rows, low, high)

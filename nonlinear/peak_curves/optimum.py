@@ -44,6 +44,7 @@ from nonlinear.peak_curves.worst_envelope import (
     Minimum,
     ResponseAt,
     lowest_of,
+    range_below,
 )
 from nonlinear.problem import Problem, ProblemTuple
 from nonlinear.response_curve import ResponseCurve
@@ -67,7 +68,8 @@ def described(search: PeakSearch, lowest: Minimum) -> Optimum:
     derivatives = {} if lowest.peak is None else peak_derivatives(family.at(lowest.share), lowest.peak.point)
     solved = tuple(response.solved for response in search.responses)
     problem = family.at(lowest.share)
-    near = _range(envelope, lowest.share, NEARLY_LOWEST * amplitude)
+    heights = envelope.at(envelope.shares)
+    near = range_below(envelope.shares, heights, lowest.share, NEARLY_LOWEST * amplitude)
     return Optimum(
         name=family.name,
         low=family.low,
@@ -116,28 +118,6 @@ def _height(lowest: Minimum, here: ResponseAt | None, responses: list[ResponseAt
     if solved is None:
         solved = min(responses, key=lambda each: abs(each.share - lowest.share)).solved
     return max(lowest.height, solved.bound_m), solved.frequency_hz, solved.motion
-
-
-def _range(envelope: EnvelopeOfPeaks, share: float, limit: float) -> tuple[float, float]:
-    """Shares around the optimum up to which the envelope stays below a limit, by bisection between the samples."""
-    shares = envelope.shares
-    above = ~(envelope.at(shares) <= limit)
-    ends = []
-    for side in (-1.0, 1.0):
-        beyond = shares[above & ((shares - share) * side > 0.0)]
-        if not beyond.size:
-            ends.append(0.0 if side < 0.0 else 1.0)
-            continue
-        outside = float(beyond[np.argmin(np.abs(beyond - share))])
-        between = shares[(shares - share) * side >= 0.0]
-        between = between[np.abs(between - share) < abs(outside - share)]
-        inside = float(between[np.argmax(np.abs(between - share))]) if between.size else share
-        while abs(outside - inside) > SAME_SHARE:
-            middle = 0.5 * (inside + outside)
-            below = bool(envelope.at(np.array([middle]))[0] <= limit)
-            inside, outside = (middle, outside) if below else (inside, middle)
-        ends.append(inside)
-    return ends[0], ends[1]
 
 
 def _curve(piece: PeakPiece, family: ParameterFamily) -> PeakCurve:

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
+from nonlinear.contact.parameters import Array
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.options import OptionsError
 from nonlinear.problem import Problem, ProblemTuple
@@ -59,12 +62,16 @@ def check_range(problem: ProblemTuple, name: str, low: float, high: float) -> No
 
 @dataclass(frozen=True)
 class ParameterFamily:
-    """Problems on the straight way between two sets of values of parameters, by the share s of the way."""
+    """Problems in the box between two sets of values of parameters.
+
+    A place in it is the shares (n,) of the ranges of the parameters. One share stands for the same of all: on the
+    straight way from the first values to the last.
+    """
 
     problem: Problem  # modes, contact, excitation and options with a fixed number of harmonics
     names: tuple[str, ...]  # the parameters, see `with_parameter`
-    first: tuple[float, ...]  # their values at s = 0, SI units
-    last: tuple[float, ...]  # their values at s = 1, SI units
+    first: tuple[float, ...]  # their values at the share 0, SI units
+    last: tuple[float, ...]  # their values at the share 1, SI units
 
     @classmethod
     def over(cls, problem: ProblemTuple, name: str, low: float, high: float) -> ParameterFamily:
@@ -78,25 +85,35 @@ class ParameterFamily:
 
     @property
     def low(self) -> float:
-        """The one parameter at s = 0."""
+        """The one parameter at the share 0."""
         return self.first[0]
 
     @property
     def high(self) -> float:
-        """The one parameter at s = 1."""
+        """The one parameter at the share 1."""
         return self.last[0]
 
     def value(self, share: float) -> float:
         """The one parameter at a share of the way."""
         return self.values(share)[0]
 
-    def values(self, share: float) -> list[float]:
-        """The parameters at a share of the way."""
-        return [a + share * (b - a) for a, b in zip(self.first, self.last, strict=True)]
+    @property
+    def spans(self) -> Array:
+        """Widths of the ranges, (n,)."""
+        return np.subtract(self.last, self.first)
 
-    def at(self, share: float) -> Problem:
-        """The problem at a share of the way."""
-        return with_parameters(self.problem, self.names, self.values(share))
+    def values(self, place: float | Array) -> list[float]:
+        """The parameters at a place."""
+        found: list[float] = (np.array(self.first) + place * self.spans).tolist()
+        return found
+
+    def at(self, place: float | Array) -> Problem:
+        """The problem at a place."""
+        return with_parameters(self.problem, self.names, self.values(place))
+
+    def line(self, first: Array, last: Array) -> ParameterFamily:
+        """The problems on the straight way between two places."""
+        return replace(self, first=tuple(self.values(first)), last=tuple(self.values(last)))
 
     def continuation(self, share: float) -> Continuation:
         """The continuation in the frequency at a share of the way."""

@@ -92,8 +92,8 @@ class EnvelopeOfPeaks:
 
         Shapes: `shares` (k,).
         """
-        highest = self.persistent(shares)
-        return np.where(np.isfinite(highest), np.maximum(highest, self.on_responses(shares)), self._lines(shares))
+        found = np.maximum(self.persistent(shares), self.on_responses(shares))
+        return np.where(np.isneginf(found), np.inf, found)
 
     def persistent(self, shares: Array) -> Array:
         """Highest persistent followed peak H, m; minus infinity where there is none."""
@@ -110,10 +110,6 @@ class EnvelopeOfPeaks:
             inside = (shares >= gap.before.share) & (shares <= gap.after.share)
             lines = np.where(inside, np.maximum(lines, _line(gap, shares)), lines)
         return lines
-
-    def _lines(self, shares: Array) -> Array:
-        found = self.on_responses(shares)
-        return np.where(np.isfinite(found), found, np.inf)
 
     @cached_property
     def shares(self) -> Array:
@@ -227,6 +223,21 @@ def bound_between(values: Array, heights: Array, places: Array) -> Array:
         convex = [np.where(each <= linear, each, np.nan) for each in (from_left, from_right)]
     bound = np.fmax(np.fmax(*convex), 0.0)  # 0 where a secant tells nothing, as beside a jump
     return np.where(np.isnan(convex).all(axis=0), np.minimum(heights[place], heights[place + 1]), bound)
+
+
+def range_below(values: Array, heights: Array, at: float, limit: float) -> tuple[float, float]:
+    """Ends around a value up to which heights, linear between rising values, stay below a limit."""
+    ends = []
+    for side in (-1, 1):
+        beyond = np.flatnonzero(((values - at) * side > 0.0) & ~(heights <= limit))[::side]
+        if not beyond.size:
+            ends.append(float(values[0 if side < 0 else -1]))
+            continue
+        outer, inner = beyond[0], beyond[0] - side
+        rise = heights[outer] - heights[inner]
+        part = np.clip((limit - heights[inner]) / rise, 0.0, 1.0) if np.isfinite(rise) and rise > 0.0 else 0.0
+        ends.append(float(values[inner] + part * (values[outer] - values[inner])))
+    return ends[0], ends[1]
 
 
 def _line(gap: Gap, shares: Array) -> Array:

@@ -19,7 +19,7 @@ from nonlinear import (
     forced_response,
     performance_curve,
 )
-from nonlinear.peak_curves.joint_optimum import Box, CarriedPeak, multipliers
+from nonlinear.peak_curves.joint_optimum import CarriedPeak, multipliers
 from nonlinear.peak_curves.parameter_family import ParameterFamily
 from nonlinear.peak_curves.peak_branch import PeakPiece
 from nonlinear.peak_curves.peak_curve import PeakPoint
@@ -191,7 +191,7 @@ def test_gradient_of_a_carried_peak_against_differences() -> None:
     _, contact, excitation, options = slider()
     problem = modal_model(oscillator(), damping_ratio=0.02), contact, excitation, options
     names = "tangential_stiffness", "preload", "damping"
-    box = Box(Problem(*problem), names, np.array([0.5, 1.0, 0.5]), np.array([2.0, 3.0, 3.0]))
+    box = ParameterFamily(Problem(*problem), names, (0.5, 1.0, 0.5), (2.0, 3.0, 3.0))
     found = PeakSearch(ParameterFamily.over(box.at(np.full(3, 0.3)), "force", 0.9, 1.1), lambda line: None)
     found.solve([0.5], "first")
     start = found.follower.moved(found.pieces[0].nearest(0.5), 0.5)

@@ -22,7 +22,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from nonlinear.peak_curves.worst_envelope import bound_between
+from nonlinear.peak_curves.worst_envelope import bound_between, range_below
 
 Array = NDArray[np.float64]
 Point = tuple[float, ...]
@@ -169,7 +169,7 @@ class WindowSearch:
         own = np.array([-self.tolerance, self.tolerance]) if self.shifts is None else self.shifts
         self.places = np.rint(own / self.step).astype(int)  # of the shifts, in steps
         count = int((self.high - self.low) / self.step * (1.0 + 1e-12)) + 1
-        self.centres = self.low + self.step * np.arange(count)
+        self.centres = self.low + self.step * np.arange(count, dtype=np.float64)
         before, after = -min(self.places[0], 0), max(self.places[-1], 0)
         self.grid = self.low + self.step * np.arange(-before, count + after)
         self._tried: list[float] = []  # the windows that were found best
@@ -260,11 +260,7 @@ class WindowSearch:
 
     def around(self, height: float) -> tuple[float, float]:
         """Ends of the values of the variable around the best one that are not higher."""
-        best = int(np.abs(self.centres - self.best()).argmin())
-        higher = np.flatnonzero(self.heights_of() > height)
-        left, right = higher[higher < best], higher[higher > best]
-        first = float(self.centres[left[-1] + 1]) if left.size else self.low
-        return first, float(self.centres[right[0] - 1]) if right.size else self.high
+        return range_below(self.centres, self.heights_of(), self.best(), height)
 
     def kind(self) -> str:
         """What decides the best value: flat, edge, steep, balanced, inside or, where nothing of this, sampled."""

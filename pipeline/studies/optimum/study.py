@@ -12,13 +12,13 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from nonlinear.options import NEARLY_LOWEST, NO_PEAK
 from nonlinear.peak_curves.optimum_result import JointOptimum, Optimum
+from nonlinear.peak_curves.worst_envelope import range_below
 from pipeline.codec import plain
 from pipeline.process.interrupts import Stopped
 from pipeline.process.progress import seconds_since
@@ -526,19 +526,10 @@ class _Search:
         if len(self.outer) != 1 or len(self.trials) < 2:
             return {}
         ((low, high),) = (self.ranges[key] for key in self.outer)
-        shares = sorted(point[0] for point in self.trials)
-        heights = {point[0]: trial.height for point, trial in self.trials.items()}
-        limit, ends = NEARLY_LOWEST * heights[best[0]], []
-        for side in (-1.0, 1.0):
-            beyond = sorted((s for s in shares if (s - best[0]) * side >= 0.0), reverse=side < 0.0)
-            end = beyond[-1]
-            for inner, outer in pairwise(beyond):
-                rise = heights[outer] - heights[inner]
-                if not heights[outer] <= limit:
-                    end = inner + (outer - inner) * ((limit - heights[inner]) / rise if math.isfinite(rise) else 0.0)
-                    break
-            ends.append(low + end * (high - low))
-        return {self.outer[0]: (ends[0], ends[1])}
+        points = sorted(self.trials)
+        shares, heights = np.array(points)[:, 0], np.array([self.trials[point].height for point in points])
+        first, last = range_below(shares, heights, best[0], NEARLY_LOWEST * self.trials[best].height)
+        return {self.outer[0]: (low + first * (high - low), low + last * (high - low))}
 
     def _base(self) -> Trial:
         """The worst motion with the scene's own values, in the highest of the load cases."""
