@@ -132,12 +132,11 @@ def _rounded(point: Sequence[float]) -> Point:
     return tuple(round(float(share), _DIGITS) for share in point)
 
 
-MOST_STEPS = 1000  # of a window in its range
 STEPS = 100  # places in a tolerance at which windows are compared
 FINEST, COARSE = 0.1, 0.5  # widths of intervals, by the tolerance: not refined, always refined
-STRAIGHT = 0.01  # relative deviation of a middle from the chord that counts as none
+STRAIGHT = 0.02  # relative room between chord and bound that counts as none
 LOW = 0.7  # of the highest in a window: intervals that end below need not be straight
-STEEP = 1.25  # ratio of the ends of a finest interval above which it may hold a jump
+STEEP = 1.25  # ratio of a value just outside a window to the highest inside above which that is told
 CHECKS, AGREED = 5, 0.003  # of a window by the values at its ends, and the relative change that ends them
 FIRST = 9, 17  # fewest and most values of the first grid
 FLAT, ALIKE = 1e-3, 0.03  # relative differences that count as none: of the whole range, of the ends of a window
@@ -162,7 +161,6 @@ class WindowSearch:
     expected: float | None = None  # around which the first values are dense; None: over the whole range
     known: dict[float, tuple[float, ...]] = field(default_factory=dict)
     checked: dict[float, float] = field(default_factory=dict)  # windows whose ends and middle are known
-    careful: bool = False  # whether steep finest intervals are taken for jumps
 
     def __post_init__(self) -> None:
         self.step = self.tolerance / STEPS
@@ -173,7 +171,6 @@ class WindowSearch:
         before, after = -min(self.places[0], 0), max(self.places[-1], 0)
         self.grid = self.low + self.step * np.arange(-before, count + after)
         self._tried: list[float] = []  # the windows that were found best
-        self._straight: set[tuple[float, float]] = set()
         self._limit = math.inf
 
     def minimise(self) -> float | None:
@@ -181,8 +178,7 @@ class WindowSearch:
         self._evaluate(self._first_values())
         if not any(math.isfinite(max(heights)) for heights in self.known.values()):
             return None
-        for check in range(CHECKS):
-            self.careful = check >= CHECKS - 2
+        for _ in range(CHECKS):
             self._refine()
             value, predicted = self.lowest()
             if predicted > self.enough:
@@ -304,28 +300,21 @@ class WindowSearch:
         """Heights of one case on the grid, between the known values."""
         values = np.array(sorted(self.known))
         linear = np.interp(self.grid, values, heights)
-        place = np.clip(np.searchsorted(values, self.grid, side="right") - 1, 0, len(values) - 2)
-        start, end = values[place], values[place + 1]
-        inner = (self.grid > start + 1e-6 * self.step) & (self.grid < end - 1e-6 * self.step)
-        if self.careful:
-            ends = np.maximum(heights[place], heights[place + 1])
-            steep = ends > STEEP * np.minimum(heights[place], heights[place + 1])
-            fine = end - start <= FINEST * self.tolerance * (1.0 + 1e-9)
-            linear = np.where(inner & steep & fine, ends, linear)
         if not hopeful:
             return linear
-        bound = bound_between(values, heights, self.grid)
-        is_open = np.array([self._is_open(*pair) for pair in pairwise(values.tolist())])
-        return np.where(inner & is_open[place], bound, linear)
+        place = np.clip(np.searchsorted(values, self.grid, side="right") - 1, 0, len(values) - 2)
+        apart = np.minimum(self.grid - values[place], values[place + 1] - self.grid) > 1e-6 * self.step
+        return np.where(apart & self._open()[place], bound_between(values, heights, self.grid), linear)
 
-    def _is_open(self, start: float, end: float) -> bool:
-        """Whether there may be more between two known values than the chord tells."""
-        width = (end - start) / self.tolerance * (1.0 - 1e-9)
-        if width <= FINEST:
-            return False
-        if width > COARSE:
-            return True
-        return (start, end) not in self._straight and max(*self.known[start], *self.known[end]) > LOW * self._limit
+    def _open(self) -> NDArray[np.bool_]:
+        """Whether there may be more between two neighbouring known values than the chord tells, for each pair."""
+        values, heights = np.array(sorted(self.known)), np.array(self._heights())
+        width = np.diff(values) / self.tolerance * (1.0 - 1e-9)
+        middles, chords = 0.5 * (values[1:] + values[:-1]), 0.5 * (heights[1:] + heights[:-1])
+        bounds = np.transpose([bound_between(values, case, middles) for case in heights.T])
+        room = (1.0 - bounds / chords).max(axis=1)
+        highest = np.maximum(heights[1:], heights[:-1]).max(axis=1)
+        return (width > COARSE) | (width > FINEST) & (room > STRAIGHT) & (highest > LOW * self._limit)
 
     def _refine(self) -> None:
         """Halve the open intervals of the window with the lowest bound, until it has none."""
@@ -338,8 +327,8 @@ class WindowSearch:
             ends = centre + self.places[[0, -1]] * self.step
             middles = [
                 0.5 * (start + end)
-                for start, end in pairwise(sorted(self.known))
-                if end > ends[0] and start < ends[1] and self._is_open(start, end)
+                for (start, end), is_open in zip(pairwise(sorted(self.known)), self._open(), strict=True)
+                if end > ends[0] and start < ends[1] and is_open
             ]
             if not middles:
                 return
@@ -356,26 +345,7 @@ class WindowSearch:
         return self.checked[centre]
 
     def _evaluate(self, values: Sequence[float]) -> None:
-        """Compute the heights at some values, and tell straight intervals by their middles."""
-        rounded = dict.fromkeys(map(_written, values))
-        missing = [value for value in rounded if value not in self.known]
-        if not missing:
-            return
-        before = sorted(self.known)
-        self.known |= dict(zip(missing, map(tuple, self.function(missing)), strict=True))
-        for start, end in pairwise(before):
-            new = sorted(value for value in missing if start < value < end)
-            if new:
-                straight = self._are_straight(start, end, new)
-                self._straight |= set(pairwise([start, *new, end])) if straight else set()
-
-    def _are_straight(self, start: float, end: float, new: Sequence[float]) -> bool:
-        """Whether new values within an interval lie on its chord; those near an end do not tell."""
-        telling = [value for value in new if 0.25 <= (value - start) / (end - start) <= 0.75]
-        for value in telling:
-            share = (value - start) / (end - start)
-            for first, height, last in zip(self.known[start], self.known[value], self.known[end], strict=True):
-                chord = (1.0 - share) * first + share * last
-                if not abs(height - chord) <= STRAIGHT * max(height, chord):
-                    return False
-        return bool(telling) or (start, end) in self._straight
+        """Compute the heights at some values."""
+        missing = [value for value in dict.fromkeys(map(_written, values)) if value not in self.known]
+        if missing:
+            self.known |= dict(zip(missing, map(tuple, self.function(missing)), strict=True))
