@@ -17,6 +17,7 @@ PLACE, TOLERANCE = "optimum.over", "optimum.tolerance"
 SOLVER_KEYS = {  # key of a scene -> parameter of the solver, over which peaks are followed
     key: meaning.solver for key, meaning in MEANINGS.items() if meaning.solver
 }
+KEYS = {name: key for key, name in SOLVER_KEYS.items()}
 _DESIGN = ("blade", "shroud", "snubber", "platform", "damper", "material")  # sections whose numbers can be optimised
 OPTIMISED_KEYS = (
     *SOLVER_KEYS,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import partial
 from operator import mul
 from typing import TYPE_CHECKING, Any
@@ -27,47 +26,20 @@ from pipeline.figures.style import (
 from pipeline.scene.dotted_keys import of_contact
 from pipeline.scene.labels import quantity
 from pipeline.scene.schema import meaning_of
-from pipeline.studies.optimum.checks import SOLVER_KEYS
+from pipeline.studies.optimum.checks import KEYS, SOLVER_KEYS
 from pipeline.studies.optimum.result import OptimumResult, Robust, Trial
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from nonlinear.peak_curves.optimum_result import PeakCurve, SolvedResponse, WorstEnvelope
-
-
-@dataclass(frozen=True)
-class OptimumCurves:
-    """The worst motion over one key; values in the unit of the key."""
-
-    key: str  # dotted key
-    envelope: WorstEnvelope  # the worst motion
-    peaks: tuple[PeakCurve, ...]  # the peaks followed
-    responses: tuple[SolvedResponse, ...]  # the responses solved
-    # relative derivatives of the worst motion at the optimum by dotted keys, in % per %; those of parameters that are
-    # 0 are left out, and all where it is no followed peak
-    elasticities: Mapping[str, float]
-
-
-def optimum_curves(result: OptimumResult) -> OptimumCurves | None:
-    """What there is to show of an optimum; None where no peaks were followed."""
-    found, factor = result.over_one_key, result.per_unit
-    if found is None:
-        return None
-    return OptimumCurves(
-        key=next(key for key, name in SOLVER_KEYS.items() if name == found.name),
-        envelope=replace(found.envelope, value=found.envelope.value * factor),
-        peaks=tuple(replace(each, value=each.value * factor, slope=each.slope / factor) for each in found.curves),
-        responses=tuple(replace(each, value=each.value * factor) for each in found.responses),
-        elasticities=elasticities_of(result),
-    )
+    from nonlinear.peak_curves.optimum_result import Optimum, PeakCurve, SolvedResponse, WorstEnvelope
 
 
 def elasticities_of(result: OptimumResult) -> dict[str, float]:
     """Relative derivatives of the worst motion by dotted keys, in % per %, without parameters that are 0."""
-    found, keys = result.followed, {name: key for key, name in SOLVER_KEYS.items()}
-    return {} if found is None else {keys[name]: size for name, size in found.elasticities.items() if size != 0.0}
+    found = result.followed
+    return {} if found is None else {KEYS[name]: size for name, size in found.elasticities.items() if size != 0.0}
 
 
 Array = NDArray[np.float64]
@@ -137,9 +109,8 @@ def optimum_figure(result: OptimumResult, title: str) -> Figure | None:
         return (joint_figure if has_lines(result) else search_figure)(result, title)
     if result.robust is not None and result.robust.key:
         return robust_figure(result, result.robust, title)
-    curves = optimum_curves(result)
-    if curves is not None:
-        return curves_figure(result, curves, title)
+    if result.over_one_key is not None:
+        return curves_figure(result, result.over_one_key, title)
     return trials_figure(result, title) if result.trials else None
 
 
@@ -309,7 +280,7 @@ def _draw_solved(axes: Axes, solved: Sequence[Trial], keys: tuple[str, str], hei
     return axes.scatter(x, y, 30, heights, norm=norm, cmap="viridis", label="a curve", linewidths=0.0, zorder=2)
 
 
-def curves_figure(result: OptimumResult, curves: OptimumCurves, title: str) -> Figure:
+def curves_figure(result: OptimumResult, found: Optimum, title: str) -> Figure:
     """Amplitude and frequency of the worst motion over a key; beside them the logarithmic derivatives."""
     figure, axes = subplots(2, 2, size=(10.4, 6.2), sharex="col")
     upper, lower, grid = axes[0, 0], axes[1, 0], axes[0, 0].get_gridspec()
@@ -317,18 +288,19 @@ def curves_figure(result: OptimumResult, curves: OptimumCurves, title: str) -> F
     grid.set_height_ratios((1.7, 1.0))
     for unused in axes[:, 1]:
         unused.remove()
-    factor, unit = scale(curves.envelope.amplitude_m, "m")
-    at = quantity(curves.key).factor
+    factor, unit = scale(found.envelope.amplitude_m, "m")
+    key = KEYS[found.name]
+    at, elasticities = quantity(key).factor * result.per_unit, elasticities_of(result)
     for panel, name, size in ((upper, "amplitude_m", factor), (lower, "frequency_hz", 1.0)):
-        _draw_peaks(panel, curves, name, at, size)
-        _draw_envelope(panel, curves.envelope, name, at, size)
-        _draw_responses(panel, curves, name, at, size)
-        draw_marks(panel, result, curves.key, name, partial(mul, size))
-    _set_axes(upper, lower, curves.envelope, at, factor)
+        _draw_peaks(panel, found.curves, name, at, size)
+        _draw_envelope(panel, found.envelope, name, at, size)
+        _draw_responses(panel, found.responses, name, at, size)
+        draw_marks(panel, result, key, name, partial(mul, size))
+    _set_axes(upper, lower, found.envelope, at, factor)
     upper.set_ylabel(f"{result.named} [{unit}]")
-    lower.set(xlabel=SweepKey(curves.key, ()).axis, ylabel="its frequency [Hz]")
-    if curves.elasticities:
-        draw_elasticities(figure.add_subplot(grid[:, 1]), curves.elasticities)
+    lower.set(xlabel=SweepKey(key, ()).axis, ylabel="its frequency [Hz]")
+    if elasticities:
+        draw_elasticities(figure.add_subplot(grid[:, 1]), elasticities)
     else:
         grid.set_width_ratios((1.0, 1e-3))
     figure.legend(*upper.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=9)
@@ -336,9 +308,9 @@ def curves_figure(result: OptimumResult, curves: OptimumCurves, title: str) -> F
     return figure
 
 
-def _draw_peaks(axes: Axes, curves: OptimumCurves, name: str, at: float, size: float) -> None:
+def _draw_peaks(axes: Axes, curves: Sequence[PeakCurve], name: str, at: float, size: float) -> None:
     """Thin lines of the followed peaks by their stability."""
-    for curve in curves.peaks:
+    for curve in curves:
         known = np.isfinite(curve.growth_rate)
         masks = (known & curve.stable, known & ~curve.stable, ~known)
         for (label, look), mask in zip(_PEAKS.items(), masks, strict=True):
@@ -380,10 +352,10 @@ def _without_jumps(envelope: WorstEnvelope, values: Array, name: str) -> Array:
     return drawn
 
 
-def _draw_responses(axes: Axes, curves: OptimumCurves, name: str, at: float, size: float) -> None:
+def _draw_responses(axes: Axes, responses: Sequence[SolvedResponse], name: str, at: float, size: float) -> None:
     """Dots; triangles where something was left open, at the highest solution."""
     for is_open, marker, label in ((False, "o", "response solved"), (True, "^", f"response solved, {COUNTED}")):
-        chosen = [each for each in curves.responses if bool(each.unresolved) == is_open]
+        chosen = [each for each in responses if bool(each.unresolved) == is_open]
         if chosen:
             heights = [getattr(each, name) * size for each in chosen]
             axes.plot([each.value * at for each in chosen], heights, marker=marker, label=label, **_RESPONSE)

@@ -27,7 +27,7 @@ from pipeline.scene.dotted_keys import CONTACT, INTERFACE
 from pipeline.scene.sweep import key_value
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.scene_to_solver import resolved_contacts
-from pipeline.studies.optimum.checks import SOLVER_KEYS, solver_keys
+from pipeline.studies.optimum.checks import KEYS, solver_keys
 from pipeline.studies.optimum.result import (
     OptimumResult,
     Robust,
@@ -65,9 +65,6 @@ LARGE_MEAN = 0.25  # share of a static mean in the height from which it is said
 ROUGH, FINE = 24, 80  # values of a window at most, of single values of the other keys and of the best
 DRAWN = 401  # places of the envelope that are kept
 PEAKS, CURVES, BOTH = "peaks", "curves", "both"
-
-
-KEYS = {name: key for key, name in SOLVER_KEYS.items()}
 
 
 def _not_counted(trials: Sequence[Trial]) -> list[str]:
@@ -523,7 +520,7 @@ class _Search:
 
     def _within_outer(self, best: Point) -> dict[str, tuple[float, float]]:
         """Values around the optimum of one outer key up to which it is 10 % higher, between those known."""
-        if len(self.outer) != 1 or len(self.trials) < 2:
+        if len(self.outer) != 1 or len(self.trials) < 2 or best not in self.trials:
             return {}
         ((low, high),) = (self.ranges[key] for key in self.outer)
         points = sorted(self.trials)
