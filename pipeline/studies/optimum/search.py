@@ -3,25 +3,26 @@
 Of one variable by bounds: between computed values the function is at least as high as its neighbouring secants,
 extended, say (`bound_between`).
 
-`UnitSearch`: of one variable on a grid, then where the bound is lowest; of several on a Latin hypercube, then by the
-simplex method of Nelder and Mead, whose minima may be kinks, from the lowest points.
+`UnitSearch`: of one variable on a grid, then where the bound is lowest; of several at places that fill the ranges
+evenly, then by the simplex method of Nelder and Mead, whose minima may be kinks, from the lowest points.
 
 `WindowSearch`: the lowest of the highest values within a window around one variable. The window with the lowest bound
-is the next to be refined, until there is nothing left to refine in it.
-It begins with values as far apart as the window is wide; with an expected best value only around that, and further
-out at distances that double, where the bounds tell whether there may be something lower.
+is the next to be refined, until there is nothing left to refine in it. It begins with values as far apart as the
+window is wide; with an expected best value only around that, and further out at distances that double, where the
+bounds tell whether there may be something lower.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from nonlinear.peak_curves.peak_search import quasi_random
 from nonlinear.peak_curves.worst_envelope import bound_between, range_below
 
 Array = NDArray[np.float64]
@@ -69,11 +70,7 @@ class UnitSearch:
         return [_rounded((float(share),)) for share in np.linspace(0.0, 1.0, self.grid)]
 
     def _sample(self) -> list[Point]:
-        from scipy.stats import qmc
-
-        count = 4 * self.size + 4
-        unit = qmc.LatinHypercube(self.size, rng=np.random.default_rng(0), optimization="random-cd").random(count)
-        return [(0.5,) * self.size, *(_rounded(row) for row in unit.tolist())]
+        return [(0.5,) * self.size, *(_rounded(place) for place in quasi_random(self.size, 4 * self.size + 4))]
 
     def _evaluate(self, points: Sequence[Point]) -> None:
         missing = [point for point in dict.fromkeys(points) if point not in self.known]
@@ -128,7 +125,7 @@ def _written(value: float) -> float:
     return float(f"{value:.{DIGITS}g}")
 
 
-def _rounded(point: Sequence[float]) -> Point:
+def _rounded(point: Iterable[float]) -> Point:
     return tuple(round(float(share), _DIGITS) for share in point)
 
 
