@@ -188,10 +188,9 @@ def _remarks(search: PeakSearch, envelope: EnvelopeOfPeaks, lowest: Minimum, her
     said = [f"{len(solved)} values of {family.name} searched ({counted}); a branch between them may be missed"]
     gaps = envelope.gaps
     if gaps:
-        parts = ", ".join(
-            f"{family.value(low):.4g} to {family.value(high):.4g}"
-            for low, high in _joined([(g[0].share, g[1].share) for g in gaps])
-        )
+        first, last = ({family.value(gap[side].share) for gap in gaps} for side in (0, 1))
+        ends = zip(sorted(first - last), sorted(last - first), strict=True)  # of gaps that follow each other, joined
+        parts = ", ".join(f"{low:.4g} to {high:.4g}" for low, high in ends)
         said.append(f"no followed peak is the worst motion at {parts}: interpolated between single responses")
     errors = zip(gaps, envelope.errors, strict=True)
     rough = [error for gap, error in errors if gap.width > NARROW and error > ACCURATE]
@@ -201,8 +200,8 @@ def _remarks(search: PeakSearch, envelope: EnvelopeOfPeaks, lowest: Minimum, her
         reason = f"the limit of {search.most} responses was reached" if spent else "far above the optimum"
         said.append(f"error of the interpolation in {len(rough)} parts of it {error}: {reason}")
     if lowest.kind == "plateau":
-        first, last = (family.value(share) for share in lowest.plateau)
-        said.append(f"the lowest amplitude holds from {first:.6g} to {last:.6g}")
+        low, high = (family.value(share) for share in lowest.plateau)
+        said.append(f"the lowest amplitude holds from {low:.6g} to {high:.6g}")
     if lowest.kind == "jump":
         jumps = ", ".join(
             f"{family.value(share):.6g}" for share in envelope.jumps if abs(share - lowest.share) < 2 * NARROW
@@ -212,17 +211,6 @@ def _remarks(search: PeakSearch, envelope: EnvelopeOfPeaks, lowest: Minimum, her
     if here is not None and here.solved.unresolved:
         said.append(f"at the optimum: {here.solved.unresolved}")
     return said
-
-
-def _joined(parts: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Ranges joined where one begins at the end of the other."""
-    found: list[tuple[float, float]] = []
-    for low, high in sorted(parts):
-        if found and low <= found[-1][1] + SAME_SHARE:
-            found[-1] = found[-1][0], max(high, found[-1][1])
-        else:
-            found.append((low, high))
-    return found
 
 
 def find_optimum(

@@ -250,10 +250,7 @@ def _line(gap: Gap, shares: Array) -> Array:
 
 def _highest(tables: list[Array], shares: Array) -> Array:
     """The largest of some values at each share, without NaN; minus infinity where there is none."""
-    if not tables:
-        return np.full(np.shape(shares), -np.inf)
-    table = np.array(tables)
-    found: Array = np.where(np.isnan(table), -np.inf, table).max(axis=0)
+    found: Array = np.fmax.reduce([np.full(np.shape(shares), -np.inf), *tables])
     return found
 
 

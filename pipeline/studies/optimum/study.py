@@ -74,11 +74,6 @@ def _not_counted(trials: Sequence[Trial]) -> list[str]:
     return found + [f"{len(lost)} of {len(trials)} curves are missing: {each.reason}" for each in lost[:1]]
 
 
-def _elsewhere(trial: Trial, key: str, value: float) -> dict[str, float]:
-    """The value of a key where a motion is, if that is not the value given."""
-    return {} if trial.values[key] == value else {key: trial.values[key]}
-
-
 class OptimumStudy:
     """Values of keys at which the worst motion is lowest, as `Study`."""
 
@@ -314,10 +309,11 @@ class _Search:
         best = search.best()
         near = search.inside(best) or sorted(search.known, key=lambda value: abs(value - best))[:1]
         trial = highest(values, self.curves([{**values, self.window: value} for value in near]))
-        values = {**values, self.window: best}
-        if search.shifts is None and best in search.checked:
-            return replace(trial, values=values, where={**trial.where, **_elsewhere(trial, self.window, best)})
-        return replace(trial, values=values, where={}).with_value(search.value_at(best))
+        at, values = trial.values[self.window], {**values, self.window: best}
+        if search.shifts is not None or best not in search.checked:
+            return replace(trial, values=values, where={}).with_value(search.value_at(best))
+        where = trial.where if at == best else {**trial.where, self.window: at}
+        return replace(trial, values=values, where=where)
 
     def _say(self, point: Point, count: int) -> None:
         """What is solved next, and the best so far."""
