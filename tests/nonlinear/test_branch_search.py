@@ -33,7 +33,7 @@ def problem(name, harmonics=3, **options):
         friction=friction,
         interference=interference,
     )
-    options = {"stability": "folds", "truncation": False, "harmonic_tolerance": 0.03} | options
+    options = {"stability": "folds", "truncation": False, "search": "off", "harmonic_tolerance": 0.03} | options
     return modal, contact, Excitation(1, 1.0), SolverOptions((0.08, 1.0), harmonics=harmonics, **options)
 
 

@@ -267,7 +267,7 @@ def test_what_is_not_asked_for_is_not_done():
     contact = ContactParameters.shared(
         2, normal_stiffness=4.0, tangential_stiffness=3.0, friction=0.4, interference=0.5
     )
-    options = SolverOptions((0.1, 0.8), detached=False, stability="folds", truncation=False)
+    options = SolverOptions((0.1, 0.8), detached=False, stability="folds", truncation=False, search="off")
     bare = forced_response(modal, contact, Excitation(1, 1.0), options)
     whole = forced_response(modal, contact, Excitation(1, 1.0), SolverOptions((0.1, 0.8), search="off"))
     assert np.isnan(bare.truncation_error)

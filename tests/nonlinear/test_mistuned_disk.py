@@ -24,7 +24,7 @@ from rom.cyclic.receptance import RelativeReceptance
 RAYLEIGH = (0.02, 0.0)  # C = a M: the same matrix whatever the stiffness
 VALUES = {"normal_stiffness": 6.0, "tangential_stiffness": 4.0, "friction": 0.4, "interference": [0.6, 0.05]}
 CONTACT = ContactParameters.shared(2, **VALUES)
-OPTIONS = SolverOptions((0.14, 0.2), harmonics=1, stability="folds", truncation=False, detached=False)
+OPTIONS = SolverOptions((0.14, 0.2), harmonics=1, stability="folds", truncation=False, detached=False, search="off")
 N = 6
 
 

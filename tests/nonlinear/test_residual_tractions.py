@@ -228,7 +228,7 @@ def random_structure(seed: int, law: str = "two_sliders") -> tuple[ModalModel, C
     return modal_model(model, damping_ratio=0.01), contact, Excitation(0, float(rng.uniform(0.02, 0.08)))
 
 
-RANGE = SolverOptions((0.05, 0.2), detached=False, truncation=False, stability="folds")
+RANGE = SolverOptions((0.05, 0.2), detached=False, truncation=False, stability="folds", search="off")
 
 
 @pytest.fixture(scope="module")

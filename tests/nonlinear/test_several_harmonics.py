@@ -51,7 +51,7 @@ def by_matrices(model, excitation, frequency_hz, springs, zeta):
 def test_open_and_stuck_contacts_superpose(values, springs, law):
     model = lumped_blade(3)
     excitation = Excitation(1, 1.0, (SECOND, THIRD))
-    options = SolverOptions((0.05, 0.5), harmonics=5, stability="wave", detached=False)
+    options = SolverOptions((0.05, 0.5), harmonics=5, stability="wave", detached=False, search="off")
     curve = forced_response(modal_model(model, damping_ratio=0.02), contact(values, law=law), excitation, options)
     assert curve.termination.complete
     assert not curve.slipping.any()
@@ -75,7 +75,7 @@ def test_open_and_stuck_contacts_superpose(values, springs, law):
 def test_peaks_of_a_linear_segment_are_located():
     """dA/ds of several harmonics vanishes at a maximum of the superposed amplitude."""
     model = lumped_blade(3)
-    options = SolverOptions((0.05, 0.5), harmonics=2, detached=False, stability="wave")
+    options = SolverOptions((0.05, 0.5), harmonics=2, detached=False, stability="wave", search="off")
     curve = forced_response(modal_model(model, damping_ratio=0.02), contact(FREE), TWO, options)
     for peak in curve.peaks:
         around = peak.frequency_hz * (1.0 + np.array([-1e-4, 0.0, 1e-4]))
@@ -177,13 +177,14 @@ def test_the_response_scales_with_force_and_interference():
 
 def test_adaptive_harmonics_begin_at_the_highest_of_the_excitation():
     modal = modal_model(lumped_blade(3), damping_ratio=0.03)
-    options = SolverOptions((0.1, 0.25), harmonics="auto", stability="wave", harmonic_tolerance=1e-2)
+    quick = {"truncation": False, "search": "off"}
+    options = SolverOptions((0.1, 0.25), harmonics="auto", stability="wave", harmonic_tolerance=1e-2, **quick)
     curve = forced_response(modal, contact(RUBBING), TWO, options)
     assert curve.termination.complete
     assert curve.kept_harmonics.min() >= 3  # 3: the first number that is tried from 2 on
     for branch in curve.detached:
         assert branch.kept_harmonics.min() >= 2
-    fixed = SolverOptions((0.1, 0.25), harmonics=11, stability="folds", detached=False, truncation=False)
+    fixed = SolverOptions((0.1, 0.25), harmonics=11, stability="folds", detached=False, **quick)
     finer = forced_response(modal, contact(RUBBING), TWO, fixed)
     assert curve.peak.amplitude_m == pytest.approx(finer.peak.amplitude_m, rel=2e-2)
 
