@@ -13,7 +13,7 @@ results = shroud.run_scene(
     quiet=True,
     contact={"normal_stiffness": 0.0, "tangential_stiffness": 3.0, "friction": 0.5, "preload": 2.0},
     excitation={"engine_order": 0, "force": 1.0},
-    response={"frequency": [0.1, 0.4], "damping_ratio": 0.01, "harmonics": 1},
+    response={"frequency": [0.1, 0.4], "damping_ratio": 0.01, "harmonics": 1, "detached": False, "search": "off"},
     sweep={"contact.preload": [1.0, 2.0, 3.0, 4.0]},
 )
 results.plot(unit="m").figure.savefig("results_as_tables.png", dpi=100)

@@ -11,7 +11,8 @@ from nonlinear import ContactParameters, Excitation, SolverOptions, find_optimum
 from rom import ReducedModel, modal_model
 
 model = ReducedModel.from_matrices([[1.0]], [[1.0]], [[1.0], [0.0], [0.0]], load=[1.0])
-modal, options = modal_model(model, damping_ratio=0.01), SolverOptions((0.1, 0.4), harmonics=1)
+modal = modal_model(model, damping_ratio=0.01)
+options = SolverOptions((0.1, 0.4), harmonics=1, stability="folds", detached=False, search="off")
 
 
 def problem(preload):
