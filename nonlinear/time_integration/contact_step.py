@@ -199,9 +199,9 @@ class DiskWork(NamedTuple):
 
 
 def wave_matrices(values: NDArray[Any]) -> WaveMatrices:
-    """From matrices (J, p, n) of the waves."""
+    """From matrices (J, p, n) of the waves; copies, as kernels are compiled anew for arrays that are read only."""
     transposed = padded(values.transpose(0, 2, 1), 1)
-    return WaveMatrices(np.ascontiguousarray(transposed.real), np.ascontiguousarray(transposed.imag))
+    return WaveMatrices(np.array(transposed.real, order="C"), np.array(transposed.imag, order="C"))
 
 
 ON_LIMIT = 1.0 - 1e-6  # share of the slip limit from which a slider is taken to slip at the beginning of the step

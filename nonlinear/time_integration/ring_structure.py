@@ -382,8 +382,9 @@ class JoinedSectors(RingStructure):
             is_far=self.n_blades > 3,
         )
         each = [part[None] for part in near]
-        imaginary = np.stack([position.imag, rate.imag]) if np.iscomplexobj(position) else np.zeros((2, 4, 0))
+        turning = [position.imag, rate.imag] if np.iscomplexobj(position) else [np.zeros((4, 0))] * 2
         system = self.system(omega, (position.real[None], rate.real[None]), each)
+        imaginary = np.array(turning, order="C")  # as stacked their rows would be strided: another compilation
         return SectorKernel(system, disk, imaginary, moved.half)
 
     def over_step(self, step: float) -> "WavesOverStep":

@@ -13,9 +13,10 @@ from pipeline_support import ground_model
 from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response
 from nonlinear.contact.numba_cache import CompileLock
 from nonlinear.time_integration.ring import Ring
+from nonlinear.time_integration.ring_integrator import RingIntegrator
 from nonlinear.time_integration.ring_motion import RingLimits, integrate_ring
-from pipeline.stages.warm_up import INTEGRATIONS, LAWS, small_disk, warm_up
-from rom import modal_model
+from pipeline.stages.warm_up import INTEGRATIONS, LAWS, small_disk, small_model, warm_up
+from rom import InfluenceCoefficients, modal_model
 
 
 def signatures() -> dict[str, int]:
@@ -28,7 +29,7 @@ def signatures() -> dict[str, int]:
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("integration", INTEGRATIONS)
 def test_nothing_is_left_to_compile(law: Any, integration: Any) -> None:
-    """Against ground and with another number of harmonics; a curve with all that a run adds, and a ring in time."""
+    """Against ground and with another number of harmonics; a curve with all that a run adds, and rings in time."""
     warm_up(law, integration)
     before = signatures()
     assert sum(before.values()) > 2
@@ -43,8 +44,11 @@ def test_nothing_is_left_to_compile(law: Any, integration: Any) -> None:
     integrate_ring(Ring(modal, contact, Excitation(1, 0.5)), 0.7, None, limits=limits)
     if law == "two_sliders":
         contact = ContactParameters.shared(2, normal_stiffness=2.4, tangential_stiffness=1.2, friction=0.4)
-        disk = modal_model(small_disk(), damping_ratio=0.05)
-        integrate_ring(Ring(disk, contact, Excitation(1, 0.5)), 0.7, None, limits=limits)
+        flow = (InfluenceCoefficients(1, np.array([-1, 0]), np.array([0.02, -0.05j])),)
+        for model, influence in ((small_disk(), ()), (small_disk(), flow), (small_model(), flow)):
+            sectors = modal_model(model, damping_ratio=0.05, influence=influence)
+            ring = RingIntegrator.of(Ring(sectors, contact, Excitation(1, 0.5)), 0.7)
+            ring.march(ring.at_rest(), 1)
     after = signatures()
     assert {name: number for name, number in after.items() if number != before.get(name)} == {}
 
