@@ -70,7 +70,7 @@ def run(number: int, out: Path) -> Figure:
     shipped = (SCENES / f"figure{number}.toml").read_text()
     assert shipped.count("[response]\n") == 1
     scene = out / "scene.toml"
-    coarse = shipped.replace("size = 0.004 ", "size = 0.006 ").replace("modes = 30", "modes = 12")
+    coarse = shipped.replace("size = 0.004 ", "size = 0.009 ").replace("modes = 30", "modes = 8")
     scene.write_text(coarse.replace("[response]\n", f"[response]\n{MAIN_BRANCHES}"))
     assert command(["run", str(scene), "--out", str(out / "out"), "--until", "respond", "--quiet"]) == 0
     out = out / "out"

@@ -89,7 +89,7 @@ def ground_scene(**contact: Any) -> dict[str, Any]:
             **contact,
         },
         "excitation": {"engine_order": 0, "force": 0.5},
-        "response": {"frequency": [0.1, 0.3], "rayleigh": [0.0, 0.02]},
+        "response": {"frequency": [0.1, 0.3], "rayleigh": [0.0, 0.02], **MAIN_BRANCH},
     }
 
 
