@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 
-@pytest.mark.parametrize("seeds", [(0, 3, 5, 11), pytest.param(range(60), marks=pytest.mark.long)])
+@pytest.mark.parametrize("seeds", [(0, 5), pytest.param(range(60), marks=pytest.mark.long)])
 def test_errors_contain_the_truth(seeds, monkeypatch):
     """Peaks, growth rates and heights in time, contacts 0.1 to 1000 times as stiff as blades: 48 of 50 of each."""
     monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "benchmarks"))
