@@ -26,7 +26,7 @@ GRID = (3, 2)
 @pytest.fixture(scope="module")
 def sector():
     snubber = SnubberParameters(radius=0.24, thickness=0.005, width=0.012, angle=150.0)
-    return build_sector(BLADE, SHROUD, MeshParameters(0.006, GRID), snubber=snubber, platform=PLATFORM)
+    return build_sector(BLADE, SHROUD, MeshParameters(0.009, GRID), snubber=snubber, platform=PLATFORM)
 
 
 @pytest.fixture(scope="module")
@@ -97,7 +97,7 @@ def test_one_flank_of_the_platform_is_the_mirror_image_of_the_other():
     straight = ShroudParameters(angle=180.0, thickness=0.005, axial_width=0.03, contact_length=0.008)
     for flank_angle in (0.0, 45.0):
         platform = PlatformParameters(radius=0.212, thickness=0.005, flank_angle=flank_angle)
-        sector = build_sector(blade, straight, MeshParameters(0.006, GRID), platform=platform)
+        sector = build_sector(blade, straight, MeshParameters(0.009, GRID), platform=platform)
         model = reduce_sector(assemble(sector, STEEL, element="hex20"), sector, ReductionOptions(modes=2)).model
         rows = slice(3 * GRID[0] * GRID[1], None)
         right, left = (each[rows] for each in (model.contact_right, model.contact_left))

@@ -35,6 +35,7 @@ STEEL = {"STEEL": Material(2.1e11, 0.3, 7850.0)}
 SETS = {"root": "BORE", "tip": "TIP", "cyclic_right": "CYCLIC_HIGH", "cyclic_left": "CYCLIC_LOW"}
 ROOT = InterfaceChoice("BLADE_FLANKS", "DISK_FLANKS", "inside")
 SPEED = 6000.0
+pytestmark = pytest.mark.xdist_group("root")  # one worker: models are made once
 
 
 @cache
@@ -74,9 +75,9 @@ def test_the_blade_keeps_its_rigid_motions_and_nothing_else_of_the_disk_is_lost(
 
 @pytest.mark.parametrize("along_flank", [2, 3])
 def test_stuck_flanks_become_merged_nodes_as_the_springs_stiffen(along_flank):
-    """Ten frequencies at four nodal diameters; the compliance of the springs falls as 1 / kn."""
+    """Ten frequencies at two nodal diameters; the compliance of the springs falls as 1 / kn."""
     full, model = whole(merged=True)[0], whole(along_flank)[1]
-    for diameter in (0, 1, 5, 20):
+    for diameter in (0, 5):
         tied = cyclic_modes(full, cyclic_faces(full, _cut_sector()), diameter, 10).frequency_hz
         found = {total: stuck(model, diameter, total) for total in (1e12, 1e13, 1e14)}
         assert found[1e14] == pytest.approx(tied, rel=0.015)  # a mortar of 4 x 3 nodes ties less than all nodes
