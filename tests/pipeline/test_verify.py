@@ -38,7 +38,7 @@ STIFF = {"contact__normal_stiffness": "punch", "contact__tangential_stiffness": 
 
 def verify(folder: Path, *options: object, **changes: Any) -> tuple[int, str, str]:
     """`shroud verify` on the changed small scene."""
-    path = write_scene(folder / "scene.toml", small_scene(**changes))
+    path = write_scene(folder / "scene.toml", small_scene(**{"mesh__size": 0.012} | changes))
     return shroud("verify", path, "--out", folder / "out", *options)
 
 
@@ -216,7 +216,7 @@ def test_the_table_and_nothing_is_measured_twice(tmp_path: Path) -> None:
     status, said, error = verify(tmp_path, "--tolerance", "0.5")
     assert status == 0
     assert "measuring small" in error
-    assert re.match(r"6 fixed-interface modes, 9 mm hex8, \d+ dofs; other mesh 6.3 mm hex20, \d+ dofs\n", said)
+    assert re.match(r"6 fixed-interface modes, 12 mm hex8, \d+ dofs; other mesh 5.88 mm hex20, \d+ dofs\n", said)
     rows = [[cell.strip() for cell in line.strip("│").split("│")] for line in said.splitlines() if "│" in line]
     assert [row[0] for row in rows if row[0]] == ["free", "sliding", "stuck"]
     assert {"receptance, contact nodes", "receptance, output", "static flexibility"} <= {row[1] for row in rows}
