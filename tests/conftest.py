@@ -1,5 +1,7 @@
 """Compiled modules are kept whatever the environment says: hundreds of processes that tests start load them.
 
+Tests that share what their module makes run on one worker, so that it is made once.
+
 With DISTURBED=n (`make test-generic`) every result of the time integration has a relative disturbance of 1e-13, drawn
 with seed n: no test may rest on what round-off seeds.
 """
@@ -9,8 +11,20 @@ import sys
 from dataclasses import replace
 from functools import wraps
 
+import pytest
+
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Group the tests that have a fixture of their module, for `--dist loadgroup`."""
+    for item in items:
+        known = item._fixtureinfo.name2fixturedefs.values() if hasattr(item, "_fixtureinfo") else ()
+        shared = any(each.scope == "module" and each.baseid.endswith(".py") for found in known for each in found)
+        if shared and item.get_closest_marker("xdist_group") is None:
+            item.add_marker(pytest.mark.xdist_group(item.path.stem))
 
 
 def _disturb_time_integration(seed: int) -> None:

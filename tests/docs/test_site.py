@@ -12,8 +12,6 @@ import pytest
 
 from docs.site_text import short_signature
 
-pytestmark = pytest.mark.xdist_group("site")  # one worker: what the module makes is made once
-
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 LINK = re.compile(r"\]\(([^)\s]+)\)")

@@ -53,7 +53,6 @@ def test_without_deviations_it_is_the_tuned_ring(law):
 
 
 GAP = replace(CONTACT, interference=np.full(2, -0.4), preload=np.zeros(2))
-pytestmark = pytest.mark.xdist_group("mistuned in time")  # one worker: what the module makes is made once
 PROBLEM = modal_model(lumped_blade(4, 2), damping_ratio=0.02), GAP, Excitation(2, 0.3)
 OPTIONS = SolverOptions((0.1935, 0.1955), harmonics=3, detached=False, truncation=False)
 

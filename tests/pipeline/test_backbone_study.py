@@ -17,8 +17,6 @@ from pipeline.studies.backbone.report import backbone_section
 from pipeline.studies.backbone.result import BackboneResult
 from pipeline.studies.backbone.study import BackboneStudy
 
-pytestmark = pytest.mark.xdist_group("backbone")  # one worker: what the module makes is made once
-
 
 def scene_of(**section: Any) -> dict[str, Any]:
     """A mass on springs that rubs, at three preloads."""

@@ -28,8 +28,6 @@ from pipeline.stages.curve.curve_file import read_curve, write_curve
 from pipeline.stages.curve.extend_curve import extend_curve
 from rom import modal_model, write_reduced_model
 
-pytestmark = pytest.mark.xdist_group("carried")  # one worker: what the module makes is made once
-
 LUMPED = runpy.run_path(str(Path(__file__).parents[1] / "nonlinear" / "lumped.py"))
 FOUND_AT = -1.5  # the only interference at which the isolated branch is found directly
 SWEPT = [-3.0, -2.5, -2.0, -1.5]  # it exists at all but the first one

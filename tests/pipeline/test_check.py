@@ -13,7 +13,6 @@ from rom import write_reduced_model
 sys.path.append(str(Path(__file__).parents[1] / "nonlinear"))
 from lumped import lumped_blade
 
-pytestmark = pytest.mark.xdist_group("check")  # one worker: what the module makes is made once
 UNSTABLE, MANY = 0.1405, 0.2  # Hz: one solution, against which the two blades move apart; three solutions
 
 

@@ -22,7 +22,6 @@ from pipeline.executor.cluster import ClusterExecutor, version_line
 from pipeline.executor.cluster_task import other_versions
 from pipeline.stages.worker_start import versions
 
-pytestmark = pytest.mark.xdist_group("cluster")  # one worker: what the module makes is made once
 distributed = pytest.importorskip("distributed")
 PROJECT = Path(__file__).parents[2]
 FRICTIONS = [0.3, 0.35, 0.4, 0.45, 0.5, 0.55, 0.6, 0.65]

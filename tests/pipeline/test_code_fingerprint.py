@@ -29,8 +29,6 @@ from pipeline.stages import code_fingerprint
 from pipeline.stages.code_fingerprint import CARRIERS, PACKAGES, REPOSITORY, SourceTree, imports, versions
 from rom.linear_algebra import blas_kernels
 
-pytestmark = pytest.mark.xdist_group("fingerprint")  # one worker: what the module makes is made once
-
 ENTRIES = {
     "mesh": keys.MESH_CODE,
     "assemble": keys.FULL_MODEL_CODE,

@@ -34,8 +34,6 @@ from rom.cyclic_sector.cyclic_faces import cyclic_faces
 from rom.cyclic_sector.cyclic_modes import cyclic_modes, modes_by_nodal_diameter
 from rom.files.sector_file import load_sector
 
-pytestmark = pytest.mark.xdist_group("disk")  # one worker: what the module makes is made once
-
 DISK: dict[str, Any] = {"bore_radius": 0.2, "rim_width": 0.05, "bore_width": 0.03, "profile": [[0.26, 0.012]]}
 STEEL = {"young_modulus": 210e9, "poisson_ratio": 0.3, "density": 7850.0}
 SOFT = STEEL | {"young_modulus": 70e9, "density": 2800.0}

@@ -16,8 +16,6 @@ from scipy.io import loadmat
 
 from rom import natural_frequencies, read_reduced_model
 
-pytestmark = pytest.mark.xdist_group("export")  # one worker: what the module makes is made once
-
 
 @pytest.fixture(scope="module")
 def ran(tmp_path_factory: pytest.TempPathFactory) -> Path:

@@ -16,7 +16,6 @@ from pipeline.studies.flutter.report import flutter_section
 from pipeline.studies.flutter.result import FlutterResult
 from pipeline.studies.flutter.study import FlutterStudy
 
-pytestmark = pytest.mark.xdist_group("flutter")  # one worker: what the module makes is made once
 N = 12
 
 

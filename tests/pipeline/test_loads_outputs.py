@@ -19,8 +19,6 @@ from rom import Material, RomParameterError, assemble, modal_model, read_reduced
 from rom.files.sector_file import load_sector
 from rom.finite_elements.loads import pressure_force, thermal_force
 
-pytestmark = pytest.mark.xdist_group("loads")  # one worker: what the module makes is made once
-
 LOADS = {
     "load__force": [{"set": "tip_surface", "direction": "x", "force": 3.0}, {"at": "tip", "direction": [0, 0, 1]}],
     "load__pressure": [{"surface": "pressure_side", "pressure": 2e4}],

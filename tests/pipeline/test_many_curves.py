@@ -27,8 +27,6 @@ from pipeline.stages.curve.respond import CurveJob, CurveResult, result_from_fil
 from pipeline.store.content_store import Store
 from pipeline.terminal import print_outcome
 
-pytestmark = pytest.mark.xdist_group("many")  # one worker: what the module makes is made once
-
 FRICTION, GAP, PRELOAD, FORM = "contact.friction", "contact.interference", "contact.preload", "damper.form"
 SWEEP = {FRICTION: [0.1, 0.2, 0.4], GAP: [0.0, 0.1]}
 MANY = 50

@@ -18,8 +18,6 @@ from pipeline.studies.map.report import map_section
 from pipeline.studies.map.result import WorstMotionMap
 from rom import write_reduced_model
 
-pytestmark = pytest.mark.xdist_group("map")  # one worker: what the module makes is made once
-
 LOAD, FRICTION, GAP, EXCITATION = "contact.preload", "contact.friction", "contact.interference", "excitation.force"
 
 

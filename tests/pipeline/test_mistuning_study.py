@@ -18,8 +18,6 @@ from pipeline.studies.mistuning.result import MistuningResult
 from pipeline.studies.mistuning.study import MistuningStudy, factor_quantiles
 from rom import ReducedModel, write_reduced_model
 
-pytestmark = pytest.mark.xdist_group("mistuning")  # one worker: what the module makes is made once
-
 SLIPS = {"preload": 0.2}
 
 

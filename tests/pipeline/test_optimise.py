@@ -26,8 +26,6 @@ from pipeline.studies.optimum.search import TOLERANCE, Point, UnitSearch, Window
 from pipeline.studies.optimum.trials import trial_of
 from rom import ReducedModel, write_reduced_model
 
-pytestmark = pytest.mark.xdist_group("optimise")  # one worker: what the module makes is made once
-
 RUB = {  # two equal contact nodes of one mass against the ground
     "name": "rub",
     "contact": {"normal_stiffness": 1.0, "tangential_stiffness": 3.0, "friction": 0.5, "preload": 1.0},

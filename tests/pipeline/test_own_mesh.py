@@ -22,7 +22,6 @@ from pipeline.scene.input_files import content_hash, file_parts
 from pipeline.scene.reading import read_scene
 from pipeline.stages.cache_keys import model_keys
 
-pytestmark = pytest.mark.xdist_group("own_mesh")  # one worker: what the module makes is made once
 FORMATS = ("inp", "bdf", "cdb", "msh")
 STEEL = {"steel": {"young_modulus": 210e3, "poisson_ratio": 0.3, "density": 7.85e-9}}  # N, mm, t
 

@@ -36,8 +36,6 @@ from pipeline.stages.curve.respond import CurveResult
 from pipeline.stages.model.model_chain import BuiltModel
 from pipeline.stages.request import StudyOutcome
 
-pytestmark = pytest.mark.xdist_group("report")  # one worker: what the module makes is made once
-
 TITLE = "A < B & C: $x^{$"  # markup to a browser, half a formula to matplotlib
 SWEEP = {"contact.interference": [1e-5, 1e-3]}
 VOID = {"meta", "link", "img", "input", "br", "rect", "line"}

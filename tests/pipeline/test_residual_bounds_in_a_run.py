@@ -15,8 +15,6 @@ from pipeline.results.certainty import residual_sentences
 from pipeline.results.tables import bounds_text
 from pipeline.stages.curve.curve_summary import read_summary
 
-pytestmark = pytest.mark.xdist_group("bounds")  # one worker: what the module makes is made once
-
 
 def scene(**response: Any) -> dict[str, Any]:
     values = ground_scene(integration="exact")

@@ -24,8 +24,6 @@ from pipeline.stages.engine_orders import excited_orders
 from pipeline.stages.request import Request, RunOutcome
 from rom.cyclic.resonance_crossings import excited_nodal_diameter
 
-pytestmark = pytest.mark.xdist_group("spectra")  # one worker: what the module makes is made once
-
 SPEEDS = [0.0, 4000.0, 8000.0]
 COLOURS = {"free": "0.0", "sliding": "#0072B2", "stuck": "#D55E00"}
 

@@ -29,8 +29,6 @@ from pipeline.stress.haigh import LOWER, haigh_figure, margin_figure
 from pipeline.stress.operating_stress import operating_point, write_vtu
 from rom.stress.stress_recovery import von_mises
 
-pytestmark = pytest.mark.xdist_group("stress")  # one worker: what the module makes is made once
-
 SWEEP = {"contact.interference": [1e-5, 1e-3]}
 LIMITS = {"endurance_limit": 300e6, "tensile_strength": 900e6, "yield_strength": 700e6, "factor": 1.5}
 

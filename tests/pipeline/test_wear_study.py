@@ -21,8 +21,6 @@ from pipeline.studies.wear.report import wear_section
 from pipeline.studies.wear.result import WearResult
 from rom import ReducedModel, write_reduced_model
 
-pytestmark = pytest.mark.xdist_group("wear")  # one worker: what the module makes is made once
-
 COEFFICIENT, AREA = 1e-11, 2e-10
 PROJECT = Path(__file__).parents[2]
 
