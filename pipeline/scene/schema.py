@@ -27,6 +27,7 @@ from pipeline.studies.flutter.section import Flutter
 from pipeline.studies.map.section import Map
 from pipeline.studies.mistuning.section import Mistuning
 from pipeline.studies.optimum.section import Optimum
+from pipeline.studies.run_up.section import RunUp
 from pipeline.studies.uncertainty.section import Uncertainty
 from pipeline.studies.wear.section import Wear
 
@@ -114,6 +115,7 @@ class Scene(Section):
     uncertainty: Uncertainty | None = key("", None)
     mistuning: Mistuning | None = key("", None)
     wear: Wear | None = key("", None)
+    run_up: RunUp | None = key("", None)
     render: Render | None = key("", None)
     figures: Figures = key("", Figures())
 

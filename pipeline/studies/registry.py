@@ -44,7 +44,7 @@ def module_of(name: str, part: str) -> str:
 
 def study_named(name: str) -> Study:
     """The computation of a study."""
-    study: Study = getattr(import_module(module_of(name, "study")), f"{name.capitalize()}Study")()
+    study: Study = getattr(import_module(module_of(name, "study")), f"{name.title().replace('_', '')}Study")()
     return study
 
 

@@ -126,6 +126,13 @@ STUDIES: dict[str, dict[str, Any]] = {
         "disturbance": Keys({"flutter.periods": 30, "flutter.disturbance": 0.1}),
         "in_time": Keys({"flutter.periods": 30, "flutter.in_time": [0]}),
     },
+    "run_up": {
+        "rate": [0.02],
+        "speed_rate": Keys({"run_up.rate": None, "run_up.speed_rate": [0.5], "excitation.engine_order": 2}),
+        "direction": "up",
+        "frequency": [0.12, 0.2],
+        "curves": [0],
+    },
     "uncertainty": {
         "parameter": [{"key": "contact.friction", "distribution": "normal", "relative_deviation": 0.2}],
         "samples": 32,
@@ -188,6 +195,7 @@ STUDY_BASES: dict[str, dict[str, Any]] = {
     "uncertainty": {"parameter": [LAW], "samples": 16},
     "mistuning": {"samples": 1, "linear_samples": 3},
     "wear": {"coefficient": 1e-11, "hours": 1.0, "responses": 2, "area": 1e-4},
+    "run_up": {"rate": [0.01]},
 }
 BLADE = small_scene(contact__integration="exact", contact__samples=1024, response__frequency=[420.0, 470.0])
 PARTS: dict[str, dict[str, Any]] = {  # tables that a blade may have beside its own, for which keys follow below

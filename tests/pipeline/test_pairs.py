@@ -41,6 +41,7 @@ REFUSED = {  # pairs with what the line says
     ("static-first", "flutter"): "response.method",
     ("static-first", "mistuning"): "response.method",
     ("static-first", "wear"): "response.method",
+    ("static-first", "run_up"): "response.method",
 }
 ALONE = {  # features that need another one, which the pair lacks
     **{(name, "flutter"): "flutter: given without [aero]" for name in FEATURES if name != "flow"},

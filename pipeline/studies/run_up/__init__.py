@@ -1,0 +1,1 @@
+"""The study `run_up`: the ring while the excitation frequency rises or falls."""

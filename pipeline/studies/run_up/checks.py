@@ -1,0 +1,34 @@
+"""Checks of [run_up] beyond the schema."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from pipeline.errors import InputError, input_error, shown
+from pipeline.scene.reading import SceneFile
+from pipeline.scene.validation_errors import allowed_values
+from pipeline.studies.backbone.checks import unfit_curves
+
+
+def unfit_run_up_keys(file: SceneFile, given_model: bool = False) -> Iterator[InputError]:
+    """Keys of [run_up] that do not fit each other or the rest of a scene."""
+    section = file.first.run_up
+    if section is None:
+        return
+    for name in ("rate", "speed_rate"):
+        rates = getattr(section, name) or ()
+        if len(set(rates)) < len(rates):
+            yield input_error(file.path, f"run_up.{name}", shown(list(rates)), allowed_values(f"run_up.{name}"))
+    yield from unfit_curves(file, "run_up", section.curves)
+    for member in file.members:
+        order = getattr(member.scene.excitation, "engine_order", None)
+        if section.speed_rate is not None and order == 0:
+            allowed = "run_up.rate: with engine order 0 the excitation does not follow the speed"
+            yield input_error(file.path, "run_up.speed_rate", shown(list(section.speed_rate)), allowed)
+            return
+        limits = getattr(member.scene.response, "frequency", None)
+        ends = section.frequency
+        if ends is not None and limits is not None and not limits[0] <= ends[0] < ends[1] <= limits[1]:
+            allowed = f"two numbers, the second above the first, within response.frequency = {list(limits)}"
+            yield input_error(file.path, "run_up.frequency", shown(list(ends)), allowed)
+            return

@@ -1,0 +1,48 @@
+"""Section [run_up] of a scene: the response while the excitation frequency rises or falls at a given rate."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, ValidationInfo, field_validator
+
+from pipeline.scene.fields import Number, StudyKeys, key
+from pipeline.studies.backbone.section import Curves
+
+RATES = "a list of 1 to 20 different numbers above 0, 1e-9 to 1e9"
+Rates = Annotated[tuple[Annotated[Number, Field(ge=1e-9, le=1e9)], ...], Field(min_length=1, max_length=20)]
+Frequency = Annotated[Number, Field(ge=1e-9, le=1e9)]
+
+
+class RunUp(StudyKeys):
+    """[run_up]: the ring of blades in sweeps of the excitation. Not computed without this section."""
+
+    rate: Rates | None = key("rates of the excitation frequency, Hz/s", None, allowed=RATES)
+    speed_rate: Rates | None = key(
+        "rates of the speed in place of it, rev/min a second: times the engine order over 60",
+        None,
+        allowed=f"{RATES} (give this or rate)",
+        validate_default=True,
+    )
+    direction: Literal["both", "up", "down"] = key("way of the sweeps", "both")
+    frequency: tuple[Frequency, Frequency] | None = key(
+        "ends of the sweeps, Hz; none: those of the curve",
+        None,
+        allowed="a list of two numbers, 1e-9 to 1e9, the second above the first, within the frequencies of the curve",
+    )
+    curves: Literal["all"] | Curves = key(
+        '"all", or the numbers of curves from 0',
+        "all",
+        allowed='"all" or a list of 1 to 100 numbers of curves, the first is 0',
+    )
+
+    @field_validator("speed_rate")
+    @classmethod
+    def _one_kind(cls, value: Any, info: ValidationInfo) -> Any:
+        if "rate" in info.data and (value is None) == (info.data["rate"] is None):
+            raise ValueError(f"{RATES} (give this or rate)")
+        return value
+
+    def rates_hz(self, engine_order: int) -> tuple[float, ...]:
+        """The rates of the excitation frequency, Hz/s."""
+        return self.rate or tuple(rate * engine_order / 60.0 for rate in self.speed_rate or ())

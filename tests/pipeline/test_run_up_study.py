@@ -1,0 +1,71 @@
+"""The study `run_up` of a scene: peaks of sweeps beside the steady ones, figure, page, careless values."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from pipeline_support import overlapping_texts, shroud, small_scene, summary_of, write_scene
+
+from pipeline.codec import restored
+from pipeline.results.results import read_results
+from pipeline.studies.run_up.figure import run_up_figure
+from pipeline.studies.run_up.result import RunUpResult
+
+FREE = {"contact__interference": -1e-3, "response__frequency": [275.0, 360.0], "response__damping_ratio": 0.01}
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A free blade swept at r = 2 and 10."""
+    folder = tmp_path_factory.mktemp("run_up")
+    rates = [r * (0.01 * 313.3) ** 2 * 2.0 * np.pi for r in (2.0, 10.0)]
+    path = write_scene(folder / "s.toml", small_scene(**FREE, run_up={"rate": rates, "direction": "up"}))
+    status, said, error = shroud("run", path, "--out", folder / "out", "--until", "report")
+    assert status == 0, error
+    assert "% of the steady" in said
+    return folder / "out"
+
+
+def result_of(folder: Path) -> RunUpResult:
+    result: RunUpResult = restored(RunUpResult, {"curves": read_results(folder).studies["run_up"]["curves"]})
+    return result
+
+
+def test_a_faster_sweep_shows_less_of_the_peak_and_later(done: Path) -> None:
+    """Lewis, at a damping of 1 %, from 12 half bandwidths below to 15 above."""
+    (curve,) = result_of(done).curves
+    slow, fast = curve.sweeps
+    assert [curve.share(slow), curve.share(fast)] == pytest.approx([0.82287, 0.57059], rel=0.03)
+    assert [curve.lag_bands(slow), curve.lag_bands(fast)] == pytest.approx([2.052, 5.6], rel=0.1)
+    assert np.all(slow.open_share == 1.0)
+    assert slow.envelope_m.max() == slow.peak_m
+
+
+def test_figure_and_page_show_the_sweeps(done: Path) -> None:
+    assert (done / "figures" / "run_up.png").is_file()
+    figure = run_up_figure(result_of(done), "title")
+    assert figure is not None
+    assert overlapping_texts(figure) == []
+    text = (done / "report.html").read_text(encoding="utf-8")
+    assert "Sweeps of the excitation" in text
+    assert "Lowest beside its steady peak" in text
+    assert summary_of(done)["problems"] == []
+
+
+@pytest.mark.parametrize(
+    ("section", "line"),
+    [
+        ({}, "run_up.speed_rate: missing, allowed: a list of 1 to 20 different num"),
+        ({"rate": [1.0], "speed_rate": [2.0]}, "(give this or rate)"),
+        ({"rate": [0.0]}, "run_up.rate[0]: 0.0, allowed: a list of 1 to 20"),
+        ({"rate": [1.0, 1.0]}, "run_up.rate: [1.0, 1.0], allowed: a list of 1 to 20 different"),
+        ({"rate": [1.0], "frequency": [100.0, 330.0]}, "run_up.frequency: [100.0, 330.0], allowed: two numbers"),
+        ({"rate": [1.0], "curves": [3]}, 'run_up.curves: [3], allowed: "all" or a list of numbers of curves, 0 to 0'),
+    ],
+)
+def test_careless_values_get_one_line(tmp_path: Path, section: dict[str, Any], line: str) -> None:
+    path = write_scene(tmp_path / "s.toml", small_scene(**FREE, run_up=section))
+    status, _, error = shroud("validate", path)
+    assert (status, len(error.strip().splitlines())) == (2, 1), error
+    assert line in error
