@@ -131,6 +131,7 @@ STUDIES: dict[str, dict[str, Any]] = {
         "speed_rate": Keys({"run_up.rate": None, "run_up.speed_rate": [0.5], "excitation.engine_order": 2}),
         "direction": "up",
         "frequency": [0.12, 0.2],
+        "output": Keys({"output": [{"name": "other"}], "run_up.output": "other"}),
         "curves": [0],
     },
     "uncertainty": {

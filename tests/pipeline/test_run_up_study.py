@@ -53,6 +53,19 @@ def test_figure_and_page_show_the_sweeps(done: Path) -> None:
     assert summary_of(done)["problems"] == []
 
 
+def test_a_gauge_reads_less_of_a_fast_sweep_too(tmp_path: Path) -> None:
+    """Strain of a gauge: the same share of its steady amplitude as the tip where one mode moves."""
+    gauge = {"name": "gauge", "at": [0.0, 0.0045, 0.33], "direction": "z", "quantity": "strain"}
+    asked = {"rate": [10.0 * (0.01 * 313.3) ** 2 * 2.0 * np.pi], "direction": "up", "output": "gauge"}
+    path = write_scene(tmp_path / "s.toml", small_scene(**FREE, output=[gauge], run_up=asked))
+    status, said, error = shroud("run", path, "--out", tmp_path / "out", "--until", "study")
+    assert status == 0, error
+    assert "gauge" in said
+    assert "µm/m" in said
+    (curve,) = result_of(tmp_path / "out").curves
+    assert curve.share(curve.sweeps[0]) == pytest.approx(0.57059, rel=0.03)
+
+
 @pytest.mark.parametrize(
     ("section", "line"),
     [
@@ -61,6 +74,7 @@ def test_figure_and_page_show_the_sweeps(done: Path) -> None:
         ({"rate": [0.0]}, "run_up.rate[0]: 0.0, allowed: a list of 1 to 20"),
         ({"rate": [1.0, 1.0]}, "run_up.rate: [1.0, 1.0], allowed: a list of 1 to 20 different"),
         ({"rate": [1.0], "frequency": [100.0, 330.0]}, "run_up.frequency: [100.0, 330.0], allowed: two numbers"),
+        ({"rate": [1.0], "output": "gauge"}, 'run_up.output: "gauge", allowed: the name of an [[output]]'),
         ({"rate": [1.0], "curves": [3]}, 'run_up.curves: [3], allowed: "all" or a list of numbers of curves, 0 to 0'),
     ],
 )

@@ -20,6 +20,10 @@ def unfit_run_up_keys(file: SceneFile, given_model: bool = False) -> Iterator[In
         if len(set(rates)) < len(rates):
             yield input_error(file.path, f"run_up.{name}", shown(list(rates)), allowed_values(f"run_up.{name}"))
     yield from unfit_curves(file, "run_up", section.curves)
+    single = [item.name for item in file.first.output if not item.of_model and item.direction != "magnitude"]
+    if section.output is not None and section.output not in single:
+        allowed = ", ".join(f'"{name}"' for name in single) or allowed_values("run_up.output")
+        yield input_error(file.path, "run_up.output", shown(section.output), allowed)
     for member in file.members:
         order = getattr(member.scene.excitation, "engine_order", None)
         if section.speed_rate is not None and order == 0:

@@ -23,13 +23,15 @@ def run_up_figure(result: RunUpResult, title: str) -> Figure | None:
         return None
     width = 4.2 + 4.6 * len(shown)
     figure, axes = subplots(2, len(shown), size=(width, 7.2), squeeze=False, sharex="col")
-    factor, unit = scale([sweep.peak_m for curve in shown for sweep in curve.sweeps if sweep.frequency_hz.size], "m")
+    factor, unit = scale(
+        [sweep.peak_m for curve in shown for sweep in curve.sweeps if sweep.frequency_hz.size], shown[0].unit
+    )
     for column, curve in enumerate(shown):
         _draw_envelopes(axes[0, column], curve, factor)
         _draw_contacts(axes[1, column], curve)
         axes[0, column].set_title(curve.label, fontsize=10)
         axes[1, column].set_xlabel("excitation frequency [Hz]")
-    axes[0, 0].set_ylabel(f"largest displacement [{unit}]")
+    axes[0, 0].set_ylabel(f"{shown[0].output or 'largest displacement'} [{unit}]")
     axes[1, 0].set_ylabel("share of contacts and time [%]")
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside right upper", fontsize=9)
     figure.legend(*axes[1, 0].get_legend_handles_labels(), loc="outside right lower", fontsize=9)

@@ -38,7 +38,7 @@ def _row(curve: CurveRunUps, sweep: SweepFacts) -> tuple[str, ...]:
     return (
         curve.label,
         f"{sweep.rate_hz_per_s:+.4g}",
-        with_unit(sweep.peak_m),
+        with_unit(sweep.peak_m, curve.unit),
         f"{sweep.peak_hz:.5g}",
         share,
         lag,

@@ -17,7 +17,7 @@ class SweepFacts:
     """One sweep of a curve."""
 
     rate_hz_per_s: float  # above 0 upwards
-    peak_m: float  # largest displacement of any blade, m; NaN where the sweep has no result
+    peak_m: float  # largest displacement (strain) of any blade, m; NaN where the sweep has no result
     peak_hz: float  # excitation frequency there, Hz
     frequency_hz: Numbers  # (P,), of groups of periods, in the order of time
     envelope_m: Numbers  # (P,), largest displacement of any blade in the group, m
@@ -50,6 +50,8 @@ class CurveRunUps:
     branch_hz: Numbers
     branch_m: Numbers
     sweeps: tuple[SweepFacts, ...]
+    output: str = ""  # name of the output; "": the default one
+    unit: str = "m"  # of its values; "m/m" of a strain
 
     def share(self, sweep: SweepFacts) -> float:
         """Peak of a sweep over the highest steady solution."""

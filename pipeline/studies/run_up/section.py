@@ -30,6 +30,12 @@ class RunUp(StudyKeys):
         None,
         allowed="a list of two numbers, 1e-9 to 1e9, the second above the first, within the frequencies of the curve",
     )
+    output: str | None = key(
+        "name of an [[output]] with one component whose envelope is shown, such as the strain of a gauge; none: the "
+        "default output",
+        None,
+        allowed="the name of an [[output]] that is a strain or has a direction",
+    )
     curves: Literal["all"] | Curves = key(
         '"all", or the numbers of curves from 0',
         "all",

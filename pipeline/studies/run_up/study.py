@@ -71,9 +71,11 @@ def _sweeps(context: StudyContext, number: int, result: CurveResult, file: Path,
     section, scene, branch = context.scene.run_up, result.member.scene, read_curve(file)
     assert section is not None  # the study is asked for
     modal, contact, excited, options = nonlinear_problem(scene, read_reduced_model(rom, with_basis=False))
-    ring = Ring(modal, contact, excited, options.output)
+    ring = Ring(modal, contact, excited, section.output or options.output)
+    heights = branch.amplitude_m if section.output is None else branch.amplitude_of(section.output)
+    units = {item.name: item.unit.replace("1", "m/m") for item in scene.output}
     low, high = section.frequency or scene.response.frequency
-    steady_hz, steady_m = _highest(branch.frequency_hz, branch.amplitude_m, (low, high))
+    steady_hz, steady_m = _highest(branch.frequency_hz, heights, (low, high))
     sweeps = []
     for rate in section.rates_hz(scene.excitation.engine_order):
         for ends in ((low, high), (high, low)):
@@ -90,8 +92,10 @@ def _sweeps(context: StudyContext, number: int, result: CurveResult, file: Path,
         steady_m=steady_m,
         steady_hz=steady_hz,
         branch_hz=branch.frequency_hz,
-        branch_m=branch.amplitude_m,
+        branch_m=heights,
         sweeps=tuple(sweeps),
+        output=section.output or "",
+        unit=units.get(section.output or "", "m"),
     )
     for sweep in curve.sweeps:
         context.progress(f"run-up, {sweep_said(curve, sweep)}, {sweep.seconds:.2f} s")
@@ -155,8 +159,10 @@ def _grouped(sweep: RunUp) -> tuple[Numbers, Numbers]:
 
 def sweep_said(curve: CurveRunUps, sweep: SweepFacts) -> str:
     """A sweep in one line."""
-    head = f"{curve.label}: {abs(sweep.rate_hz_per_s):.4g} Hz/s {sweep.direction}"
+    label = f"{curve.label}, {curve.output}" if curve.output else curve.label
+    head = f"{label}: {abs(sweep.rate_hz_per_s):.4g} Hz/s {sweep.direction}"
     if sweep.message:
         return f"{head}: no result: {sweep.message}"
-    said = f"{head}: {with_unit(sweep.peak_m)} at {sweep.peak_hz:.5g} Hz, {100.0 * curve.share(sweep):.3g} % of the"
-    return f"{said} steady {with_unit(curve.steady_m)} at {curve.steady_hz:.5g} Hz"
+    peak, steady = (with_unit(height, curve.unit) for height in (sweep.peak_m, curve.steady_m))
+    said = f"{head}: {peak} at {sweep.peak_hz:.5g} Hz, {100.0 * curve.share(sweep):.3g} % of the"
+    return f"{said} steady {steady} at {curve.steady_hz:.5g} Hz"
