@@ -25,8 +25,8 @@ from pipeline.scene.material_section import Fatigue, Stress
 from pipeline.scene.response_section import Response
 from pipeline.stages.curve.curve_file import BRANCHES, contacts_of_curve, modes_of_curve, section_from_attributes
 from pipeline.stages.model.build_reduced_model import at_speed, boundary_choice
+from pipeline.stages.model.mesh_temperature import temperature_of_mesh, temperature_rise
 from pipeline.stages.model.model_files import is_joined
-from pipeline.stages.model.scene_loads import temperature_of_mesh, temperature_rise
 from pipeline.stages.model.scene_materials import scene_materials
 from pipeline.stages.scene_to_solver import InterfaceContact, section_excitation, touching_sector
 

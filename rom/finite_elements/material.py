@@ -389,6 +389,14 @@ class HotMaterials:
         Temperature of all points of the mesh, or of each, in the unit of the tables.
     reference : float
         Temperature without thermal stress.
+
+    Examples
+    --------
+    >>> from rom import HotMaterials, Material, MaterialTable
+    >>> alloy = MaterialTable((20.0, 620.0), (Material(2e11, 0.3, 7800.0), Material(1.6e11, 0.3, 7800.0)))
+    >>> blade = HotMaterials({"": alloy, "disk": Material(2.1e11, 0.3, 7850.0)}, temperature=470.0)
+    >>> round(blade.materials[""].at(blade.temperature).young_modulus / 1e9)
+    170
     """
 
     materials: AnyMaterial | Mapping[str, AnyMaterial]

@@ -14,7 +14,7 @@ from pipeline_support import shroud, small_scene, summary_of, write_scene
 from pipeline import read_scene
 from pipeline.scene.elastic_material import elastic_material
 from pipeline.scene.material_section import Fatigue
-from pipeline.stages.model.scene_loads import temperature_of_mesh
+from pipeline.stages.model.mesh_temperature import temperature_of_mesh
 from rom import AnisotropicMaterial, MaterialTable, natural_frequencies, read_reduced_model
 from rom.files.sector_file import load_sector
 from rom.stress.resolved_shear import octahedral_shear

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.scene.loads_section import NodalTable, Output, force_table, temperature_table, unit_vector
+from pipeline.scene.loads_section import NodalTable, Output, force_table, unit_vector
+from pipeline.stages.model.mesh_temperature import points_of, temperature_rise
 
 if TYPE_CHECKING:
     from geometry.elements import ElementSides
@@ -54,64 +55,6 @@ def with_static_loads(scene: Scene, sector: SectorMesh, materials: Materials, fu
     if force is None:
         return full
     return replace(full, centrifugal=full.centrifugal + force / angular_speed(scene.load.speed_rpm) ** 2)
-
-
-def temperature_of_mesh(scene: Scene, sector: SectorMesh) -> float | NDArray[np.float64]:
-    """Temperature of a scene that has one, uniform or at the points (V,) of the mesh."""
-    given = scene.load.temperature
-    assert given is not None
-    if given.uniform is not None:
-        field: Any = given.uniform
-    elif given.linear is not None:
-        radius = np.hypot(sector.points[:, 1], sector.points[:, 2])
-        field = np.interp(radius, [radius.min(), radius.max()], given.linear)
-    elif given.of_mesh:
-        field = _temperature_of_file(sector)
-    else:
-        field = _nearest_temperature(sector, temperature_table(str(given.file), scene.contents))
-    found: float | NDArray[np.float64] = given.reference + scene.load.temperature_factor * (field - given.reference)
-    return found
-
-
-def _temperature_of_file(sector: SectorMesh) -> NDArray[np.float64]:
-    """The temperatures that a mesh file gives to all its nodes."""
-    from rom.errors import RomParameterError
-
-    given = sector.temperature
-    if given is None or np.isnan(given).any():
-        found = "no temperatures" if given is None else f"none at {int(np.isnan(given).sum())} of {len(given)} nodes"
-        raise RomParameterError(
-            "load", "temperature.of_mesh", found, "a mesh file with temperatures of all its nodes"
-        )
-    return given
-
-
-def temperature_rise(scene: Scene, sector: SectorMesh) -> float | NDArray[np.float64] | None:
-    """Temperature above the stress-free one, K, uniform or at the points (V,) of the mesh; None: no load."""
-    given = scene.load.temperature
-    return None if given is None else temperature_of_mesh(scene, sector) - given.reference
-
-
-def _nearest_temperature(sector: SectorMesh, table: NodalTable) -> NDArray[np.float64]:
-    """Temperatures at all points of the mesh: of the nearest point of the file."""
-    from scipy.spatial import cKDTree
-
-    values = np.asarray(table.values)
-    given = sector.points[_points_of(sector, table)] if table.positions is None else table.positions
-    _, nearest = cKDTree(given).query(sector.points)
-    return np.asarray(values[nearest])
-
-
-def _points_of(sector: SectorMesh, table: NodalTable) -> NDArray[np.int64]:
-    from rom.errors import RomParameterError
-
-    assert table.nodes is not None
-    count = len(sector.points)
-    if table.nodes.max() >= count:
-        raise RomParameterError(
-            "loads", "file", table.path, f"numbers of nodes from 0 to {count - 1}, as the points of mesh.vtu"
-        )
-    return table.nodes
 
 
 def with_modal_excitation(scene: Scene, model: ReducedModel) -> ReducedModel:
@@ -274,7 +217,7 @@ class _Loads:
         from rom.errors import RomParameterError
 
         if table.positions is None:
-            return self.full.vertex_node[_points_of(self.sector, table)]
+            return self.full.vertex_node[points_of(self.sector, table)]
         distance, nodes = cKDTree(self.full.positions).query(table.positions)
         farthest = FARTHEST * float(np.ptp(self.full.positions, axis=0).max())
         if distance.max() > farthest:

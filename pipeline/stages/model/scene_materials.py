@@ -238,7 +238,7 @@ def scene_materials(scene: Scene, sector_file: Path, sector: SectorMesh) -> RomM
 
 def materials_on(scene: Scene, given: Mapping[str, Mapping[str, Any]], sector: SectorMesh) -> RomMaterials:
     """Materials by name on a mesh with its temperature; one alone where only one is given for all elements."""
-    from pipeline.stages.model.scene_loads import temperature_of_mesh
+    from pipeline.stages.model.mesh_temperature import temperature_of_mesh
     from rom.finite_elements.material import HotMaterials, MaterialTable
 
     if scene.load.temperature is None:  # tables of a file that has no temperatures
