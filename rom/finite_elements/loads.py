@@ -86,19 +86,30 @@ def _integrated(discretisation: Discretisation, surface: ElementSides, name: str
     return force.ravel()
 
 
-def thermal_force(full: FullModel, sector: SectorMesh, material: Materials, temperature: float | Array) -> Array:
-    """Nodal forces of a temperature field, f_a = int (C eps_T) grad N_a dV.
+def thermal_force(
+    full: FullModel,
+    sector: SectorMesh,
+    material: Materials,
+    temperature: float | Array,
+    equilibrium: Array | None = None,
+) -> Array:
+    """Nodal forces of a temperature field, f_a = int F (C eps_T) grad N_a dV.
 
     `temperature` (V,): temperature less that of the stress-free state, K, uniform or at the points of the mesh.
-    Returns (N,): nodal forces, N.
+    `equilibrium` (N,): static displacement at speed about which the blade expands, m: F is its deformation gradient.
+    Without F the stiffness at speed would bend a blade that expands freely. Returns (N,): nodal forces, N.
     """
     nodal = temperature_at_points(temperature, len(sector.points))
     discretisation = discretise(sector, full.element)
     force = np.zeros((discretisation.n_nodes, 3))
+    moved = None if equilibrium is None else equilibrium.reshape(-1, 3)
     for batch in discretisation.batches():
         block = discretisation.blocks[batch.block]
         rise = at_quadrature(block, batch.part, nodal)
         stress = law_of(material, block, batch.part).restrained_stress(rise) * batch.weights[..., None, None]
+        if moved is not None:
+            gradient = np.einsum("eai,eqla->eqil", moved[batch.nodes], batch.gradients, optimize=True)
+            stress = stress + gradient @ stress
         np.add.at(force, batch.nodes, np.einsum("eqik,eqka->eai", stress, batch.gradients, optimize=True))
     return force.ravel()
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from pipeline.scene.loads_section import NodalTable, Output, force_table, unit_vector
 from pipeline.stages.model.mesh_temperature import points_of, temperature_rise
+from pipeline.stages.model.model_files import is_joined
 
 if TYPE_CHECKING:
     from geometry.elements import ElementSides
@@ -143,7 +144,23 @@ class _Loads:
             )
         rise = temperature_rise(self.scene, self.sector)
         assert rise is not None
-        return thermal_force(self.full, self.sector, self.materials, rise)
+        return thermal_force(self.full, self.sector, self.materials, rise, self._equilibrium())
+
+    def _equilibrium(self) -> Vector | None:
+        """Static displacement at speed, about which the blade expands; None at rest."""
+        from rom.cyclic_sector.cyclic_faces import cyclic_faces
+        from rom.cyclic_sector.cyclic_modes import static_motion
+        from rom.finite_elements.rotation import centrifugal_displacement
+        from rom.reduction.floating_bodies import stuck_springs
+        from rom.units import angular_speed
+
+        full, sector = self.full, self.sector
+        if full.speed_rpm == 0.0:
+            return None
+        motion = static_motion(full, cyclic_faces(full, sector)) if is_joined(sector) else None
+        springs = stuck_springs(full, sector, self.scene.rom.contact_dofs)
+        displacement: Vector = angular_speed(full.speed_rpm) ** 2 * centrifugal_displacement(full, motion, springs)
+        return displacement
 
     def _rows(self, output: Output) -> dict[str, Vector]:
         """The rows of an output: one, or three of a vector."""
