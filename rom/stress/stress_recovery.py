@@ -49,8 +49,13 @@ def cauchy_stress(law: ElasticLaw, gradient: Array) -> Array:
     """Cauchy stress (..., 3, 3), Pa, of a displacement gradient (..., 3, 3), H_ij = du_i / dX_j, of any size."""
     deformation = np.eye(3) + gradient
     strain = 0.5 * (_transposed(deformation) @ deformation - np.eye(3))
-    pushed = deformation @ law.stress(strain) @ _transposed(deformation)
-    return pushed / np.linalg.det(deformation)[..., None, None]
+    return pushed_forward(law.stress(strain), gradient)
+
+
+def pushed_forward(stress: Array, gradient: Array) -> Array:
+    """Cauchy stress F S F^T / det F of a second Piola-Kirchhoff stress S (..., 3, 3)."""
+    deformation = np.eye(3) + gradient
+    return deformation @ stress @ _transposed(deformation) / np.linalg.det(deformation)[..., None, None]
 
 
 def cauchy_increment(law: ElasticLaw, gradient: Array, increment: NDArray[Any]) -> NDArray[Any]:
@@ -211,14 +216,15 @@ class StressRecovery:
 
     def _static_stress(self, batch: Batch, change: Array) -> NDArray[Any]:
         """Stress (e, q, 3, 3) of the base and a further displacement (n, 3), less that of the free expansion."""
-        found = self._increment(batch, change)
-        if self.base is not None:
-            gradient = _gradient(batch.gradients, self.base[batch.nodes])
-            found = found + cauchy_stress(self._law(batch), gradient)
+        stress, heat = self._increment(batch, change), None
         if self.temperature is not None:
             rise = at_quadrature(self.discretisation.blocks[batch.block], batch.part, self.temperature)
-            found = found - self._law(batch).restrained_stress(rise)
-        return found
+            heat = self._law(batch).restrained_stress(rise)
+        if self.base is not None:
+            gradient = _gradient(batch.gradients, self.base[batch.nodes])
+            stress = stress + cauchy_stress(self._law(batch), gradient)
+            heat = None if heat is None else pushed_forward(heat, gradient)
+        return stress if heat is None else stress - heat
 
     def _increment(self, batch: Batch, nodal: NDArray[Any]) -> NDArray[Any]:
         """Stress (e, q, 3, 3) of a displacement (n, 3)."""

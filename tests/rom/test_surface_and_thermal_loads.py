@@ -17,13 +17,17 @@ from geometry import (
     build_sector,
 )
 from geometry.elements import ELEMENT_KINDS, sides_on
-from rom import Material, RomParameterError, assemble
+from rom import AnisotropicMaterial, Material, RomParameterError, assemble
 from rom.finite_elements.assembly import stress_at_quadrature
 from rom.finite_elements.discretisation import discretise
 from rom.finite_elements.loads import at_quadrature, pressure_force, thermal_force, traction_force
 from rom.finite_elements.rotation import centrifugal_displacement, stiffen_by_rotation
 from rom.reduction.face_integrals import face_points
+from rom.stress.stress_recovery import StressRecovery
 
+LAYERS = AnisotropicMaterial.from_constants(
+    [1.4e11, 1.7e11, 2.2e11], [0.31, 0.25, 0.36], [8.0e10, 6.0e10, 9.5e10], 7800.0, [1e-5, 1.6e-5, 2.2e-5]
+)
 STEEL = Material(2.0e11, 0.3, 7800.0, expansion=1.2e-5)
 MESHES = [*KINDS, "mixed"]
 
@@ -212,3 +216,21 @@ def test_bad_loads_are_refused_in_one_line(load, message):
     with pytest.raises(RomParameterError, match=message) as caught:
         load(assemble(sector, STEEL, None), sector, skin(mesh))
     assert "\n" not in str(caught.value)
+
+
+def test_a_blade_heated_at_speed_has_the_stress_of_rotation_alone():
+    """The stress that a free expansion would have if it were held turns with the blade."""
+    blade = BladeParameters(72, 0.3, 0.15, 0.036, 0.009, tip_thickness=0.006, twist=25.0, section="lens")
+    sector = build_sector(blade, ShroudParameters(70.0, 0.005, 0.04, 0.012), MeshParameters(size=0.02))
+    fast = stiffen_by_rotation(assemble(sector, LAYERS, None), sector, LAYERS, 4500.0)
+    base = (4500.0 * np.pi / 30.0) ** 2 * centrifugal_displacement(fast)
+    force = thermal_force(fast, sector, LAYERS, 500.0, base)
+    moved_by_heat = centrifugal_displacement(replace(fast, centrifugal=force))
+    heat = np.full(len(sector.points), 500.0)
+    nodes = discretise(sector)
+    cold = StressRecovery.of(nodes, LAYERS, base).static(base)
+    hot = StressRecovery.of(nodes, LAYERS, base, heat).static(base + moved_by_heat)
+    free = np.setdiff1d(np.arange(len(sector.points)), sector.node_sets["root"])
+    away = free[sector.points[free, 2] > 0.36]  # the root is clamped: it cannot expand
+    off = np.abs(hot.values[away] - cold.values[away]).max()
+    assert off < 0.02 * np.abs(cold.values).max()
