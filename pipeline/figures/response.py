@@ -181,7 +181,9 @@ def _write_labels(figure: Figure, panels: Sequence[tuple[Axes, str, Any]], title
         axes.set(xlabel=abscissa, ylabel=ordinate)
     else:
         write_heading(figure, title)
-        figure.supxlabel(abscissa, fontsize=10)
+        for axes, *_ in panels:  # a label of the figure would lie on the legend
+            if axes.get_subplotspec().is_last_row():  # type: ignore[union-attr]
+                axes.set_xlabel(abscissa)
         figure.supylabel(ordinate, fontsize=10)
     columns = legend_columns(figure, list(found), MOST_COLUMNS)
     figure.set_figheight(figure.get_figheight() + LEGEND_ROW * -(-len(found) // columns))
