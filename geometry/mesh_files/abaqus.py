@@ -55,7 +55,7 @@ LAWS_LEFT_OUT = ("PLASTIC", "CYCLIC HARDENING", "CREEP", "VISCOELASTIC", "DAMPIN
 SCALING = ("MASS ADJUST", "FIXED MASS SCALING", "VARIABLE MASS SCALING")
 SCALED = "changes the masses of the model: remove it and give the densities that it makes"
 MESH = ("NODE", "ELEMENT")
-SETS = ("NSET", "ELSET", "SURFACE", "SOLID SECTION", "BOUNDARY", *HEAT, *SHELL_SECTIONS)
+SETS = ("NSET", "ELSET", "SURFACE", "SOLID SECTION", "ORIENTATION", "BOUNDARY", *HEAT, *SHELL_SECTIONS)
 GENERATORS = (
     *("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM", "SYMMETRIC MODEL GENERATION", "IMPORT"),
     *("MAP SOLUTION", "TET TO WEDGE"),
@@ -83,7 +83,7 @@ _KNOWN = (
     *("HEADING", "PREPRINT", "RESTART", "ASSEMBLY", "END ASSEMBLY", "AMPLITUDE", "SURFACE INTERACTION", "FRICTION"),
     *("SURFACE BEHAVIOR", "CONTACT CONTROLS", "CONTACT DAMPING", "CONTACT INCLUSIONS", "CONTACT EXCLUSIONS"),
     *("CONTACT PROPERTY ASSIGNMENT", "CONTACT INITIALIZATION ASSIGNMENT", "CLEARANCE", "CHANGE FRICTION"),
-    *("INITIAL CONDITIONS", "PHYSICAL CONSTANTS", "ORIENTATION", "TRANSFORM", "SECTION CONTROLS", "KINEMATIC"),
+    *("INITIAL CONDITIONS", "PHYSICAL CONSTANTS", "TRANSFORM", "SECTION CONTROLS", "KINEMATIC"),
     *("DISTRIBUTING", "HOURGLASS STIFFNESS", "DISTRIBUTION", "DISTRIBUTION TABLE", "FILTER", "TIME POINTS"),
     *("BEAM SECTION", "SURFACE SECTION", "PARAMETER"),
     *("BEAM GENERAL SECTION", "TRUSS SECTION", "CONNECTOR BEHAVIOR", "CONNECTOR ELASTICITY", "SURFACE PROPERTY"),
@@ -206,6 +206,9 @@ def read_abaqus(path: str | Path) -> FileMesh:
         contents.append((scope, [*inner, *own]))
     contents.append((scopes[""], model))
     SetReader(scopes, contents)
+    for scope, inner in contents:
+        named = {block.needs("NAME").upper(): block for block in inner if block.keyword == "ORIENTATION"}
+        scope.orientations.update(named)
     return _joined(path, blocks, list(scopes.values()))
 
 
@@ -283,7 +286,7 @@ def _joined(path: str | Path, blocks: list[KeywordBlock], scopes: list[Scope]) -
     held = [np.concatenate([NO_LABELS, *(a for scope in scopes for a in scope.held.get(k, []))]) for k in (1, 2, 3)]
     mesh.name_held(np.intersect1d(np.intersect1d(held[0], held[1]), held[2]), "BOUNDARY")
     add_materials(mesh, blocks)
-    _add_sections(mesh, blocks, scopes)
+    _add_sections(mesh, scopes)
     mesh.notes += [note for scope in scopes for note in scope.notes]
     _leave_out(mesh, blocks, scopes)
     if len([scope for scope in scopes if scope.node_labels]) > 1:
@@ -292,15 +295,17 @@ def _joined(path: str | Path, blocks: list[KeywordBlock], scopes: list[Scope]) -
     return mesh
 
 
-def _add_sections(mesh: FileMesh, blocks: list[KeywordBlock], scopes: list[Scope]) -> None:
-    """Materials of the elements in their orientations."""
+def _add_sections(mesh: FileMesh, scopes: list[Scope]) -> None:
+    """Materials of the elements in the orientations of their part, or else of the model."""
     names = {name.upper(): name for name in mesh.materials}
-    frames = {block.needs("NAME").upper(): block for block in blocks if block.keyword == "ORIENTATION"}
+    of_model = next(scope.orientations for scope in scopes if not scope.name)
     for scope in scopes:
+        frames = of_model | scope.orientations
         for labels, material, orientation in scope.sections:
             if orientation and orientation.upper() not in frames:
                 raise mesh.refuse(f"*ORIENTATION, NAME={orientation} is not defined")
-            frame = f"*ORIENTATION {orientation}" if orientation else f"instance {scope.name}"
+            known = orientation and f"*ORIENTATION {orientation}", scope.name and f"instance {scope.name}"
+            frame = " of ".join(filter(None, known))
             axes = partial(_turned_axes, frames.get(orientation.upper()), scope.rotation)
             take_material(mesh, labels, names.get(material.upper(), material), frame, axes)
 
@@ -315,21 +320,23 @@ def _axes(block: KeywordBlock) -> FloatArray | None:
     """Directions of axes 1 and 2 of an *ORIENTATION, (2, 3): through a point and towards one; None of other kinds."""
     if block.parameters.get("SYSTEM", "RECTANGULAR").upper() not in ("RECTANGULAR", "R") or not block.data:
         return None
-    refusal = _refusal(block)
-    rows = [numbers([field for field in line.split(",") if field.strip()], refusal) for line in block.data[:2]]
-    if len(rows[0]) not in (6, 9):
+    if block.parameters.get("DEFINITION", "COORDINATES").upper() != "COORDINATES":
+        return None  # nodes that move with the body, or those of each element
+    points, turn = ([field.strip() or "0" for field in line.split(",")] for line in (*block.data[:2], "")[:2])
+    if points[0][0].isalpha():  # a *DISTRIBUTION: other axes in each element
         return None
-    a, b, c = rows[0][:3], rows[0][3:6], rows[0][6:9] if len(rows[0]) == 9 else np.zeros(3)
-    first = (a - c) / np.linalg.norm(a - c)
-    third = np.cross(first, b - c)
+    a, b, c = numbers([*points, *["0"] * 9][:9], _refusal(block)).reshape(3, 3)
+    third = np.cross(a - c, b - c)
     if not np.linalg.norm(third) > 0.0:
         raise block.refuse("the two points lie on one line: must span a plane")
-    frame = np.array([first, np.cross(third / np.linalg.norm(third), first), third / np.linalg.norm(third)])
-    if len(rows) > 1 and len(rows[1]) == 2 and rows[1][1]:  # turned about one of them
-        about, angle = int(rows[1][0]) - 1, np.radians(rows[1][1])
-        i, j = [k for k in range(3) if k != about][:: 1 if about != 1 else -1]
-        one, other = frame[i].copy(), frame[j].copy()
-        frame[i], frame[j] = np.cos(angle) * one + np.sin(angle) * other, np.cos(angle) * other - np.sin(angle) * one
+    first, third = (a - c) / np.linalg.norm(a - c), third / np.linalg.norm(third)
+    frame = np.array([first, np.cross(third, first), third])
+    about, angle = numbers([*turn, "0"][:2], _refusal(block))  # turned about one of them, about 1 by default
+    if about not in (0.0, 1.0, 2.0, 3.0):
+        raise block.refuse(f"turned about axis {about:g}: must be about axis 1, 2 or 3")
+    i, j = ((1, 2), (2, 0), (0, 1))[max(int(about), 1) - 1]
+    cos, sin = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+    frame[[i, j]] = cos * frame[i] + sin * frame[j], cos * frame[j] - sin * frame[i]
     return frame[:2]
 
 

@@ -183,6 +183,7 @@ class Scope:
     element_sets: dict[str, list[IntArray]] = field(default_factory=dict)
     sides: dict[str, list[IntArray]] = field(default_factory=dict)  # (k, 2), surfaces, by name in upper case
     sections: list[tuple[IntArray, str, str]] = field(default_factory=list)  # (k,), elements, material, orientation
+    orientations: dict[str, KeywordBlock] = field(default_factory=dict)  # by name in upper case
     # types of elements that are not read, and how many there are
     left_out: dict[str, int] = field(default_factory=dict)
     plane: list[FileElements] = field(default_factory=list)  # plane elements by their types

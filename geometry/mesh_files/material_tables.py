@@ -36,7 +36,12 @@ def material_of_tables(tables: Sequence[Sequence[Row]]) -> dict[str, Any]:
     if len(rows) < 2:
         return constants
     first, *others = sorted(rows)
-    return {**constants, "temperature": first, "at": [{"temperature": at, **rows[at]} for at in others]}
+    return {
+        **constants,
+        **rows[first],
+        "temperature": first,
+        "at": [{"temperature": at, **rows[at]} for at in others],
+    }
 
 
 def orthotropic_constants(stiffness: FloatArray) -> dict[str, float] | None:

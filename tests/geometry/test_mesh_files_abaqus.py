@@ -209,6 +209,53 @@ def test_orientations_that_are_not_there_or_turn(tmp_path):
     assert mesh.unread_materials == {"crystal": "in *ORIENTATION or, which is not rectangular"}
 
 
+@pytest.mark.parametrize(
+    ("lines", "first", "second"),
+    [
+        ("1., , , , 1.\n", (1, 0, 0), (0, 1, 0)),  # fields that are left empty are 0
+        ("1., 0., 0., 0., 1., 0.,\n, 90.\n", (1, 0, 0), (0, 0, 1)),  # about axis 1 where none is named
+        ("1., 0., 0., 0., 1., 0.\n2, 90.\n", (0, 0, -1), (0, 1, 0)),
+        ("1., 0., 0., 0., 1., 0.\n3, 90.\n", (0, 1, 0), (-1, 0, 0)),
+        ("5., 0., 1., 0., 5., 1., 0., 0., 1.\n3\n", (1, 0, 0), (0, 1, 0)),
+    ],
+)
+def test_points_and_turns_of_an_orientation(tmp_path, lines, first, second):
+    mesh = read(tmp_path, CUBE + CRYSTAL + "*ORIENTATION, NAME=OR\n" + lines)
+    np.testing.assert_allclose(mesh.materials["crystal"]["axes"], [first, second], atol=1e-12)
+
+
+def test_orientations_that_are_no_axes_of_the_whole(tmp_path):
+    with pytest.raises(MeshFileError, match="about axis 4: must be about axis 1, 2 or 3"):
+        read(tmp_path, CUBE + CRYSTAL + "*ORIENTATION, NAME=OR\n1., 0., 0., 0., 1., 0.\n4, 90.\n")
+    for kind, line in (("", "grain, 0."), (", DEFINITION=NODES", "1, 2, 3")):
+        mesh = read(tmp_path, CUBE + CRYSTAL + f"*ORIENTATION, NAME=OR{kind}\n{line}\n")
+        assert mesh.unread_materials == {"crystal": "in *ORIENTATION or, which is not rectangular"}
+
+
+def test_orientations_of_one_name_in_several_parts_and_turned_instances(tmp_path):
+    """Each part has its own `or`, and each instance turns it with it."""
+    crystal, section = CRYSTAL.split("*SOLID")
+    parts = "".join(
+        f"*PART, NAME={name}\n{CUBE}*SOLID{section}*ORIENTATION, NAME=OR\n{axes}\n*END PART\n"
+        for name, axes in (("x", "1., 0., 0., 0., 1., 0."), ("y", "0., 1., 0., 0., 0., 1."))
+    )
+    instances = "".join(
+        f"*INSTANCE, NAME={part}{angle}, PART={part}\n0., 0., 0.\n0., 0., 0., 0., 0., 1., {angle}.\n*END INSTANCE\n"
+        for part, angle in (("x", 0), ("x", 30), ("x", 90), ("y", 0), ("y", 180))
+    )
+    mesh = read(tmp_path, parts + f"*ASSEMBLY, NAME=A\n{instances}*END ASSEMBLY\n" + crystal)
+    used = [block.material for block in mesh.blocks if block.material.startswith("crystal")]
+    first = [mesh.materials[name]["axes"][0] for name in used]
+    half = np.sqrt(0.75)
+    np.testing.assert_allclose(first, [[1, 0, 0], [half, 0.5, 0], [0, 1, 0], [0, 1, 0], [0, -1, 0]], atol=1e-12)
+
+
+def test_rows_of_a_table_in_any_order(tmp_path):
+    mesh = read(tmp_path, CUBE + "*MATERIAL, NAME=m\n*ELASTIC\n1E5, .3, 600.\n2E5, .2, 20.\n")
+    hot = {"temperature": 600.0, "young_modulus": 1e5, "poisson_ratio": 0.3}
+    assert mesh.materials["m"] == {"young_modulus": 2e5, "poisson_ratio": 0.2, "temperature": 20.0, "at": [hot]}
+
+
 def test_scaled_masses_are_refused(tmp_path):
     with pytest.raises(MeshFileError, match="MASS ADJUST: changes the masses"):
         read(tmp_path, CUBE + "*MASS ADJUST\nall, 2.\n")
