@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ MISFIT = 0.01  # of E from 2 G (1 + nu), beyond which Nastran warns too
 ORDER = (0, 1, 2, 5, 3, 4)  # xx, yy, zz, xy, yz, zx in the order of Voigt
 UPPER = tuple((ORDER[i], ORDER[j]) for i in range(6) for j in range(i, 6))  # of the 21 numbers of MAT9
 DENSITY, EXPANSIONS = 22, 23  # fields of MAT9
+Pairs = list[tuple[float, float]]  # temperatures and values
 TABLE = 8  # first field of the pairs of TABLEM1
 
 
@@ -61,14 +63,8 @@ def add_temperatures(mesh: FileMesh, by_name: dict[str, list[Card]]) -> None:
 
 
 def _isotropic(mesh: FileMesh, card: Card, over: Card | None, tables: dict[str, Card]) -> dict[str, Any]:
-    """Numbers of a MAT1: E, G, nu, rho, A; of E, G and nu one may be blank."""
+    """Numbers of a MAT1: E, G, nu, rho, A; of E, G and nu one may be blank, it follows from the two others."""
     given = {name: card.number(k) for k, name in enumerate(FIELDS, 1) if card.text(k)}
-    if "E" not in given and {"G", "nu"} <= given.keys():
-        given["E"] = 2 * given["G"] * (1 + given["nu"])
-    if "nu" not in given and {"E", "G"} <= given.keys():
-        if not given["G"] > 0:
-            raise card.refuse(f"G = {given['G']:g}: must be positive")
-        given["nu"] = given["E"] / (2 * given["G"]) - 1
     if {"E", "G", "nu"} <= given.keys() and abs(2 * given["G"] * (1 + given["nu"]) - given["E"]) > MISFIT * given[
         "E"
     ]:
@@ -76,31 +72,47 @@ def _isotropic(mesh: FileMesh, card: Card, over: Card | None, tables: dict[str, 
         mesh.remark(
             number, f"material {number}: G = {given['G']:g} is not E / (2 + 2 nu): left out, E and nu are taken"
         )
-    found: list[list[Row]] = [[(None, {NAMES[key]: value})] for key, value in given.items() if key in NAMES]
+    found: dict[str, Pairs] = {name: [(0.0, value)] for name, value in given.items()}
     for k, name in enumerate(FIELDS, 1):
-        if over is not None and name in NAMES and (rows := _table(mesh, over, k, tables)):  # G follows from E and nu
-            found.append([(at, {NAMES[name]: value}) for at, value in rows])
-    material = material_of_tables(found)
+        if over is not None and (rows := _table(mesh, over, k, tables)):
+            found[name] = rows
+    if any(not value > 0 for _, value in found.get("G", ())):
+        raise card.refuse(f"G = {min(value for _, value in found['G']):g}: must be positive")
+    if "E" not in found and {"G", "nu"} <= found.keys():
+        found["E"] = _following(found["G"], found["nu"], lambda g, nu: 2 * g * (1 + nu))
+    if "nu" not in found and {"E", "G"} <= found.keys():
+        found["nu"] = _following(found["E"], found["G"], lambda e, g: e / (2 * g) - 1)
+    named: list[list[Row]] = [
+        [(at, {NAMES[name]: value}) for at, value in rows] for name, rows in found.items() if name in NAMES
+    ]
+    material = material_of_tables(named)
     if any("expansion" in row for row in material.get("at", ())):
         material["mean_from"] = card.number(REFERENCE, 0.0)
     return material
 
 
-def _table(mesh: FileMesh, over: Card, place: int, tables: dict[str, Card]) -> list[tuple[float, float]] | None:
+def _following(one: Pairs, other: Pairs, law: Callable[[float, float], float]) -> Pairs:
+    """A number that follows from two others, at the temperatures of their tables."""
+    grid = sorted({at for rows in (one, other) for at, _ in rows if len(rows) > 1}) or [0.0]
+    values = [np.interp(grid, *zip(*rows, strict=True)) for rows in (one, other)]
+    return [(at, float(law(*pair))) for at, *pair in zip(grid, *values, strict=True)]
+
+
+def _table(mesh: FileMesh, over: Card, place: int, tables: dict[str, Card]) -> Pairs | None:
     """Temperatures and values of the table that a field of MATT1 names; None where it names none that is read."""
     number = over.text(place)
     if number in ("", "0"):
         return None
     card = tables.get(number)
-    if card is None:
-        told = f"table {number} of MATT1 is not a TABLEM1: the number of MAT1 is taken"
+    if card is None or "LOG" in (card.text(1).upper(), card.text(2).upper()):
+        told = f"table {number} of MATT1 is not a TABLEM1 with linear axes: the number of MAT1 is taken"
         mesh.remark(over.text(0), f"material {over.text(0)}: {told}")
         return None
     words = [text.upper() for text in card.fields]
     end = words.index("ENDT") if "ENDT" in words else len(words)
-    values = [card.number(k) for k in range(TABLE, end) if words[k] not in ("", "SKIP")]
-    rows = dict(zip(values[::2], values[1::2], strict=False))
-    if len(values) % 2 or len(rows) < 2:
+    pairs = [k for k in range(TABLE, end, 2) if any(words[k : k + 2]) and "SKIP" not in words[k : k + 2]]
+    rows = {card.number(k): card.number(k + 1) for k in pairs if k + 1 < end}
+    if len(rows) < max(2, len(pairs)):
         raise card.refuse("must have pairs of a temperature and a value, two at least, each temperature once")
     return sorted(rows.items())
 

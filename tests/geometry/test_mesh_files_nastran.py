@@ -206,6 +206,33 @@ def test_tables_over_the_temperature(tmp_path):
         read(tmp_path, SMALL + TET + "MAT1,1,2.+5,,.3\n" + tables.replace(",600.,1.6+5", ""))
 
 
+def test_pairs_of_a_table_that_are_skipped_or_left_empty(tmp_path):
+    head = SMALL + TET + "PSOLID,1,1\nMAT1,1,2.+5,,.3\nMATT1,1,8\n"
+    mesh = read(tmp_path, head + "TABLEM1,8,,,,,,,,\n,20.,2.1+5,SKIP,SKIP,300.,SKIP,,,\n,600.,1.6+5,ENDT\n")
+    hot = [{"temperature": 600.0, "young_modulus": 1.6e5}]
+    assert (mesh.materials["1"]["young_modulus"], mesh.materials["1"]["at"]) == (2.1e5, hot)
+    mesh = read(tmp_path, head + "TABLEM1,8,LINEAR,LOG,,,,,,\n,20.,2.1+5,600.,1.6+5,ENDT\n")
+    assert "at" not in mesh.materials["1"]
+    assert "not a TABLEM1 with linear axes" in mesh.material_notes["1"][0]
+
+
+@pytest.mark.parametrize(
+    ("card", "places", "cold", "hot"),
+    [
+        ("MAT1,1,2.6+5,1.+5", "8", (2.6e5, 0.3), (2.1e5, 0.05)),  # G as it is
+        ("MAT1,1,2.6+5,1.+5", "8,9", (2.6e5, 0.3), (2.1e5, 0.4)),
+        ("MAT1,1,,1.+5,.3", ",9", (2.6e5, 0.3), (1.95e5, 0.3)),
+    ],
+)
+def test_the_constant_left_out_follows_from_the_two_others_at_each_temperature(tmp_path, card, places, cold, hot):
+    tables = "TABLEM1,8,,,,,,,,\n,20.,2.6+5,600.,2.1+5,ENDT\nTABLEM1,9,,,,,,,,\n,20.,1.+5,600.,.75+5,ENDT\n"
+    mesh = read(tmp_path, SMALL + TET + f"PSOLID,1,1\n{card}\nMATT1,1,{places}\n{tables}")
+    found = mesh.materials["1"]
+    states = [found | row for row in ({}, *found["at"])]
+    rows = [(state["young_modulus"], state["poisson_ratio"]) for state in states]
+    assert rows == [pytest.approx(cold), pytest.approx(hot)]
+
+
 def test_temperatures_of_nodes(tmp_path):
     mesh = read(tmp_path, SMALL + TET + STEEL + "TEMPD,7,20.\nTEMP,7,1,500.,2,600.\nTEMP,9,1,1.\n")
     assert mesh.temperature[:3].tolist() == [500.0, 600.0, 20.0]
