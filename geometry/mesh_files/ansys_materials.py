@@ -75,7 +75,7 @@ class _Archive:
             self._take_temperatures(fields[place:], line)
         elif command == "MPDATA":  # label, material, place of the first value, values
             label, material, start = (_padded(fields, place + k) for k in range(3))
-            self._take_values(label.upper(), material, int(start or 1), fields[place + 3 :], line)
+            self._take_values(label.upper(), material, start, fields[place + 3 :], line)
         elif command == "MP":  # label, material, constant, linear, ...
             label, material = _padded(fields, 1).upper(), _padded(fields, 2)
             terms = self._numbers(fields[3:], line)
@@ -97,19 +97,22 @@ class _Archive:
             self._take_system(fields, line)
 
     def _take_temperatures(self, fields: list[str], line: str) -> None:
-        start = int(_padded(fields, 0) or 1)
+        start = int(self._numbers([_padded(fields, 0) or "1"], line)[0])
         if start == 1:
             self.temperatures.clear()
-        for k, value in enumerate(self._numbers(fields[1:], line), start):
-            self.temperatures[k] = value
+        self.temperatures.update(self._placed(fields[1:], start, line))
 
-    def _take_values(self, label: str, material: str, start: int, fields: list[str], line: str) -> None:
+    def _take_values(self, label: str, material: str, place: str, fields: list[str], line: str) -> None:
         if label not in LABELS:
             return
-        values = self.given.setdefault(material, {})
+        values, start = self.given.setdefault(material, {}), int(self._numbers([place or "1"], line)[0])
         if start == 1:
             values[label] = []
-        for k, value in enumerate(self._numbers(fields, line), start):
+        for k, value in self._placed(fields, start, line):
+            if k not in self.temperatures and k > 1:
+                raise self.mesh.refuse(
+                    f"{line.strip()!r}: place {k} has no temperature, must be given by MPTEMP before"
+                )
             values.setdefault(label, []).append((self.temperatures.get(k), value))
 
     def _take_law(self, name: str, material: str) -> None:
@@ -129,18 +132,28 @@ class _Archive:
             self.mesh.temperatures = dict.fromkeys(nodes, values[0]) | known if values else known
 
     def _take_system(self, fields: list[str], line: str) -> None:
-        """LOCAL, R5.0, LOC or ANG or PRM, number, kind, three values: angles about z, x, y of a cartesian one (0)."""
-        if len(fields) < 5 or not fields[1].upper().startswith("R"):
-            return
-        number, kind = (int(value) for value in self._numbers(fields[3:5], line))
-        if kind != 0:
-            self.systems[number] = None
-        elif fields[2].upper() == "ANG":
-            about_z, about_x, about_y = np.radians((*self._numbers(fields[5:8], line), 0.0, 0.0, 0.0)[:3])
+        """LOCAL, R5.0, LOC or ANG or PRM, number, kind, three values: angles about z, x, y of a cartesian one (0).
+
+        As a command LOCAL, number, kind, origin, angles.
+        """
+        written = _padded(fields, 1).upper().startswith("R")
+        places, first = ((3, 4), 5) if written else ((1, 2), 6)
+        number, kind = (_padded(fields, place).upper().replace("CART", "") or "0" for place in places)
+        label = int(self._numbers([number], line)[0])
+        if kind != "0":
+            self.systems[label] = None
+        elif not written or _padded(fields, 2).upper() == "ANG":
+            given = [_padded(fields, first + k) or "0" for k in range(3)]
+            about_z, about_x, about_y = np.radians(self._numbers(given, line))
             turn = _turn(2, about_z) @ _turn(0, about_x) @ _turn(1, about_y)
-            self.systems[number] = turn.T
+            self.systems[label] = turn.T
         else:
-            self.systems.setdefault(number, np.eye(3))
+            self.systems.setdefault(label, np.eye(3))
+
+    def _placed(self, fields: list[str], start: int, line: str) -> list[tuple[int, float]]:
+        """The numbers of fields with their places; one that is left empty is passed over."""
+        places = [k for k, field in enumerate(fields, start) if field]
+        return list(zip(places, self._numbers(fields, line), strict=True))
 
     def _numbers(self, fields: list[str], line: str) -> list[float]:
         return [float(value) for value in numbers([field for field in fields if field], _refusal(self.mesh, line))]

@@ -94,7 +94,7 @@ def _isotropic(mesh: FileMesh, card: Card, over: Card | None, tables: dict[str, 
 def _following(one: Pairs, other: Pairs, law: Callable[[float, float], float]) -> Pairs:
     """A number that follows from two others, at the temperatures of their tables."""
     grid = sorted({at for rows in (one, other) for at, _ in rows if len(rows) > 1}) or [0.0]
-    values = [np.interp(grid, *zip(*rows, strict=True)) for rows in (one, other)]
+    values = [np.interp(grid, [at for at, _ in rows], [value for _, value in rows]) for rows in (one, other)]
     return [(at, float(law(*pair))) for at, *pair in zip(grid, *values, strict=True)]
 
 

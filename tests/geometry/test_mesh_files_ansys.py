@@ -1,5 +1,6 @@
 """Ansys archives: the examples of mapdl-archive against the cells that its own bridge to VTK makes of them."""
 
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -212,6 +213,32 @@ def test_an_orthotropic_material_in_a_local_system(tmp_path):
     assert ratios == pytest.approx([0.1, 0.1, 0.3])
     assert (found["temperature"], found["mean_from"]) == (20.0, 22.0)
     assert found["at"] == [{"temperature": 500.0, "expansion": 2e-5, "expansion_2": 3e-5}]
+
+
+def test_a_material_of_commands_with_empty_fields_in_a_system_with_its_angles(tmp_path):
+    orthotropic = (
+        "MPTEMP,,,,\nMPTEMP,1,20.,300.,600.\nMPDATA,EX,1,1,3E5,,1E5\nMPDATA,GXY,1,,5E4,4E4\nMPDATA,GXY,1,3,3E4\n"
+        "MP,PRXY,1,.3\nMP,DENS,1,8E-9\nLOCAL,11,0,0.,0.,1.,,,30.\n"
+    )
+    rows = archive([(1, 3, [1, 2, 3, 3, 4, 5, 6, 6])], PRISM, orthotropic)
+    head = next(line for line in rows.splitlines() if line.split()[:2] == ["1", "3"])
+    fields, width = head.split(), len(head) // len(head.split())
+    fields[4] = "11"
+    (tmp_path / "a.cdb").write_text(rows.replace(head, "".join(field.rjust(width) for field in fields)))
+    found = read_mesh(tmp_path / "a.cdb").materials["1"]
+    half = np.sqrt(0.75)  # about y, from z towards x
+    np.testing.assert_allclose(found["axes"], [[half, 0, -0.5], [0, 1, 0]], atol=1e-12)
+    assert found["at"] == [
+        {"temperature": 300.0, "shear_modulus": 4e4},
+        {"temperature": 600.0, "young_modulus": 1e5, "shear_modulus": 3e4},
+    ]
+    (tmp_path / "a.cdb").write_text(rows.replace("MPDATA,GXY,1,3", "MPDATA,GXY,1,4"))
+    with pytest.raises(MeshFileError, match="place 4 has no temperature, must be given by MPTEMP before"):
+        read_mesh(tmp_path / "a.cdb")
+    for line in ("LOCAL", "MPTEMP,x,1.", "MPDATA,EX,1,x,1.", "LOCAL,x,0", "LOCAL,R5.0,ANG,11,0,x"):
+        (tmp_path / "a.cdb").write_text(archive([(1, 3, [1, 2, 3, 3, 4, 5, 6, 6])], PRISM, line + "\n"))
+        with pytest.raises(MeshFileError, match="must be a number") if "x" in line else nullcontext():
+            read_mesh(tmp_path / "a.cdb")
 
 
 def test_temperatures_of_nodes(tmp_path):
