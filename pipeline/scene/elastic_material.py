@@ -27,17 +27,44 @@ def unfit_material_keys(file: SceneFile) -> Iterator[InputError]:
     given |= {f"materials.{shown_key(name)}": material for name, material in scene.materials.items()}
     if "temperature_factor" in scene.load.model_fields_set and scene.load.temperature is None:
         yield input_error(file.path, "load.temperature_factor", "given", "a table [load.temperature] beside it")
+    yield from _unfit_heat(file, given)
     for table, material in given.items():
         properties = material.properties
         framed = [name for name in FRAME if name in properties]
-        if framed and scene.mesh_file is None and not {*ANISOTROPIC} & {*properties}:
-            allowed = "shear_modulus (a cubic crystal) or other constants along axes beside it"
-            yield input_error(file.path, f"{table}.{framed[0]}", "given for an isotropic material", allowed)
+        whole = scene.mesh_file is None or table == "material"
+        if whole and (unused := unused_frame(properties)):
+            yield input_error(file.path, f"{table}.{unused[0]}", *unused[1:])
         elif material.at and scene.load.temperature is None:
             allowed = "a table [load.temperature]: the material depends on the temperature"
             yield input_error(file.path, "load.temperature", "missing", allowed)
         elif all(name in properties for name in CONSTANTS[:3]) and (material.at or framed or len(material.given) > 4):
             yield from _unfit_material(file, table, properties)
+
+
+def _unfit_heat(file: SceneFile, given: Mapping[str, SolidMaterial]) -> Iterator[InputError]:
+    """A temperature field of a mesh made here without a file that has it, or without an effect."""
+    scene = file.first
+    if scene.load.temperature is None or scene.mesh_file is not None or scene.model is not None:
+        return
+    if scene.load.temperature.of_mesh:
+        allowed = "one of uniform, linear, file: only a mesh.file has temperatures of its own"
+        yield input_error(file.path, "load.temperature.of_mesh", "true", allowed)
+    grows = any("expansion" in name and value for each in given.values() for name, value in each.given.items())
+    if not grows and not any(each.at for each in given.values()):
+        allowed = "the expansion coefficient, 1/K, for load.temperature"
+        yield input_error(file.path, "material.expansion", "missing", allowed)
+
+
+def unused_frame(given: Mapping[str, Any]) -> tuple[str, str, str] | None:
+    """A key of the axes that a material does not use, why, and what is allowed; None where all are used."""
+    framed = [name for name in FRAME if name in given]
+    if framed and {*ANISOTROPIC}.isdisjoint(given):
+        allowed = "shear_modulus (a cubic crystal) or other constants along axes beside it"
+        return framed[0], "given for an isotropic material", allowed
+    turned = [name for name in ("tilt", "turn") if name in given]
+    if turned and "axes" in given:
+        return turned[0], "given beside axes", "`along` in place of axes: axes are as they are"
+    return None
 
 
 def _unfit_material(file: SceneFile, table: str, properties: Mapping[str, Any]) -> Iterator[InputError]:
@@ -49,7 +76,8 @@ def _unfit_material(file: SceneFile, table: str, properties: Mapping[str, Any]) 
         material = elastic_material(properties)
         field = file.first.load.temperature
         if isinstance(material, MaterialTable) and field is not None:
-            ends, cold = field.linear or (field.uniform or field.reference,), field.reference
+            cold, uniform = field.reference, field.reference if field.uniform is None else field.uniform
+            ends = field.linear or (uniform,)
             factors = {member.scene.load.temperature_factor for member in file.members}
             for at in (cold, *(cold + factor * (end - cold) for end in ends for factor in factors)):
                 material.at(at)

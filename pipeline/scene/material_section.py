@@ -176,6 +176,7 @@ SomeRatio = Annotated[Number, Field(gt=-1.0, lt=1.0), "a number above {low} and 
 Angle = Annotated[Number, Field(ge=-360.0, le=360.0)]
 STIFFNESS = "c11, c12, c44 with c11 > c12 and c11 + 2 c12 > 0, without young_modulus, poisson_ratio and shear_modulus"
 Stiffness = Annotated[tuple[Number, Number, Number], STIFFNESS]
+SHORTEST = 1e-6  # component of a direction
 PERPENDICULAR = 1e-3  # largest cosine between two axes
 CUBIC = ("young_modulus", "poisson_ratio", "shear_modulus")
 ANISOTROPIC = (
@@ -197,7 +198,7 @@ class Elastic(Section):
     young_modulus: Modulus | None = key("Young's modulus, Pa; of a cubic crystal that along its axes", None)
     poisson_ratio: SomeRatio | None = key("Poisson's ratio", None)
     density: Modulus | None = key("density, kg/m^3", None)
-    expansion: Expansion | None = key("coefficient of thermal expansion, 1/K", None)
+    expansion: Expansion | None = key("coefficient of thermal expansion, 1/K; 0 where it is given nowhere", None)
     shear_modulus: Modulus | None = key("shear modulus G, Pa: of a cubic crystal, or G12 (orthotropic)", None)
     stiffness: Stiffness | None = key("c11, c12, c44 of a cubic crystal, Pa, in place of E, nu and G", None)
     young_modulus_2: Modulus | None = key("E2, Pa; as E1 where it is left out", None)
@@ -215,8 +216,8 @@ class Elastic(Section):
         """E, nu and G of the stiffnesses of a cubic crystal, which stand in their place."""
         if not isinstance(given, Mapping) or "stiffness" not in given or not {*CUBIC}.isdisjoint(given):
             return given
-        cubic = cubic_constants(given["stiffness"])
-        return given if cubic is None else {**given, **dict(zip(CUBIC, cubic, strict=True))}
+        cubic = cubic_constants(given["stiffness"]) or (1.0, 0.0, 1.0)  # some, to refuse the stiffness alone
+        return {**given, **dict(zip(CUBIC, cubic, strict=True))}
 
     @field_validator("stiffness")
     @classmethod
@@ -262,11 +263,11 @@ class SolidMaterial(Elastic):
         allowed="three numbers, -1000 to 1000, not all 0, and nothing beside axes",
     )
     tilt: Annotated[Angle, Meaning(unit="°", uncertain=True)] = key(
-        "angle by which it leans from the blade towards the engine axis (x), degrees", 0.0
+        "angle by which it leans from the blade towards the engine axis (x), degrees; not beside `axes`", 0.0
     )
     turn: Annotated[Angle, Meaning(unit="°", uncertain=True)] = key(
         "angle by which the crystal is turned about it, degrees; at 0 the crystal axis that is most perpendicular to "
-        "it lies towards the engine axis",
+        "it lies towards the engine axis; not beside `axes`",
         0.0,
     )
 
@@ -287,7 +288,7 @@ class SolidMaterial(Elastic):
     @field_validator("along")
     @classmethod
     def _one_frame(cls, value: Any, info: ValidationInfo) -> Any:
-        if value is not None and (not any(value) or info.data.get("axes") is not None):
+        if value is not None and (max(map(abs, value)) < SHORTEST or info.data.get("axes") is not None):
             raise ValueError("three numbers, -1000 to 1000, not all 0, and nothing beside axes")
         return value
 
@@ -331,7 +332,6 @@ class Material(SolidMaterial):
             "kg/m^3", "density", Usual(100.0, 3e4, "the key is in kg/m^3: steel has 7850", 1.0, 2e5), words="rho"
         ),
     ] = key("density, kg/m^3")
-    expansion: Expansion = key("coefficient of thermal expansion, 1/K", 0.0)  # type: ignore[assignment]
 
 
 USUAL_MATERIAL = {

@@ -85,6 +85,7 @@ def without_effect(scene: Scene, key: str, interfaces: Collection[str] | None = 
 def _unused(scene: Scene, key: str) -> str:
     """Why a key that other keys switch on is not used; "" where it is."""
     isotropic = scene.material is not None and {*ANISOTROPIC}.isdisjoint(scene.material.given)
+    fixed = scene.material is not None and scene.material.axes is not None
     harmonics, at_rest = scene.response.harmonics, scene.load.speed_rpm == 0.0
     reasons = {
         "contact.samples": (scene.contact.integration == "exact", 'contact.integration = "exact" needs no samples'),
@@ -92,7 +93,10 @@ def _unused(scene: Scene, key: str) -> str:
         "load.coriolis": (at_rest, "load.speed_rpm = 0"),
         "load.equilibrium": (at_rest, "load.speed_rpm = 0"),
         "load.temperature_factor": (scene.load.temperature is None, "there is no [load.temperature]"),
-        **dict.fromkeys(("material.tilt", "material.turn"), (isotropic, "the material is isotropic")),
+        **dict.fromkeys(
+            ("material.tilt", "material.turn"),
+            (isotropic or fixed, "the material " + ("has axes" if fixed else "is isotropic")),
+        ),
         "damper.axial_stiffness": (not scene.damper_touches, "the damper does not touch"),
         "damper.mass": (not scene.damper_touches, "the damper does not touch"),
     }

@@ -290,7 +290,7 @@ class MaterialTable:
         grid = np.asarray(self.temperature)
         return float(grid[0]), float(grid[-1])
 
-    def _check(self, temperature: ArrayLike, name: str = "") -> None:
+    def _check(self, temperature: ArrayLike, name: str = "", table: str = "load") -> None:
         """Raise RomParameterError for a temperature that the table does not reach."""
         low, high = self.ends
         if self.extended or len(self.states) == 1:
@@ -302,7 +302,7 @@ class MaterialTable:
                 )
                 other = next((value + shift for shift in (-KELVIN, KELVIN) if low <= value + shift <= high), None)
                 allowed += "" if other is None else f" ({other:g} would, is one in K and one in degrees C?)"
-                raise RomParameterError("material", "temperature", value, allowed)
+                raise RomParameterError(table, "temperature", value, allowed)
 
     def at(self, temperature: float) -> Elastic:
         """The material at a temperature, with the expansion there as given.
@@ -312,7 +312,7 @@ class MaterialTable:
         temperature : float
             In the unit of the table.
         """
-        self._check(temperature)
+        self._check(temperature, table="material")
         values = [self._between(row, temperature) for row in self._rows]
         if isinstance(self.states[0], Material):
             return Material(*map(float, values))

@@ -11,10 +11,12 @@ from mesh_file_scenes import scene_with_mesh, small_sector
 from mesh_writer import write_mesh
 from pipeline_support import shroud, small_scene, summary_of, write_scene
 
+from geometry.mesh_files.read import read_mesh
 from pipeline import read_scene
 from pipeline.scene.elastic_material import elastic_material
 from pipeline.scene.material_section import Fatigue
 from pipeline.stages.model.mesh_temperature import temperature_of_mesh
+from pipeline.stages.model.scene_materials import materials_of_file
 from rom import AnisotropicMaterial, MaterialTable, natural_frequencies, read_reduced_model
 from rom.files.sector_file import load_sector
 from rom.stress.resolved_shear import octahedral_shear
@@ -23,6 +25,7 @@ TABLE = {"at": [{"temperature": 420.0, "young_modulus": 1.5e11}, {"temperature":
 ISOTROPIC = {"young_modulus": 2e11, "poisson_ratio": 0.3, "density": 7800.0}
 FATIGUE = {"endurance_limit": 3e8, "tensile_strength": 9e8, "at": [{"temperature": 300.0}]}
 STEEL = {"steel": ISOTROPIC}
+CRYSTAL, AXES = {"material__shear_modulus": 8e10}, [[1, 0, 0], [0, 1, 0]]
 CUBIC = {"young_modulus": 1.25e11, "poisson_ratio": 0.39, "shear_modulus": 1.25e11, "density": 8600.0}
 
 
@@ -118,6 +121,55 @@ def test_constants_that_are_left_out_are_on_the_lines_between_other_temperatures
     assert [table.at(500.0).young_modulus, table.at(1000.0).expansion] == pytest.approx([1.5e11, 2e-5])  # type: ignore[union-attr]
 
 
+def test_the_expansion_of_a_row_holds_where_no_other_is_given(tmp_path: Path) -> None:
+    path = write_scene(tmp_path / "scene.toml", hot(material__at=[{"temperature": 820.0, "expansion": 1.4e-5}]))
+    material = read_scene(path).first.material
+    assert material is not None
+    table = elastic_material(material.properties)
+    assert isinstance(table, MaterialTable)
+    assert float(table.free_strain(520.0) - table.free_strain(20.0)) == pytest.approx(7e-3)
+
+
+def _deck_with_table(folder: Path, rows: str) -> str:
+    """A mesh file whose material `steel` has these rows; its name."""
+    blade = small_sector(0.018)
+    write_mesh(folder / "blade.inp", replace(blade, blocks=(replace(blade.blocks[0], material="steel"),)), STEEL)
+    deck = (folder / "blade.inp").read_text()
+    (folder / "blade.inp").write_text(re.sub(r"\*ELASTIC\n.*\n", rows, deck))
+    return "blade.inp"
+
+
+def test_a_table_of_the_scene_completes_those_of_the_file(tmp_path: Path) -> None:
+    """Young's modulus over the temperature of the file, expansion of the scene."""
+    name = _deck_with_table(tmp_path, "*ELASTIC\n2E11, .3, 20.\n1E11, .3, 520.\n*EXPANSION\n9E-5, 0.\n9E-5, 520.\n")
+    heat: dict[str, Any] = {"load__temperature": {"uniform": 520.0}, "material": None}
+    of_scene = {"temperature": 100.0, "expansion": 1e-5, "at": [{"temperature": 300.0, "expansion": 2e-5}]}
+    path = write_scene(tmp_path / "scene.toml", scene_with_mesh(name, materials={"steel": of_scene}, **heat))
+    found = {"used": ["steel"], "unread_materials": {}, "material_notes": {}}
+    found["materials"] = read_mesh(tmp_path / name).materials
+    steel = elastic_material(materials_of_file(read_scene(path).first, found)["steel"].properties)
+    assert isinstance(steel, MaterialTable)
+    assert (steel.ends, steel.mean_from) == ((0.0, 520.0), None)
+    states = [steel.at(temperature) for temperature in (0.0, 200.0, 270.0, 520.0)]
+    rows = [(state.young_modulus / 1e11, 1e5 * float(state.expansion)) for state in states]  # type: ignore[union-attr,arg-type]
+    np.testing.assert_allclose(rows, [(2.0, 1.0), (1.64, 1.5), (1.5, 1.85), (1.0, 2.0)], rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("changes", "line"),
+    [
+        ({"tilt": 5.0}, 'materials.steel.tilt: "given for an isotropic material", allowed: shear_modulus'),
+        ({"shear_modulus": 8e10, "axes": AXES, "turn": 5.0}, "materials.steel.turn: given beside axes"),
+    ],
+)
+def test_axes_of_the_material_of_a_file_that_are_not_used(tmp_path: Path, changes: dict[str, Any], line: str) -> None:
+    name = _deck_with_table(tmp_path, "*ELASTIC\n2E11, .3\n")
+    path = write_scene(tmp_path / "scene.toml", scene_with_mesh(name, material=None, materials={"steel": changes}))
+    status, _, error = shroud("validate", path)
+    assert (status, len(error.strip().splitlines())) == (2, 1), error
+    assert line.replace('"', "") in error.replace('"', "")
+
+
 def test_a_linear_field_and_stiffnesses_in_place_of_moduli(tmp_path: Path) -> None:
     stiffness = [2.5e11, 1.6e11, 1.3e11]
     scene = hot(
@@ -203,6 +255,18 @@ def test_limits_over_the_temperature_and_the_stress_of_a_hot_crystal(tmp_path: P
         (
             {"material__at": None, "load__temperature": None, "fatigue": FATIGUE},
             "load.temperature: missing, allowed: ",
+        ),
+        ({"load__temperature": {"uniform": 0.0}}, "load.temperature: 0.0, allowed: must lie within the table, 20 to"),
+        ({"load__temperature": {"of_mesh": True}}, "load.temperature.of_mesh: true, allowed: one of uniform, linear"),
+        ({"material__at": None}, "material.expansion: missing, allowed: the expansion coefficient, 1/K"),
+        (
+            {**CRYSTAL, "material__axes": AXES, "material__tilt": 5.0},
+            "material.tilt: given beside axes, allowed: `al",
+        ),
+        ({**CRYSTAL, "material__along": [0.0, 1e-200, 0.0]}, "material.along: [0.0, 1e-200, 0.0], allowed: three nu"),
+        (
+            {"material__young_modulus": None, "material__poisson_ratio": None, "material__stiffness": [1e11] * 3},
+            "material.stiffness: [100000000000.0, 10000000",
         ),
         ({"sweep": {"material.axes": [1.0]}}, "material.axes"),
         ({"sweep": {"material.young_modulus": [2e11, 1e11]}}, "has no effect: material.at has it at other temperatu"),

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from geometry.units import BLADE_RADII, UNIT_SYSTEMS
 from pipeline.errors import shown_key
 from pipeline.scene.dotted_keys import split_key
-from pipeline.scene.elastic_material import elastic_material
+from pipeline.scene.elastic_material import elastic_material, unused_frame
 from pipeline.scene.fields import allowed_of
 from pipeline.scene.material_section import (
     ANISOTROPIC,
@@ -346,10 +346,12 @@ def _check_punch(scene: Scene, materials: Mapping[str, FileMaterial]) -> None:
 
 
 def check_complete(materials: Mapping[str, FileMaterial]) -> None:
-    """Raise ParameterError for the first number that is not known."""
+    """Raise ParameterError for the first number that is not known, or axes that are not used."""
     from geometry.errors import ParameterError
 
     for name, material in materials.items():
+        if unused := unused_frame(material.properties):
+            raise ParameterError(f"materials.{shown_key(name)}" if name else "material", *unused)
         if not material.missing:
             continue
         if not name:
@@ -397,6 +399,7 @@ def _material(name: str, scene: Scene, found: Mapping[str, Any], table: str, sai
     unread = found["unread_materials"].get(name, "")
     of_file = found["materials"].get(name, {})
     file = {key: of_file[key] for key in CONSTANTS if of_file.get(key) or (key in of_file and "ratio" in key)}
+    file = {key: value for key, value in file.items() if key not in _replaced_tables(of_file, said)}
     given, more = {key: said[key] for key in CONSTANTS if key in said}, _more(of_file, said)
     notes = tuple(found["material_notes"].get(name, ()))
     if of_file.get("at") and scene.load.temperature is None:
@@ -424,11 +427,38 @@ def _material(name: str, scene: Scene, found: Mapping[str, Any], table: str, sai
 
 def _more(of_file: Mapping[str, Any], said: Mapping[str, Any]) -> dict[str, Any]:
     """What is known beside the constants; a constant of the scene holds at all temperatures of the file."""
-    rows = [{key: value for key, value in row.items() if key not in said} for row in of_file.get("at", ())]
     replaced = {"axes"} if "along" in said else set()
-    replaced |= {"temperature", "mean_from"} if "at" in said else set()
-    kept = {key: of_file[key] for key in of_file if key not in (*CONSTANTS, *replaced)} | {"at": rows}
-    return kept | {key: value for key, value in said.items() if key not in CONSTANTS}
+    replaced |= {"mean_from"} if "expansion" in _all_keys(said) else set()
+    kept = {key: of_file[key] for key in of_file if key not in (*CONSTANTS, *replaced)}
+    more = {key: value for key, value in said.items() if key not in CONSTANTS}
+    return {**kept, **more, **_tables(of_file, said)}
+
+
+def _tables(of_file: Mapping[str, Any], said: Mapping[str, Any]) -> dict[str, Any]:
+    """Constants over the temperature: those of the scene, and those of the file that the scene does not have."""
+    if not of_file.get("at"):
+        return {}
+    tables: list[tuple[Mapping[str, Any], set[str]]] = [(of_file, _all_keys(said))]
+    tables += [(said, set())] if said.get("at") else []
+    rows: dict[float, dict[str, float]] = {}
+    for source, left_out in tables:
+        at = source.get("temperature", 20.0)
+        first = {"temperature": at, **{key: source[key] for key in CONSTANTS if key in source}}
+        for row in (first, *source["at"]):
+            kept = {key: value for key, value in row.items() if key not in left_out}
+            rows.setdefault(row["temperature"], {}).update(kept)
+    coldest, *others = sorted(rows)
+    return {**rows[coldest], "at": [rows[at] for at in others]}
+
+
+def _all_keys(said: Mapping[str, Any]) -> set[str]:
+    """Constants that the scene has of a material at any temperature."""
+    return {key for row in (said, *said.get("at", ())) for key in row} & {*CONSTANTS}
+
+
+def _replaced_tables(of_file: Mapping[str, Any], said: Mapping[str, Any]) -> set[str]:
+    """Constants over the temperature in the file for which the scene has others."""
+    return {key for row in of_file.get("at", ()) for key in row} & _all_keys(said)
 
 
 def check_plausible(
