@@ -194,7 +194,7 @@ def make_operating_stress(
         np.save(folder / CYCLES, np.column_stack(columns)[stress.surface])
     found = _facts(stress, limits, point, settings.hot_spots, scene.fatigue)
     _add_to_spots(found, stress, materials, heat)
-    found["notes"] += _notes(contacts, response, stress)
+    found["notes"] += [*_notes(contacts, response, stress), *_beyond(scene.fatigue, heat)]
     (folder / FACTS).write_text(json.dumps(found, allow_nan=False), encoding="utf-8")
 
 
@@ -209,10 +209,23 @@ def _temperature_of_places(scene: Scene, sector: SectorMesh, stress: OperatingSt
     return np.asarray(field[cKDTree(sector.points).query(stress.positions)[1]])
 
 
+def _beyond(fatigue: Fatigue | None, temperature: NDArray[np.float64] | None) -> list[str]:
+    """A note where the limits are not given at the temperatures of some places, which have no margin."""
+    if fatigue is None or not fatigue.at or temperature is None:
+        return []
+    low, *_, high = fatigue.temperatures
+    outside = temperature[(temperature < low) | (temperature > high)]
+    if not len(outside):
+        return []
+    share = f"{100.0 * len(outside) / len(temperature):.3g} % of the nodes"
+    span = f"at {outside.min():g} to {outside.max():g}: [[fatigue.at]] has limits from {low:g} to {high:g}"
+    return [f"no margin at {share}, {span}"]
+
+
 def _margins(
     stress: OperatingStress, fatigue: Fatigue | None, temperature: NDArray[np.float64] | None
 ) -> dict[str, NDArray[np.float64]]:
-    """Margins at the places by name; empty without limits, nan where a material has none at its temperature."""
+    """Margins at the places by name; empty without any, nan where a material has no limits at its temperature."""
     import numpy as np
 
     from rom.stress.fatigue import FatigueLimits
@@ -239,7 +252,7 @@ def _margins(
             law = FatigueLimits(*rows[0])
         found["margin"][at] = law.margin(cycle.amplitude[at], cycle.mean[at])
         found["amplitude_margin"][at] = law.amplitude_margin(cycle.amplitude[at], cycle.mean[at])
-    return found
+    return {} if np.isnan(found["margin"]).all() else found
 
 
 def _write_fields(path: Path, stress: OperatingStress, margins: dict[str, NDArray[np.float64]]) -> None:
@@ -303,7 +316,7 @@ def _facts(
         "largest_mean_pa": float(cycle.mean[regular].max(initial=0.0)),
         **{f"least_{name}": None for name in ("margin", "amplitude_margin")},
         **{f"least_{name}": value for name, value in least.items() if math.isfinite(value)},
-        "required_margin": fatigue.factor if fatigue is not None else None,
+        "required_margin": fatigue.factor if fatigue is not None and margins else None,
         "expansion_error": stress.expansion_error,
         "model_error": stress.model_error if math.isfinite(stress.model_error) else None,
         "hot_spots": listed[0],

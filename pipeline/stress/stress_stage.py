@@ -59,7 +59,7 @@ def stress_stage(run: Run, models: Models, curves: Sequence[CurveResult]) -> tup
         of_curve, entry, cycles = made
         drawn = attempts.result(f"picture of curve {number}", partial(_drawn, run, curves[number], number, entry))
         drawn = drawn or []
-        if cycles.is_file():
+        if cycles.is_file() and entry["hot_spots"]:
             draw = partial(_haigh_drawn, run, curves[number], entry, cycles)
             drawn += attempts.result(f"{HAIGH}_{number}", draw) or []
         entry["pictures"] = [p.relative_to(run.request.out).as_posix() for p in drawn if p.suffix != ".csv"]

@@ -207,7 +207,7 @@ def test_limits_over_the_temperature_and_the_stress_of_a_hot_crystal(tmp_path: P
     values: dict[str, Any] = {f"material__{name}": value for name, value in CUBIC.items()}
     cold = {"endurance_limit": 4e8, "tensile_strength": 9e8}
     limits = {**cold, "at": [{"temperature": 820.0, "endurance_limit": 2e8, "tensile_strength": 5e8}]}
-    values |= {"stress": {"hot_spots": 2}, "load__temperature": {"uniform": 420.0}, "excitation__force": 5.0}
+    values |= {"stress": {"hot_spots": 2}, "load__temperature": {"uniform": 420.0}, "mesh__size": 0.018}
     values |= {"material__at": [{"temperature": 820.0, "young_modulus": 1.0e11}]}
     for name, given in (("hot", limits), ("same", {"endurance_limit": 3e8, "tensile_strength": 7e8})):
         scene = small_scene(**values, fatigue=given)
@@ -220,6 +220,10 @@ def test_limits_over_the_temperature_and_the_stress_of_a_hot_crystal(tmp_path: P
     assert spot["temperature"] == 420.0
     assert 0.2 * spot["amplitude_pa"] < spot["resolved_shear_amplitude_pa"] < 0.6 * spot["amplitude_pa"]
     assert any("octahedral" in note for note in one["notes"])
+    path = write_scene(tmp_path / "hot.toml", small_scene(**values, fatigue={**limits, "temperature": 500.0}))
+    assert shroud("run", path, "--out", tmp_path / "hot", "--until", "stresses", "--quiet")[0] == 0
+    (beyond,) = (note for note in summary_of(tmp_path / "hot")["stress"][0]["notes"] if "no margin" in note)
+    assert beyond == "no margin at 100 % of the nodes, at 420 to 420: [[fatigue.at]] has limits from 500 to 820"
     table = Fatigue.model_validate(limits)
     assert table.limits_of("", 420.0) == (3e8, 7e8, None)
     assert table.limits_of("", 900.0) is None

@@ -77,7 +77,7 @@ def tables(node: dict[str, Any]) -> st.SearchStrategy[dict[str, Any]]:
     keys = {
         key: values(each)
         for key, each in node["properties"].items()
-        if key not in ("sweep", "temperature") and "$ref" not in each.get("items", {})
+        if key not in ("sweep", "temperature", *TOGETHER) and "$ref" not in each.get("items", {})
     }  # in lists of tables one of several keys is given, or no two are alike, which the schema does not say
     required = {key: keys.pop(key) for key in node.get("required", ()) if key in keys}
     return st.fixed_dictionaries(required, optional=keys)
@@ -91,6 +91,9 @@ KINDS = {
     "array": lists,
     "object": tables,
 }
+
+
+TOGETHER = ("axes", "along", "stiffness")  # of [material]: what fits depends on their other numbers or keys
 
 
 @st.composite
