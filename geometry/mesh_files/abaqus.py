@@ -149,6 +149,8 @@ def _rows(mesh: FileMesh, material: str, block: KeywordBlock) -> list[Row]:
         mesh.remark(material, f"material {material}: *{block.keyword} {on}")
         data = data[:1]
     rows = [_row(block, names, line.split(",")) for line in data] or [_row(block, names, [""])]
+    if len({temperature or 0.0 for temperature, _ in rows}) < len(rows):
+        raise block.refuse("must have each temperature once")
     if short != "ORTHO" or block.keyword != "ELASTIC":
         return rows
     found = []

@@ -14,7 +14,7 @@ from geometry.mesh_files.nastran_cards import Card
 NAMES = {"E": "young_modulus", "nu": "poisson_ratio", "rho": "density", "A": "expansion"}
 FIELDS = ("E", "G", "nu", "rho", "A")  # of MAT1 and MATT1, behind the number
 REFERENCE = 6  # field of the temperature of MAT1 from which expansions are mean ones
-OTHERS = ("MAT2", "MAT3", "MAT8", "MAT10", "MAT11", "MATHE", "MATHP")
+OTHERS = ("MAT2", "MAT3", "MAT8", "MAT10", "MAT11", "MAT12", "MATORT", "MATHE", "MATHP")
 DEPENDENT = {"MATS1": "depends on stress", "MATF1": "depends on frequency", "MATT9": "depends on temperature"}
 SCALES = {"WTMASS": "density", "CM1": "density", "CK1": "modulus"}
 MISFIT = 0.01  # of E from 2 G (1 + nu), beyond which Nastran warns too

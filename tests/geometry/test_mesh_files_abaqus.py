@@ -254,6 +254,8 @@ def test_rows_of_a_table_in_any_order(tmp_path):
     mesh = read(tmp_path, CUBE + "*MATERIAL, NAME=m\n*ELASTIC\n1E5, .3, 600.\n2E5, .2, 20.\n")
     hot = {"temperature": 600.0, "young_modulus": 1e5, "poisson_ratio": 0.3}
     assert mesh.materials["m"] == {"young_modulus": 2e5, "poisson_ratio": 0.2, "temperature": 20.0, "at": [hot]}
+    with pytest.raises(MeshFileError, match="must have each temperature once"):
+        read(tmp_path, CUBE + "*MATERIAL, NAME=m\n*ELASTIC\n1E5, .3, 20.\n2E5, .2, 20.\n")
 
 
 def test_scaled_masses_are_refused(tmp_path):
