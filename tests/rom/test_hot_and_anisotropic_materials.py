@@ -153,6 +153,30 @@ def test_displacements_by_mean_expansions_over_the_temperature(material, tmp_pat
     assert np.abs(found - exact).max() < 1e-6 * np.abs(exact).max()
 
 
+@needs_calculix
+@pytest.mark.parametrize("material", [ALLOY, CAST])
+def test_thermal_stress_at_the_integration_points(material, tmp_path):
+    """Their points of an element come in another order: each of theirs has one of ours, and the other way round."""
+    mesh = brick("hex20", (4, 2, 2), (2.0, 1.0, 0.4), arched)
+    temperature = field_of(mesh)
+    deck = calculix_blocks.static_deck(mesh, {"": material}, clamped_nodes(mesh), temperature=temperature)
+    printed = calculix_blocks.run(
+        tmp_path, deck.replace("*NODE PRINT, NSET=ALL\nU", "*EL PRINT, ELSET=BLADE, GLOBAL=YES\nS")
+    )
+    rows = [line.split()[2:8] for line in printed.splitlines() if line.split()[1:2] and line.split()[1].isdigit()]
+    theirs = np.array(rows, dtype=float).reshape(len(mesh.blocks[0]), -1, 6)  # xx, yy, zz, xy, xz, yz
+    hot, sector, mesh_of = HotMaterials(material, temperature, reference=0.0), sector_of(mesh), discretise(mesh)
+    full = assemble(sector, hot, None)
+    ours = stress_at_quadrature(mesh_of, hot, solved(full, thermal_force(full, sector, hot, temperature)))[0]
+    for batch in mesh_of.batches():
+        block = mesh_of.blocks[batch.block]
+        rise = at_quadrature(block, batch.part, temperature)
+        ours[batch.part] -= law_of(hot, block, batch.part).restrained_stress(rise)
+    ours = ours[..., [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+    apart = np.abs(theirs[:, :, None] - ours[:, None]).max(axis=-1)
+    assert max(apart.min(axis=1).max(), apart.min(axis=2).max()) < 3e-6 * np.abs(ours).max()
+
+
 @pytest.mark.parametrize(
     ("make", "line"),
     [
