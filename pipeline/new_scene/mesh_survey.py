@@ -76,6 +76,9 @@ def survey(mesh: ImportedMesh) -> list[str]:
         _listed("element sets", {name: f"{len(rows)}" for name, rows in mesh.element_sets.items()}),
         _listed("materials", {name: _numbers(values) for name, values in mesh.materials.items()}),
     ]
+    known = np.empty(0) if mesh.temperature is None else mesh.temperature[np.isfinite(mesh.temperature)]
+    if len(known):
+        lines.append(f"temperatures: of {len(known)} nodes, {known.min():g} to {known.max():g}")
     return [*lines, *(f"warning: {line}" for line in mesh.warnings), *(f"note: {note}" for note in mesh.notes)]
 
 

@@ -33,7 +33,7 @@ from pipeline.stages.model.build_mesh import SECTOR, findings_of, read_mesh_file
 from pipeline.stages.model.build_reduced_model import make_reduced_model
 from pipeline.stages.model.check_meshes import check_reduction
 from pipeline.stages.model.model_files import REDUCED_MODEL
-from pipeline.stages.model.scene_materials import check_materials, materials_of_file
+from pipeline.stages.model.scene_materials import FileMaterial, check_materials, materials_of_file
 
 if TYPE_CHECKING:
     from geometry.elements import ElementBlock
@@ -72,6 +72,7 @@ class StartingValues:
     grid: tuple[int, int] = (3, 3)  # contact nodes on a face
     contact_dofs: str = "mortar"
     touches: bool = True  # whether the sector has contact faces
+    heat: tuple[float, float, float] | None = None  # temperatures of the file from, to, and one free of stress
 
 
 def scene_of_mesh(name: str, title: str, file: str, guess: Guess, values: StartingValues) -> str:
@@ -99,6 +100,7 @@ def scene_of_mesh(name: str, title: str, file: str, guess: Guess, values: Starti
         "[load]",
         *_keys({"speed_rpm": 3000.0 if guess.interfaces else 0.0}, {"speed_rpm": "rotation; 0 = none"}),
         "",
+        *_heat_lines(values),
         *_contact_lines(guess, normal, values.touches),
         "[excitation]",
         *_keys(
@@ -197,6 +199,27 @@ def _material_lines(material: Mapping[str, float], values: StartingValues) -> li
         return []
     comment = "# for elements without one; as in the file" if values.material else "# steel: set yours"
     return ["[material]" + " " * 20 + comment, *_keys(material, UNITS), ""]
+
+
+def _heat_lines(values: StartingValues) -> list[str]:
+    """[load.temperature], where the file has temperatures and materials that they matter to."""
+    if values.heat is None:
+        return []
+    low, high, reference = values.heat
+    said = {"of_mesh": f"those of the file, {low:g} to {high:g}", "reference": "without thermal stress: to be set"}
+    return ["[load.temperature]", *_keys({"of_mesh": True, "reference": reference}, said), ""]
+
+
+def _heat_of(own: OwnSector, materials: Mapping[str, FileMaterial]) -> tuple[float, float, float] | None:
+    """Temperatures of a file that gives them to all nodes, from, to, and that nearest to 20 in all tables."""
+    field = own.sector.temperature
+    tables = [each.properties for each in materials.values() if each.properties.get("at")]
+    grids = [[row["temperature"] for row in (table, *table["at"])] for table in tables]
+    grows = any(each.numbers.get("expansion") for each in materials.values())
+    if field is None or np.isnan(field).any() or not (tables or grows):
+        return None
+    low, high = max(map(min, grids), default=20.0), min(map(max, grids), default=20.0)
+    return float(field.min()), float(field.max()), max(low, min(high, 20.0))
 
 
 def _contact_lines(guess: Guess, normal: float, touches: bool) -> list[str]:
@@ -380,7 +403,7 @@ def _tried(
     general = any(not m.name or not (m.numbers or m.unread) for m in materials.values())
     material = complete[0] if complete else None
     values = StartingValues(material, area, None, general, incomplete, modulus, start.grid, start.contact_dofs)
-    values = replace(values, touches=found["touches"])
+    values = replace(values, touches=found["touches"], heat=_heat_of(own, materials))
     scene = scene_of(values)
     lines = [m.line for m in materials.values() if m.numbers]
     try:

@@ -155,6 +155,22 @@ def test_a_table_of_the_scene_completes_those_of_the_file(tmp_path: Path) -> Non
     np.testing.assert_allclose(rows, [(2.0, 1.0), (1.64, 1.5), (1.5, 1.85), (1.0, 2.0)], rtol=1e-12)
 
 
+@pytest.mark.parametrize(("coldest", "reference"), [(0.0, 20.0), (100.0, 100.0)])
+def test_a_new_scene_takes_the_temperatures_of_the_file(tmp_path: Path, coldest: float, reference: float) -> None:
+    name = _deck_with_table(tmp_path, f"*ELASTIC\n2E11, .3, {coldest}\n1E11, .3, 520.\n*EXPANSION\n1E-5\n")
+    heat = "".join(f"{k}, {300 + k % 100}.\n" for k in range(1, len(small_sector(0.018).points) + 1))
+    with (tmp_path / name).open("a") as file:
+        file.write(f"*INITIAL CONDITIONS, TYPE=TEMPERATURE\n{heat}")
+    status, said, error = shroud("new", tmp_path / "new", "--mesh", tmp_path / name)
+    assert (status, error) == (0, "")
+    assert "nodes, 300 to 399" in said
+    assert "without [load.temperature]" not in said
+    field = read_scene(tmp_path / "new" / "scene.toml").first.load.temperature
+    assert field is not None
+    assert (field.of_mesh, field.reference) == (True, reference)
+    assert shroud("validate", tmp_path / "new" / "scene.toml")[0] == 0
+
+
 @pytest.mark.parametrize(
     ("changes", "line"),
     [
