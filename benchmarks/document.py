@@ -11,6 +11,7 @@ from work_precision.figure import save_figure
 from work_precision.study import markdown, read_csv
 
 WITH_TABLE = ("whole",)  # of the other studies the page shows the picture
+ON_PAGE = ("run_times",)  # the other reports are files of benchmarks/measured
 SECTIONS = {"scaling": ("Where it stops being practical, and what to do then",)}  # of a long report
 _BLOCK = re.compile(r"(<!-- bench: (?P<name>\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
@@ -19,7 +20,8 @@ def update_document(target: Path, tables: Path, studies: Sequence[str], reports:
     """Replace the blocks of the document by what `tables` holds; returns the files written.
 
     A study NAME has NAME.csv, which is kept in benchmarks/measured, another benchmark NAME/page.md or NAME/NAME.md,
-    whose headings go a level lower. What was not measured keeps its block; what has no block yet gets one at the end.
+    which is kept there too, or is on the page with its headings a level lower. What was not measured keeps its block;
+    what has no block yet gets one at the end.
     """
     text = target.read_text(encoding="utf-8") if target.exists() else "# Performance\n"
     docs = target.parent.parent
@@ -35,14 +37,19 @@ def update_document(target: Path, tables: Path, studies: Sequence[str], reports:
             shutil.copyfile(tables / f"{name}.csv", kept / f"{name}.csv")
             written += [picture, kept / f"{name}.csv"]
             head = f"## {study.title}\n\n![{study.title}](../images/{picture.name})"
-            numbers = f"{study.about}\n\n{study.reference} Numbers: `benchmarks/measured/{name}.csv`."
+            numbers = f"What was measured, against what, and the numbers: `benchmarks/measured/{name}.csv`."
             said = markdown(study) if name in WITH_TABLE else numbers
             text = with_block(text, name, f"{head}\n\n{said}\n")
     for name in reports:
         found = [path for path in (tables / name / "page.md", tables / name / f"{name}.md") if path.exists()]
         if found:
             report = _shortened(found[0].read_text(encoding="utf-8"), SECTIONS.get(name))
-            text = with_block(text, name, re.sub(r"^#", "##", report, flags=re.MULTILINE))
+            if name in ON_PAGE:
+                text = with_block(text, name, re.sub(r"^#", "##", report, flags=re.MULTILINE))
+            else:
+                kept.mkdir(parents=True, exist_ok=True)
+                (kept / f"{name}.md").write_text(report, encoding="utf-8")
+                written.append(kept / f"{name}.md")
     target.write_text(text, encoding="utf-8")
     return written
 
