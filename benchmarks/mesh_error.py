@@ -1,4 +1,4 @@
-"""Mesh error of graded meshes, and of the kinds of contact dofs: the tables of docs/developers/verification.md.
+"""Mesh error of graded meshes, and of the kinds of contact dofs: benchmarks/measured/mesh_error.md, contact_dofs.md.
 
     python benchmarks/mesh_error.py grading --sizes 8 6 4 3 --reference 1.6
     python benchmarks/mesh_error.py compliance --sizes 6 4 3 2 1.5      # 2 GB at 2 mm, 6 GB at 1.5 mm

@@ -44,11 +44,12 @@ def test_names_of_the_symbols(cls, attribute):
     assert attribute in getattr(owner, "__dataclass_fields__", {}) or hasattr(owner, attribute)
 
 
-@pytest.mark.parametrize(
-    ("name", "file"), [[cell.strip("`") for cell in row[1:]] for row in table("Where it stands")]
-)
-def test_places_of_the_formulas(name, file):
-    item = importlib.import_module(file.removesuffix(".py").replace("/", "."))
+PLACES = [(row[0].strip("`"), name) for row in table("Where it stands") for name in re.findall(r"`([\w.]+)`", row[1])]
+
+
+@pytest.mark.parametrize(("file", "name"), PLACES)
+def test_places_of_the_formulas(file, name):
+    item = importlib.import_module(f"nonlinear.stability.{file.removesuffix('.py')}")
     for part in name.split("."):
         assert hasattr(item, part)
         item = getattr(item, part)
