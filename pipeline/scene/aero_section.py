@@ -67,8 +67,8 @@ class AeroFamily(Section):
         "frequencies of the coefficients, Hz; linear between them at the frequency of the family", None, allowed=ROWS
     )
     file: File | None = key(
-        "in place of the lists: columns offset, nodal_diameter or phase_angle, real, and imaginary, damping_ratio or "
-        "log_decrement, of a table speed_rpm, frequency; relative to the scene file",
+        "in place of the lists: columns offset, nodal_diameter or phase_angle, real, and imaginary, damping_ratio "
+        "or log_decrement, optional speed_rpm, frequency",
         None,
     )
 

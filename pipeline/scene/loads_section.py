@@ -237,8 +237,7 @@ class ExcitationLoad(Section):
     surface: Surface | None = key("a pressure on a surface", None)
     file: File | None = key("forces on nodes, real or complex; relative to the scene file", None)
     mode: Annotated[Whole, Field(ge=1, le=1000)] | None = key(
-        "a modal force on a mode with free contacts, 1 is the lowest; above 0 the largest of the model's outputs "
-        "is positive",
+        "a modal force on a mode with free contacts; above 0 the largest output is positive",
         None,
         validate_default=True,
     )
@@ -252,7 +251,7 @@ class ExcitationLoad(Section):
     )
     phase: Angle = key("phase, degrees", 0.0)
     harmonic: Harmonic = key(
-        "harmonic of the excitation that it acts in; those without loads of their own have the pattern of harmonic 1",
+        "harmonic of the excitation; those without loads have the pattern of harmonic 1",
         1,
     )
     share: Literal["total", "each"] = key("whether the nodes of a set share the force or each has it", "total")
@@ -332,8 +331,7 @@ class Output(Section):
         allowed=f'{DIRECTION}, or "magnitude"',
     )
     quantity: Literal["displacement", "strain"] = key(
-        "displacement (m), or strain of a gauge at the point along the direction, of the finite element there, "
-        "thermal strain included",
+        "displacement (m), or strain of a gauge at the point along the direction, thermal strain included",
         "displacement",
     )
 
@@ -399,8 +397,7 @@ class Load(Section):
         le=1e6,
     )
     equilibrium: Literal["nonlinear", "linear"] = key(
-        "static equilibrium at speed: at large displacements, at the cost of some two more factorisations, or the "
-        "linear one",
+        "static equilibrium at speed: at large displacements, or linear",
         "nonlinear",
     )
     coriolis: Truth = key(
@@ -439,8 +436,7 @@ class Excitation(Section):
             discrete=True,
         ),
     ] = key(
-        "engine order: seen from the blades a wave against the rotation; with it from half the number of blades "
-        "to all",
+        "engine order: a wave against the rotation, above half the number of blades with it",
         ge=0,
         le=100000,
     )

@@ -43,7 +43,7 @@ class Stress(Section):
         | Literal["all"]
         | Annotated[tuple[Annotated[Whole, Field(ge=0)], ...], Field(min_length=1, max_length=20)]
     ) = key(
-        'true for the curves with the highest and the lowest worst motion, "all", false, or their numbers from 0',
+        "true: those with the highest and the lowest worst motion",
         True,
         allowed='true, false, "all" or a list of {count} numbers of curves, the first is 0',
     )
@@ -242,32 +242,37 @@ class MaterialState(Elastic):
 class SolidMaterial(Elastic):
     """What [material] and [materials.NAME] have in common beside the constants that all materials have."""
 
-    temperature: Temperature = key("temperature at which these numbers hold, where there are others in `at`", 20.0)
+    temperature: Temperature = key(
+        "temperature of these numbers, in the unit of `[load.temperature]`; of use with `at`", 20.0
+    )
     at: Annotated[tuple[MaterialState, ...], Meaning(swept=False)] = key(
         "constants at other temperatures, straight lines between", (), allowed="tables [[material.at]]"
     )
     mean_from: Temperature | None = key(
-        "temperature from which expansions are mean ones, as handbooks give them; none: those at the temperature",
+        "`expansion` is the mean one from this temperature on, as data sheets give it; none: that at its temperature",
         None,
     )
-    extended: Truth = key("whether the values at the ends hold beyond the temperatures given; else an error", False)
+    extended: Truth = key(
+        "whether the first and the last row hold beyond them; else a temperature there is an error", False
+    )
     axes: Annotated[tuple[Vector, Vector] | None, Meaning(swept=False)] = key(
         "directions of axes 1 and 2 of the material",
         None,
         allowed="two lists of three numbers, -1000 to 1000, perpendicular",
     )
     along: Annotated[Vector | None, Meaning(swept=False)] = key(
-        "direction of the crystal that lies along the blade (radially), in place of `axes`: [0, 0, 1] where both are "
-        "left out",
+        "in place of `axes`: direction of the crystal that lies along the blade (radially); [0, 0, 1] without both",
         None,
         allowed="three numbers, -1000 to 1000, not all 0, and nothing beside axes",
     )
-    tilt: Annotated[Angle, Meaning(unit="°", uncertain=True)] = key(
-        "angle by which it leans from the blade towards the engine axis (x), degrees; not beside `axes`", 0.0
+    tilt: Annotated[Angle, Meaning("degrees", uncertain=True)] = key(
+        "angle by which the direction `along` leans from the radial one towards the engine axis (x), degrees; not "
+        "beside `axes`",
+        0.0,
     )
-    turn: Annotated[Angle, Meaning(unit="°", uncertain=True)] = key(
-        "angle by which the crystal is turned about it, degrees; at 0 the crystal axis that is most perpendicular to "
-        "it lies towards the engine axis; not beside `axes`",
+    turn: Annotated[Angle, Meaning("degrees", uncertain=True)] = key(
+        "rotation of the crystal about that direction, degrees; 0: its axis that is most perpendicular to the "
+        "direction points along the engine axis; not beside `axes`",
         0.0,
     )
 
@@ -322,7 +327,7 @@ class Material(SolidMaterial):
             shown=("GPa", 1e-9),
             searched="decade",
         ),
-    ] = key("Young's modulus, Pa; of a cubic crystal that along its axes")
+    ] = key("Young's modulus, Pa; of a cubic crystal that along its axes; `stiffness` replaces it")
     poisson_ratio: Annotated[  # type: ignore[assignment]
         Poisson, Meaning(usual=Usual(0.0, 0.5, "metals have 0.25 to 0.35"), words="nu poisson poissonsratio")
     ] = key("Poisson's ratio")

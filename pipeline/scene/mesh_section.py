@@ -59,7 +59,7 @@ class MeshSets(Section):
     contact_left: SetName | None = key("the opposite contact face", None)
     tip: SetName | None = key("the loaded and observed point", None)
     cyclic_right: SetName | None = key(
-        "cut face of a disk on the side of the next blade; by default the set that its name says to be it", None
+        "cut face of a disk on the side of the next blade; by default found by its name", None
     )
     cyclic_left: SetName | None = key("the opposite cut face", None)
 
@@ -75,8 +75,7 @@ class MeshInterface(Section):
     right: SetName = key("one face; between neighbours that on the side of the next blade")
     left: SetName | None = key("the face that it touches; none against the ground", None)
     kind: Literal["neighbours", "inside", "ground"] = key(
-        "whether the left face is that of the next blade, one pitch away, of the same sector, lying on the right "
-        "one, or ground that does not move",
+        "whether the left face is that of the next blade, of the same sector, or ground",
         "neighbours",
     )
     contact_grid: ContactGrid | None = key(
@@ -90,8 +89,7 @@ class Mesh(Section):
     file: Annotated[
         Annotated[str, Field(min_length=1, max_length=1000)] | None, Meaning(symbol="mesh", role="design")
     ] = key(
-        "mesh of one sector from another program, in place of [blade], [shroud], size, element and grading; "
-        "relative to the scene file",
+        "mesh of one sector from another program, in place of [blade], [shroud], size, element and grading",
         None,
         allowed="the name of a mesh file (.inp, .bdf, .cdb, .msh, .vtu, .med)",
     )
@@ -114,8 +112,7 @@ class Mesh(Section):
         "blades of the ring; required with a file", None, validate_default=True
     )
     unit: LengthUnit = key(
-        "system of units of the file, by its length where that goes with newtons or pounds of force, or by length, "
-        "mass and time",
+        "system of units of the file, by length, or by length, mass and time",
         "m",
     )
     axis: EngineAxis = key("engine axis in the file; it becomes the axis x of the program", "x")
@@ -126,11 +123,11 @@ class Mesh(Section):
         None,
     )
     bore: Literal["clamped", "free"] = key(
-        "whether the root of a mesh from a file is held; free: of the sector of a disk alone, as disk.bore", "clamped"
+        "whether the root of a mesh from a file is held; free: of a disk alone", "clamped"
     )
     other_faces: Literal["ask", "free", "cut"] = key(
-        "surfaces of the file that one pitch turns into each other and that mesh.sets does not name: an error, free "
-        "surfaces, or cut faces of a disk",
+        "surfaces that one pitch turns into each other and that mesh.sets does not name: an error, free surfaces, "
+        "or cut faces of a disk",
         "ask",
     )
     sets: Annotated[MeshSets, Meaning(swept=False)] = key(

@@ -51,15 +51,12 @@ class ModelSets(Section):
 class Model(Section):
     """[model]: matrices of one sector from another program."""
 
-    stiffness: MatrixFile = key(
-        "file with the stiffness matrix, relative to the scene file; of a symmetric matrix one half is enough"
-    )
-    mass: MatrixFile = key("file with the mass matrix, relative to the scene file")
+    stiffness: MatrixFile = key("stiffness matrix; one half is enough")
+    mass: MatrixFile = key("mass matrix")
     nodes: Annotated[FileName, TABLE] = key("table of the nodes: node, x, y, z, sets and more")
     dofs: FileName | None = key(
-        "table of the dofs of the rows: node, component (1, 2, 3 or x, y, z; 4, 5, 6 or rx, ry, rz; 0: a "
-        "generalised coordinate), optional row from 1; by default as the files of the matrices say, or three a "
-        "node in the order of the nodes",
+        "dofs of the rows: node, component (1, 2, 3 or x, y, z; 4, 5, 6 or rx, ry, rz; 0: a generalised "
+        "coordinate), optional row from 1; none: as the matrices say, or three a node",
         None,
         allowed=f"{TABLE} or a file .dof of CalculiX",
     )
@@ -74,8 +71,8 @@ class Model(Section):
     axis: EngineAxis = key("engine axis in the axes of the nodes", "x")
     axis_point: AxisPoint = key("a point of the engine axis, in the unit of the files", (0.0, 0.0, 0.0))
     tolerance: Length | None = key(
-        "largest distance of a contact node from its partner, in the face and the unit of the files; by default a "
-        "quarter of the distance between contact nodes",
+        "largest distance of partners in the face, in the unit of the files; by default a quarter of that between "
+        "contact nodes",
         None,
     )
     speed_rpm: Annotated[Number, Meaning("rev/min")] = key(
@@ -85,13 +82,11 @@ class Model(Section):
         le=1e6,
     )
     centrifugal: MatrixFile | None = key(
-        "file with the centrifugal force at 1 rad/s, a number for each row; by default it is computed from the mass",
+        "centrifugal force at 1 rad/s, a number for each row; none: computed from the mass",
         None,
     )
     reduced: Truth = key("whether the matrices are those of a superelement: nothing is reduced any more", False)
-    transformation: MatrixFile | None = key(
-        "file with the displacements of the dofs for unit coordinates of a reduced model", None
-    )
+    transformation: MatrixFile | None = key("displacements of the dofs for unit coordinates of a reduced model", None)
     sets: Annotated[ModelSets, Meaning(swept=False)] = key(
         "sets of the table of nodes by what they are", ModelSets(), allowed="a table [model.sets]"
     )

@@ -35,20 +35,19 @@ class Rom(Section):
         "instead of modes: keep every fixed-interface mode up to this, Hz", None
     )
     contact_dofs: Annotated[Literal["mortar", "patch", "nodal"], Meaning(symbol="contact dofs")] = key(
-        "displacements of the contact nodes: of the face projected on polynomials, with the nodes at its Gauss "
-        "points, averages over equal parts of the face, or displacements of mesh nodes",
+        "displacements at the Gauss points of the face projected on polynomials, averages over equal parts of the "
+        "face, or of mesh nodes",
         "mortar",
     )
     tolerance: Number = key(
-        'largest relative error of frequencies and receptances in the frequency range, with modes = "auto" and of '
-        "shroud verify",
+        'largest relative error of frequencies and receptances, with modes = "auto" and of shroud verify',
         1e-3,
         ge=1e-6,
         le=0.5,
     )
     nodal_diameters: Annotated[tuple[Annotated[Whole, Field(ge=0, le=5000)], ...], Field(min_length=1)] | None = key(
-        "nodal diameters of the waves whose motions of a disk's cut faces are kept; by default 0, 2, a quarter and "
-        "half of the number of blades",
+        "waves whose motions of a disk's cut faces are kept; by default 0, 2, a quarter and half of the number of "
+        "blades",
         None,
         allowed="a list of whole numbers, {bounds}",
     )
@@ -90,7 +89,7 @@ class Response(Section):
             decades=1.0,
         ),
     ] = key(
-        "fraction of critical damping of each mode; of a list the last holds for the rest",
+        "fraction of critical damping; of a list the last holds for the rest",
         None,
         allowed="a number from {low}, below {high}, or a list of such numbers mode by mode (give this or rayleigh)",
     )

@@ -43,7 +43,7 @@ class Render(Section):
     )
     contact: Literal["free", "sliding", "stuck"] = key("how the shrouds are joined", "free")
     operating: Truth | Annotated[tuple[Annotated[Whole, Field(ge=0)], ...], Field(min_length=1, max_length=20)] = key(
-        "motion at the peak: true for the curves with the highest and the lowest peak, or their numbers from 0",
+        "motion at the peak; true: of the curves with the highest and the lowest peak",
         False,
         allowed="true, false or a list of {count} numbers of curves, the first is 0",
     )

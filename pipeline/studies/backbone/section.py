@@ -19,35 +19,33 @@ class Backbone(StudyKeys):
     """[backbone]: frequency and damping of nonlinear modes over amplitude. Not computed without this section."""
 
     modes: Annotated[tuple[Annotated[Whole, Field(ge=1, le=1000)], ...], Field(min_length=1, max_length=20)] = key(
-        "numbers of the modes, 1 is the lowest at the smallest amplitude", (1,), allowed=MODES
+        "modes, 1 is the lowest at the smallest amplitude", (1,), allowed=MODES
     )
     nodal_diameters: (
         Annotated[tuple[Annotated[Whole, Field(ge=0, le=100000)], ...], Field(min_length=1, max_length=20)] | None
     ) = key(
-        "nodal diameters of the modes; none: the engine order of each curve, for which alone resonances and peaks "
-        "are compared",
+        "none: the engine order of each curve, for which alone resonances and peaks are compared",
         None,
         allowed=DIAMETERS,
     )
     amplitudes: Annotated[tuple[Amplitude, Amplitude] | None, MOTION] = key(
-        "smallest and largest amplitude of the default output, m; none: from a tenth of the peak of a curve, or of "
-        "its lowest branch, to 1.5 times its highest motion",
+        "smallest and largest amplitude of the default output, m; none: a tenth of the peak to 1.5 times the "
+        "highest motion",
         None,
         allowed=AMPLITUDES,
     )
     curves: Literal["all"] | Curves = key(
-        '"all" (of more than 24 those with the highest and the lowest worst motion), or the numbers of curves from 0',
+        '"all": of more than 24 those with the highest and the lowest worst motion',
         "all",
         allowed='"all" or a list of 1 to 100 numbers of curves, the first is 0',
     )
     damping: Literal["first_harmonic", "all_harmonics"] = key(
-        'harmonics in which a negative damping makes up for what is dissipated: "first_harmonic", whose resonances '
-        'are nearest to traced peaks, or "all_harmonics", the published definition (Krack 2015)',
+        "harmonics of the damping that makes up for dissipation: resonances nearest to peaks, or the published "
+        "definition (Krack 2015)",
         "first_harmonic",
     )
     tolerance: Number = key(
-        "relative deviation of a resonance from the traced peak above which reasons are given: of the amplitude, or "
-        "four times that of the frequency",
+        "deviation from the peak above which reasons are given: of amplitude, or four times that of frequency",
         0.02,
         ge=1e-6,
         le=1.0,

@@ -20,7 +20,7 @@ class Flutter(StudyKeys):
 
     mode: Whole = key("number of the mode, 1 is the lowest at small amplitudes", 1, ge=1, le=1000)
     nodal_diameters: Diameters | None = key(
-        "nodal diameters of waves, above 0 backward; none: those that flutter with free, sliding or stuck contacts",
+        "waves, above 0 backward; none: those that flutter with free, sliding or stuck contacts",
         None,
         allowed=DIAMETERS,
     )
@@ -37,21 +37,20 @@ class Flutter(StudyKeys):
         allowed='"all" or a list of 1 to 100 numbers of curves, the first is 0',
     )
     periods: Whole = key(
-        "most periods of the whole ring in time without excitation, from a small disturbance of all waves until "
-        "the motion settles or grows for ever; 0: not integrated",
+        "most periods of the ring in time, from a small disturbance of all waves until the motion settles or grows "
+        "for ever; 0: not integrated",
         0,
         ge=0,
         le=100_000,
     )
     disturbance: Number = key(
-        "bound of that disturbance, over that at which a contact node first slips, lifts off or touches; each "
-        "wave has a part of it; above 1 nodes slip from the beginning",
+        "size of that disturbance, over that at which a node first slips, lifts off or touches",
         0.5,
         gt=0.0,
         le=1e4,
     )
     in_time: Curves | None = key(
-        "numbers of the curves whose ring is integrated in time; none: the first of `curves`",
+        "curves whose ring is integrated in time; none: the first of `curves`",
         None,
         allowed="a list of 1 to 100 numbers of curves, the first is 0",
     )

@@ -24,7 +24,7 @@ class Map(StudyKeys):
     """[map]: worst motion over two keys. Not computed unless this section is there."""
 
     over: Annotated[dict[str, Values], Field(min_length=2, max_length=2)] = key(
-        "the two keys of the scene, columns first, with their range or their values", allowed=OVER
+        "the two keys, columns first", allowed=OVER
     )
     values: Count | tuple[Count, Count] = key("number of values of each range", 15, allowed=COUNT)
     logarithmic: tuple[str, ...] = key("keys whose range is divided evenly in its logarithm", (), allowed=LOGARITHMIC)

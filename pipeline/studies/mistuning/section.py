@@ -17,8 +17,8 @@ class Mistuning(StudyKeys):
     """[mistuning]: response of rings whose blades differ. Not computed without this section."""
 
     frequency: Annotated[tuple[Annotated[Number, Field(ge=-0.5, le=0.5)], ...], Field(min_length=1)] | None = key(
-        "relative deviation of the natural frequencies of each blade, clamped (on a disk: at the rim, at rest) "
-        "and with free contacts; none: drawn at random",
+        "relative deviation of the natural frequencies of each blade, clamped (on a disk: at the rim) and free; "
+        "none: drawn at random",
         None,
         allowed=DEVIATIONS,
     )
@@ -34,8 +34,7 @@ class Mistuning(StudyKeys):
     )
     samples: Whole = key("rings whose nonlinear response is computed; one where nothing is drawn", 10, ge=1, le=1000)
     linear_samples: Whole = key(
-        "rings whose response with stuck contacts is computed, or with free ones where no contact is pressed; 0: "
-        "none",
+        "rings with stuck contacts, or free ones where no contact is pressed; 0: none",
         200,
         ge=0,
         le=100000,

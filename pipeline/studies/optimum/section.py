@@ -31,19 +31,17 @@ class Optimum(StudyKeys):
     """[optimum]: values of keys of the scene that make its worst motion lowest. Not sought without this section."""
 
     over: Annotated[dict[str, Range | Ranges | dict[str, Ranges]], Field(min_length=1, max_length=MOST_KEYS)] = key(
-        "keys of the scene with the ranges in which they may lie, in the units of the keys", allowed=RANGES
+        "keys with the ranges in which they may lie", allowed=RANGES
     )
 
     objective: Objective = key(
-        "what is made low: the largest displacement over a period, its first harmonic alone, the largest stress "
-        "amplitude at the worst motion, or the highest amplitude over the life of [wear]; or made high: the least "
-        "fatigue margin there, by [fatigue]",
+        "what is made low: the largest displacement, its first harmonic, the largest stress amplitude at the worst "
+        "motion, or the highest amplitude over the life of [wear]; or made high: the least fatigue margin",
         "displacement",
     )
 
     output: str | None = key(
-        "name of an [[output]] whose largest value on any branch is made low in place of the worst motion of the "
-        "default output",
+        "its largest value on any branch is made low in place of the worst motion",
         None,
         allowed="the name of an [[output]] of the scene",
     )
@@ -55,8 +53,7 @@ class Optimum(StudyKeys):
     )
 
     tolerance: Literal["uncertainty"] | Tolerances = key(
-        "how far keys may be off: the highest worst motion within is made low; with the distributions of "
-        "[uncertainty] its quantile",
+        "how far keys may be off: the highest worst motion within is made low; with [uncertainty] its quantile",
         {},
         allowed=TOLERANCES,
     )

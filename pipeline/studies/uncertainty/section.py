@@ -85,7 +85,7 @@ class UncertainParameter(Section):
         "median of a lognormal distribution, unit of the key; none: value of the scene", None
     )
     factor: Annotated[Number, Field(ge=1.0001, le=1e3)] | None = _key(
-        "of a lognormal distribution: 68 % of the values lie between median / factor and median * factor",
+        "of a lognormal distribution: 68 % of the values between median / factor and median * factor",
         None,
         allowed="a number above 1, 1.0001 to 1000",
         validate_default=True,
@@ -104,8 +104,8 @@ class UncertainParameter(Section):
     )
 
     correlation_length: Length | None = _key(
-        "of a contact parameter: its value varies over the face, node by node with this distribution, and with the "
-        "correlation exp(-(d / correlation_length)^2) of nodes at the distance d, m; none: one value for all nodes",
+        "of a contact parameter: it varies from node to node, with the correlation exp(-(d / correlation_length)^2) "
+        "of nodes at the distance d, m; none: one value for all nodes",
         None,
         allowed=f"{POSITIVE}, with a key of contact or of an interface",
         validate_default=True,
@@ -163,8 +163,8 @@ class Uncertainty(StudyKeys):
         "seed of the quasi-random numbers: the same seed gives the same samples", 0, ge=0, le=2**63 - 1
     )
     sensitivities: Truth = _key(
-        "whether the Sobol indices are sampled as well, which costs `samples` curves for each parameter and as many "
-        "once more; those of a polynomial through the samples cost none",
+        "whether Sobol indices are sampled too: `samples` curves for each parameter and as many once more; those of "
+        "a polynomial cost none",
         False,
     )
     limit: Annotated[Positive | None, MOTION] = _key(

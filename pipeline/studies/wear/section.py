@@ -59,19 +59,17 @@ class Wear(StudyKeys):
         "least fatigue margin whose time is told, between whole responses; with [fatigue]", None
     )
     responses: Annotated[Whole, Field(ge=2, le=100)] = key(
-        "times at which the response of the points at their peak is solved for with its worst motion: beginning, "
-        "end, lowest and highest amplitude, first limit, then evenly between",
+        "times of whole responses with their worst motion: beginning, end, lowest and highest amplitude, first "
+        "limit, then evenly between",
         5,
     )
     samples: Literal[16, 32, 64, 128, 256, 512] | None = key(
-        "lives sampled for quantiles of the time until the first limit, with coefficient_factor, [uncertainty] or "
-        "both, one value for all nodes; none: not sampled",
+        "lives sampled for quantiles of the time until a limit, with coefficient_factor, [uncertainty] or both",
         None,
         allowed="16, 32, 64, 128, 256 or 512, with a limit of amplitude or depth",
     )
     coefficient_factor: Annotated[Number, Field(ge=1.0001, le=1e3)] | None = key(
-        "scatter of the wear coefficient, lognormal: 68 % of the values lie between coefficient / factor and "
-        "coefficient * factor",
+        "scatter of the coefficient, lognormal: 68 % of the values within this factor",
         None,
         allowed="a number above 1, {bounds}, with samples",
     )
@@ -79,7 +77,7 @@ class Wear(StudyKeys):
         "seed of the quasi-random numbers: the same seed gives the same samples", 0
     )
     tolerance: Annotated[Number, Field(ge=1e-6, le=0.1)] = key(
-        "largest error of the interference in a step, relative to it or to the normal vibration of the contact", 1e-3
+        "largest relative error of the interference in a step", 1e-3
     )
     area: Annotated[
         Positive | None, Meaning("m^2", usual=Usual(1e-8, 0.1, "the key is in m^2: 1 mm^2 is 1e-6 m^2", most=10.0))
