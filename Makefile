@@ -109,7 +109,7 @@ docs: setup
 tutorials: export OPENBLAS_NUM_THREADS = 1
 tutorials: setup
 	@$(BIN)/python docs/execute.py --update
-	@$(BIN)/python docs/make_pictures.py --record first_blade_shrouds first_blade_response own_reduced_model_response
+	@$(BIN)/python docs/make_pictures.py --record first_blade_shrouds first_blade_response
 
 pictures: export OPENBLAS_NUM_THREADS = 1
 pictures: setup

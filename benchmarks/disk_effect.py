@@ -2,7 +2,7 @@
 
     python benchmarks/disk_effect.py                      # all three: out/bench/disk_effect
     python benchmarks/disk_effect.py --figures figure7    # one of them, the others as measured before
-    python benchmarks/disk_effect.py --docs               # and the table and the picture into docs/bladed_disk.md
+    python benchmarks/disk_effect.py --docs               # and table and picture where they are kept
 
 The disk is of the blade's steel, clamped at its bore. Worst motions are those of the program with all its options.
 """
@@ -15,15 +15,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from document import with_block
 from tables import ROOT, markdown_table, options_of, write_rows
 
 if TYPE_CHECKING:
     from pipeline import Results
 
 NAME = "disk_effect"
-PAGE = ROOT / "docs" / "bladed_disk.md"
-PICTURE = "bladed_disk.png"
+TABLE = ROOT / "benchmarks" / "measured" / "disk_effect.md"
+PICTURE = ROOT / "docs" / "images" / "bladed_disk.png"
 FIGURES = {"figure5": "contact.interference", "figure6": "contact.interference", "figure7": "excitation.engine_order"}
 DISK: dict[str, Any] = {
     "bore_radius": 0.25,
@@ -50,8 +49,8 @@ def main(arguments: list[str] | None = None) -> int:
     (options.out / f"{NAME}.md").write_text(text, encoding="utf-8")
     print(text)
     if options.docs:
-        PAGE.write_text(with_block(PAGE.read_text(encoding="utf-8"), NAME, text), encoding="utf-8")
-        draw(options.out, PAGE.parent / "images" / PICTURE)
+        TABLE.write_text(text, encoding="utf-8")
+        draw(options.out, PICTURE)
     return 0
 
 

@@ -47,6 +47,7 @@ CURVES = (STYLE, LINE, "pipeline/figures/data.py", "pipeline/figures/response.py
 DUMMY, DISK, WEAR = "scenes/dummy.toml", "scenes/disk.toml", "scenes/wear.toml"
 UNCERTAIN, FLOW = "docs/uncertainty.toml", "docs/flutter.toml"  # sections of the default blade
 FLUTTER = "scenes/flutter.toml"
+PAPER = tuple(f"scenes/figure{number}.toml" for number in (5, 6, 7))
 
 
 def pictures() -> dict[str, Picture]:
@@ -111,7 +112,7 @@ def pictures() -> dict[str, Picture]:
             (DUMMY, FLOW, STYLE, "pipeline/figures/flutter.py", "rom/cyclic/natural_frequencies.py"),
             _of_default_blade(FLOW),
         ),
-        Picture("bladed_disk", ("docs/bladed_disk.md#disk_effect", STYLE), _disk_effect),
+        Picture("bladed_disk", ("benchmarks/disk_effect.py", *PAPER, STYLE), _disk_effect),
         Picture("mistuning", (DUMMY, STYLE, "pipeline/studies/mistuning/figure.py"), _mistuning),
         Picture("wear", (WEAR, STYLE, "pipeline/studies/wear/figure.py", "nonlinear/wear"), _wear),
         Picture("limit_cycles", (FLUTTER, STYLE, "pipeline/studies/flutter/figure.py"), _limit_cycles),
@@ -140,14 +141,9 @@ def pictures() -> dict[str, Picture]:
             )
         ),
         Picture("first_blade_response", (f"{tutorials}/first_blade.md", STYLE, LINE), _of_page("first_blade")),
-        Picture(
-            "own_reduced_model_response",
-            (f"{tutorials}/own_reduced_model.md", STYLE, LINE),
-            _of_page("own_reduced_model"),
-        ),
         *(
             Picture(f"damper_{name}", (f"{tutorials}/damper.md", STYLE, LINE), _of_page("damper"))
-            for name in ("response", "performance", "loops")
+            for name in ("response", "performance")
         ),
         *(
             Picture(f"flutter_{name}", (f"{tutorials}/flutter.md", STYLE), _of_page("flutter"))

@@ -26,6 +26,11 @@ def test_every_picture_shown_is_recorded_and_every_one_recorded_is_shown() -> No
     assert shown == set(pictures()) == {path.stem for path in picture_record.IMAGES.glob("*.png")}
 
 
+def test_what_a_picture_is_made_from_exists() -> None:
+    sources = {source for picture in pictures().values() for source in picture.sources}
+    assert [source for source in sorted(sources) if not (ROOT / source).exists()] == []
+
+
 def test_the_peaks_in_the_pictures_are_those_of_today(tmp_path: Path) -> None:
     """Two curves of the default scene; the half hour shows the same numbers.
 
