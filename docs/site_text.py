@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 DOCS = Path(__file__).resolve().parent
-LONG = 7  # sections of a page that has a list of them
+LONG, WORDS = 7, 1500  # sections, or words, of a page that has a list of its sections
 _ARRAY = re.compile(r"(?:ndarray\[tuple\[(?:Any|int), \.\.\.\], dtype\[(\w+)\]\]|NDArray\[(?:np\.)?(\w+)\])")
 # what autodoc makes of numpy.typing.ArrayLike
 _ARRAY_LIKE = re.compile(r"(?:\w+\.)*_Buffer \| .*?_NestedSequence\[complex \| bytes \| str\]")
@@ -38,7 +38,7 @@ def with_contents(page: str) -> str:
     """A page with a list of its sections below the title, where it has many; Furo's own needs a wide window."""
     title, _, rest = page.partition("\n")
     sections = re.findall(r"^## ", re.sub(r"^```.*?^```", "", rest, flags=re.DOTALL | re.MULTILINE), re.MULTILINE)
-    if len(sections) < LONG:
+    if len(sections) < LONG and len(rest.split()) < WORDS:
         return page
     kept = "this-will-duplicate-information-and-it-is-still-useful-here"  # Furo's word for: yes, a list on the page
     return f"{title}\n\n```{{contents}}\n:local:\n:depth: 1\n:class: {kept}\n```\n{rest}"
