@@ -171,11 +171,12 @@ def unfit_stress_keys(file: SceneFile) -> Iterator[InputError]:
 
 Poisson = Annotated[Number, Field(gt=-1.0, lt=0.4999), "a number above {low} and below {high}"]
 Expansion = Annotated[Number, Field(ge=0.0, le=0.01)]
-Modulus = Annotated[Positive, POSITIVE]
+Modulus = Annotated[Positive, POSITIVE, Meaning("Pa")]
+Density = Annotated[Positive, POSITIVE, Meaning("kg/m^3")]
 SomeRatio = Annotated[Number, Field(gt=-1.0, lt=1.0), "a number above {low} and below {high}"]
 Angle = Annotated[Number, Field(ge=-360.0, le=360.0)]
 STIFFNESS = "c11, c12, c44 with c11 > c12 and c11 + 2 c12 > 0, without young_modulus, poisson_ratio and shear_modulus"
-Stiffness = Annotated[tuple[Number, Number, Number], STIFFNESS]
+Stiffness = Annotated[tuple[Number, Number, Number], STIFFNESS, Meaning("Pa")]
 SHORTEST = 1e-6  # component of a direction
 PERPENDICULAR = 1e-3  # largest cosine between two axes
 CUBIC = ("young_modulus", "poisson_ratio", "shear_modulus")
@@ -197,7 +198,7 @@ class Elastic(Section):
 
     young_modulus: Modulus | None = key("Young's modulus, Pa; of a cubic crystal that along its axes", None)
     poisson_ratio: SomeRatio | None = key("Poisson's ratio", None)
-    density: Modulus | None = key("density, kg/m^3", None)
+    density: Density | None = key("density, kg/m^3", None)
     expansion: Expansion | None = key("coefficient of thermal expansion, 1/K; 0 where it is given nowhere", None)
     shear_modulus: Modulus | None = key("shear modulus G, Pa: of a cubic crystal, or G12 (orthotropic)", None)
     stiffness: Stiffness | None = key("c11, c12, c44 of a cubic crystal, Pa, in place of E, nu and G", None)

@@ -5,13 +5,14 @@ from pathlib import Path
 import pytest
 
 from geometry import build_sector
+from pipeline.scene.elastic_material import elastic_material
 from pipeline.scene.geometry_parameters import geometry_parameters
 from pipeline.scene.presets import PRESETS
 from pipeline.scene.reading import read_scene
 from pipeline.scene.response_section import DEFAULT_MODES
 from pipeline.stages.model.build_reduced_model import boundary_choice
 from pipeline.stages.scene_to_solver import linear_operation
-from rom import Material, ReductionOptions, assemble, reduce_sector
+from rom import ReductionOptions, assemble, reduce_sector
 from rom.reduction.mode_selection import reduction_errors
 
 SCENES = Path(__file__).parents[2] / "scenes"
@@ -26,7 +27,7 @@ def test_it_leaves_little_of_a_receptance() -> None:
     assert scene.material is not None
     scene = scene.model_copy(update={"mesh": scene.mesh.model_copy(update={"size": COARSE})})
     sector = build_sector(**geometry_parameters(scene))
-    material = Material(**scene.material.model_dump())
+    material = elastic_material(scene.material.properties)
     full = assemble(sector, material, scene.mesh.element)
     options = ReductionOptions(DEFAULT_MODES, store_basis=False)
     made = reduce_sector(full, sector, options, boundary_choice(scene, sector, material), augment=True)

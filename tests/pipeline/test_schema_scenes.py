@@ -93,7 +93,8 @@ KINDS = {
 }
 
 
-TOGETHER = ("axes", "along", "stiffness")  # of [material]: what fits depends on their other numbers or keys
+# what fits depends on their other numbers or keys
+TOGETHER = ("axes", "along", "stiffness", "run_up")
 
 
 @st.composite

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from pipeline.scene.fields import Number, StudyKeys, key
+from pipeline.scene.fields import Meaning, Number, StudyKeys, key
 from pipeline.studies.backbone.section import Curves
 
 RATES = "a list of 1 to 20 different numbers above 0, 1e-9 to 1e9"
@@ -17,15 +17,15 @@ Frequency = Annotated[Number, Field(ge=1e-9, le=1e9)]
 class RunUp(StudyKeys):
     """[run_up]: the ring of blades in sweeps of the excitation. Not computed without this section."""
 
-    rate: Rates | None = key("rates of the excitation frequency, Hz/s", None, allowed=RATES)
+    rate: Rates | None = key("rates of the excitation frequency (Hz/s)", None, allowed=RATES)
     speed_rate: Rates | None = key(
-        "rates of the speed in place of it, rev/min a second: times the engine order over 60",
+        "rates of the speed in place of it (rev/min a second): times the engine order over 60",
         None,
         allowed=f"{RATES} (give this or rate)",
         validate_default=True,
     )
     direction: Literal["both", "up", "down"] = key("way of the sweeps", "both")
-    frequency: tuple[Frequency, Frequency] | None = key(
+    frequency: Annotated[tuple[Frequency, Frequency] | None, Meaning("Hz")] = key(
         "ends of the sweeps, Hz; none: those of the curve",
         None,
         allowed="a list of two numbers, 1e-9 to 1e9, the second above the first, within the frequencies of the curve",
