@@ -74,47 +74,36 @@ def run_up(
     band = half_bandwidth(ring)
     modes = RetainedModes.of(ring, 2.0 * np.pi * max(first, last))
     steps = modes.steps(2.0 * np.pi * min(first, last), 1.0)
-    sweep = _Sweep(ring, modes, steps)
-    state = sweep.at(first).at_rest() if displacement is None else sweep.at(first).on_wave(displacement)
+
+    def at(hertz: float) -> RingIntegrator:
+        """With the same modes and steps at all frequencies."""
+        return RingIntegrator(ring, 2.0 * np.pi * hertz, ring.blades(0), steps, modes)
+
     if displacement is None:
-        state = sweep.at(first).march(state, _settling(first, band)).final
+        state = at(first).march(at(first).at_rest(), _settling(first, band)).final
+    else:
+        state = at(first).on_wave(displacement)
     here, time = first, 0.0
-    parts: list[tuple[NDArray[Any], ...]] = []
+    times: list[NDArray[np.floating[Any]]] = []
+    heights: list[Array] = []
     places: list[Array] = []
     while (last - here) * rate > 0.0:
         periods = _periods(here, abs(rate), band)
-        middle = here + 0.5 * rate * periods / here
-        integrator = sweep.at(middle)
+        integrator = at(here + 0.5 * rate * periods / here)
         if (here - first) / (last - first) * PLACES >= len(places):
             states, _ = integrator.history(state)
             places.append(np.array([here, *np.mean([contact_shares(ring, each) for each in states], axis=0)]))
         record = integrator.march(state, periods)
         state = record.final
-        at = time + (np.arange(periods) + 0.5) * integrator.period
-        parts.append((at, record.envelope_m.max(axis=1)))
+        times.append(time + (np.arange(periods) + 0.5) * integrator.period)
+        heights.append(record.envelope_m.max(axis=1))
         time += periods * integrator.period
         here = first + rate * time
         progress(min((here - first) / (last - first), 1.0))
-    columns = [np.concatenate(part) for part in zip(*parts, strict=True)]
-    at, envelope = (np.asarray(column, dtype=np.float64) for column in columns)
+    middles = np.concatenate(times).astype(np.float64)
     place, opened, slipping = np.transpose(places)
-    return RunUp(rate, at, first + rate * at, envelope, place, opened, slipping, sweep.n_blades)
-
-
-@dataclass(frozen=True)
-class _Sweep:
-    """Integrators of one ring at frequencies, with the same modes and steps."""
-
-    ring: Ring
-    modes: RetainedModes
-    steps: int
-
-    @property
-    def n_blades(self) -> int:
-        return self.ring.blades(0)
-
-    def at(self, frequency_hz: float) -> RingIntegrator:
-        return RingIntegrator(self.ring, 2.0 * np.pi * frequency_hz, self.n_blades, self.steps, self.modes)
+    envelope = np.concatenate(heights)
+    return RunUp(rate, middles, first + rate * middles, envelope, place, opened, slipping, ring.blades(0))
 
 
 def _settling(frequency_hz: float, band: float) -> int:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
@@ -26,6 +26,7 @@ from pipeline.store.fingerprints import fingerprint
 
 RESULT = "result.json"
 T = TypeVar("T")
+SolvedCurve = tuple[int, CurveResult, Path, Path]
 
 
 class StudyError(Exception):
@@ -85,6 +86,12 @@ class StudyContext:
         """Key of the curve with the base values: a hash of all that it depends on, files and code among them."""
         found = self.models[self.file.members[0].index]
         return curve_key(self.scene, model_keys(self.scene).reduce if found is None else found.key)
+
+    def solved_curves(self, asked: str | Sequence[int]) -> Iterator[SolvedCurve]:
+        """The curves with points, of "all" or of some numbers: number, result, file and file of the model."""
+        for number, curve in enumerate(self.outcome.curves):
+            if curve.file and curve.rom and curve.facts and (asked == "all" or number in asked):
+                yield number, curve, curve.file, curve.rom
 
     def progress(self, text: str) -> None:
         """Say what is being done; raises Stopped where a signal has been received."""

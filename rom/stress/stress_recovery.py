@@ -52,7 +52,7 @@ def cauchy_stress(law: ElasticLaw, gradient: Array) -> Array:
     return pushed_forward(law.stress(strain), gradient)
 
 
-def pushed_forward(stress: Array, gradient: Array) -> Array:
+def pushed_forward(stress: NDArray[Any], gradient: Array) -> NDArray[Any]:
     """Cauchy stress F S F^T / det F of a second Piola-Kirchhoff stress S (..., 3, 3)."""
     deformation = np.eye(3) + gradient
     return deformation @ stress @ _transposed(deformation) / np.linalg.det(deformation)[..., None, None]
@@ -65,10 +65,9 @@ def cauchy_increment(law: ElasticLaw, gradient: Array, increment: NDArray[Any]) 
     velocity = increment @ np.linalg.inv(deformation)
     mixed = _transposed(deformation) @ increment
     inner = law.stress(0.5 * (mixed + _transposed(mixed)))
-    pushed = deformation @ inner @ _transposed(deformation) / np.linalg.det(deformation)[..., None, None]
     turned = velocity @ stress
     trace = np.trace(velocity, axis1=-2, axis2=-1)[..., None, None]
-    return turned + _transposed(turned) - trace * stress + pushed
+    return turned + _transposed(turned) - trace * stress + pushed_forward(inner, gradient)
 
 
 def _transposed(tensor: NDArray[Any]) -> NDArray[Any]:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipeline.stages.model.model_files import CUTS, FAMILIES, REDUCED_MODEL, is_joined, read_families
-from pipeline.stages.model.scene_loads import scene_loads, with_modal_excitation, with_static_loads
+from pipeline.stages.model.scene_loads import scene_loads, static_support, with_modal_excitation, with_static_loads
 from pipeline.stages.model.scene_materials import scene_materials
 from pipeline.stages.scene_to_solver import (
     PLATFORM,
@@ -201,15 +201,11 @@ def boundary_choice(scene: Scene, sector: SectorMesh, materials: Materials) -> B
 
 def at_speed(full: FullModel, sector: SectorMesh, scene: Scene, materials: Materials) -> FullModel:
     """The full model at the scene's speed of rotation, about its static equilibrium under gas loads too."""
-    from rom.cyclic_sector.cyclic_faces import cyclic_faces
-    from rom.cyclic_sector.cyclic_modes import static_motion
     from rom.finite_elements.rotation import stiffen_by_rotation
-    from rom.reduction.floating_bodies import stuck_springs
 
     load = scene.load
     if load.speed_rpm == 0.0:
         return full
     loaded = with_static_loads(scene, sector, materials, full)
-    motion = static_motion(full, cyclic_faces(full, sector)) if is_joined(sector) else None
-    springs = stuck_springs(full, sector, scene.rom.contact_dofs)
-    return stiffen_by_rotation(loaded, sector, materials, load.speed_rpm, load.equilibrium, motion, springs)
+    held = static_support(scene, sector, full)
+    return stiffen_by_rotation(loaded, sector, materials, load.speed_rpm, load.equilibrium, *held)

@@ -61,6 +61,7 @@ def _nearest_temperature(sector: SectorMesh, table: NodalTable) -> NDArray[np.fl
 
 
 def points_of(sector: SectorMesh, table: NodalTable) -> NDArray[np.int64]:
+    """Rows of the points of a mesh that a table names by number."""
     from rom.errors import RomParameterError
 
     assert table.nodes is not None

@@ -16,6 +16,8 @@ from pipeline.stages.model.mesh_temperature import points_of, temperature_rise
 from pipeline.stages.model.model_files import is_joined
 
 if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
+
     from geometry.elements import ElementSides
     from geometry.sector import SectorMesh
     from pipeline.scene.schema import Scene
@@ -56,6 +58,16 @@ def with_static_loads(scene: Scene, sector: SectorMesh, materials: Materials, fu
     if force is None:
         return full
     return replace(full, centrifugal=full.centrifugal + force / angular_speed(scene.load.speed_rpm) ** 2)
+
+
+def static_support(scene: Scene, sector: SectorMesh, full: FullModel) -> tuple[csr_matrix | None, csr_matrix | None]:
+    """Motions that the cut faces of a disk leave in a static state, springs on bodies that contacts alone hold."""
+    from rom.cyclic_sector.cyclic_faces import cyclic_faces
+    from rom.cyclic_sector.cyclic_modes import static_motion
+    from rom.reduction.floating_bodies import stuck_springs
+
+    motion = static_motion(full, cyclic_faces(full, sector)) if is_joined(sector) else None
+    return motion, stuck_springs(full, sector, scene.rom.contact_dofs)
 
 
 def with_modal_excitation(scene: Scene, model: ReducedModel) -> ReducedModel:
@@ -148,18 +160,14 @@ class _Loads:
 
     def _equilibrium(self) -> Vector | None:
         """Static displacement at speed, about which the blade expands; None at rest."""
-        from rom.cyclic_sector.cyclic_faces import cyclic_faces
-        from rom.cyclic_sector.cyclic_modes import static_motion
         from rom.finite_elements.rotation import centrifugal_displacement
-        from rom.reduction.floating_bodies import stuck_springs
         from rom.units import angular_speed
 
-        full, sector = self.full, self.sector
+        full = self.full
         if full.speed_rpm == 0.0:
             return None
-        motion = static_motion(full, cyclic_faces(full, sector)) if is_joined(sector) else None
-        springs = stuck_springs(full, sector, self.scene.rom.contact_dofs)
-        displacement: Vector = angular_speed(full.speed_rpm) ** 2 * centrifugal_displacement(full, motion, springs)
+        held = static_support(self.scene, self.sector, full)
+        displacement: Vector = angular_speed(full.speed_rpm) ** 2 * centrifugal_displacement(full, *held)
         return displacement
 
     def _rows(self, output: Output) -> dict[str, Vector]:

@@ -7,7 +7,6 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -27,7 +26,7 @@ if TYPE_CHECKING:
     from nonlinear.nonlinear_modes.limit_cycles import SelfExcitation
     from nonlinear.options import Excitation, SolverOptions
     from pipeline.stages.curve.respond import CurveResult
-    from pipeline.studies.study import StudyContext
+    from pipeline.studies.study import SolvedCurve, StudyContext
     from rom.cyclic.sector_modes import RingModes
 
     Problem = tuple[RingModes, ContactParameters, Excitation, SolverOptions]
@@ -71,13 +70,11 @@ class FlutterStudy:
         return said + [f"flutter in time, {label}: {said_in_time(ring)}" for label, ring in rings]
 
 
-def _curves(context: StudyContext) -> Iterator[tuple[int, CurveResult, Path, Path]]:
-    """Number, result, file and model file of the curves asked for."""
+def _curves(context: StudyContext) -> Iterator[SolvedCurve]:
+    """The curves asked for."""
     section = context.scene.flutter
-    assert section is not None
-    for number, curve in enumerate(context.outcome.curves):
-        if curve.file and curve.rom and curve.facts and (section.curves == "all" or number in section.curves):
-            yield number, curve, curve.file, curve.rom
+    assert section is not None  # the study is asked for
+    return context.solved_curves(section.curves)
 
 
 def _flutter(

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from nonlinear.time_integration.ring import Ring
     from nonlinear.time_integration.run_up import RunUp
     from pipeline.stages.curve.respond import CurveResult
-    from pipeline.studies.study import StudyContext
+    from pipeline.studies.study import SolvedCurve, StudyContext
 
 MOST_POINTS = 2000  # of a stored envelope
 PAUSE = 5.0  # s between two lines of progress
@@ -51,13 +51,11 @@ class RunUpStudy:
         return [f"run-up, {sweep_said(curve, sweep)}" for curve in result.curves for sweep in curve.sweeps]
 
 
-def _curves(context: StudyContext) -> Iterator[tuple[int, CurveResult, Path, Path]]:
-    """Number, result, file and model file of the curves asked for."""
+def _curves(context: StudyContext) -> Iterator[SolvedCurve]:
+    """The curves asked for."""
     section = context.scene.run_up
     assert section is not None  # the study is asked for
-    for number, curve in enumerate(context.outcome.curves):
-        if curve.file and curve.rom and curve.facts and (section.curves == "all" or number in section.curves):
-            yield number, curve, curve.file, curve.rom
+    return context.solved_curves(section.curves)
 
 
 def _sweeps(context: StudyContext, number: int, result: CurveResult, file: Path, rom: Path) -> CurveRunUps:
