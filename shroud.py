@@ -77,7 +77,7 @@ if TYPE_CHECKING:
 _OF_NONLINEAR = ["Bifurcation", "BifurcationKind", "Peak", "WorstMotion"]
 _OF_ROM = ["ReducedModel", "ReducedModelError"]
 
-_ALIASES = {"explore": "explore_scene"}  # pipeline.explore is a folder of its code
+_ALIASES = {"explore": "explore_scene", "identify": "identify_scene"}  # these are modules of pipeline
 
 __all__ = ["PackageNameError", "__version__", *_ALIASES, *_of_pipeline, *_OF_NONLINEAR, *_OF_ROM]
 

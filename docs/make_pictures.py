@@ -149,6 +149,11 @@ def pictures() -> dict[str, Picture]:
             Picture(f"flutter_{name}", (f"{tutorials}/flutter.md", STYLE), _of_page("flutter"))
             for name in ("waves", "cycles", "in_time")
         ),
+        Picture(
+            "test_cell",
+            (f"{tutorials}/test_cell.md", STYLE, "pipeline/studies/identify/figure.py"),
+            _of_page("test_cell"),
+        ),
         Picture("matrices_response", (f"{tutorials}/matrices.md",), _of_page("matrices")),
         Picture(
             "own_mesh_faces",

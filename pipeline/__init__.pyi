@@ -6,6 +6,7 @@ from pipeline.figures.performance_figure import performance_figure as performanc
 from pipeline.figures.style import ordered_colours as ordered_colours
 from pipeline.figures.style import styled as styled
 from pipeline.python_interface import explore_scene as explore_scene
+from pipeline.python_interface import identify_scene as identify_scene
 from pipeline.python_interface import run_scene as run_scene
 from pipeline.results.curves import Curve as Curve
 from pipeline.results.curves import DetachedBranch as DetachedBranch
@@ -14,6 +15,7 @@ from pipeline.results.results import read_results as read_results
 from pipeline.scene.reading import Member as Member
 from pipeline.scene.reading import SceneFile as SceneFile
 from pipeline.scene.reading import read_scene as read_scene
+from pipeline.studies.identify.result import Identification as Identification
 
 __version__: str
 __all__: list[str]

@@ -279,6 +279,41 @@ def optimise(
     raise typer.Exit(COMPUTED if optimum.lines and not optimum.problems else NOT_REACHED)
 
 
+@app.command(
+    epilog=examples(
+        "shroud identify my.toml peaks.csv",
+        "shroud identify my.toml peaks.csv --over contact.friction=0.1:0.8",
+        "shroud identify my.toml curves.uff",
+    )
+)
+@takes("rom", "out", "force", "jobs", "quiet", "as_json", "recompute")
+def identify(
+    scene: SceneArgument,
+    data: Annotated[
+        Path | None,
+        typer.Argument(metavar="DATA", help="Measured motions, CSV, or curves, UFF; else those of the scene."),
+    ] = None,
+    over: OverOption = None,
+    *,
+    options: Options,
+) -> None:
+    """Find the values of keys from measured peaks and curves.
+
+    With intervals, and what the data do not tell; the scene with these values is written to the output folder.
+    Without --over: over the keys of the scene's table [identify].
+    """
+    from pipeline.identify import identified_text
+    from pipeline.identify import identify as find_values
+
+    request = options.request(scene, Stage.RESPOND)
+    with options.reporter() as reporter:
+        found = find_values(request, data, over or [], reporter)
+    if found.lines and options.print_text(found.values):
+        print(identified_text(found, request.out))
+    print_problems(found.problems)
+    raise typer.Exit(COMPUTED if found.lines and not found.problems else NOT_REACHED)
+
+
 @app.command(epilog=examples("shroud info out/dummy", "shroud info rom.h5 --json"))
 @takes("as_json")
 def info(

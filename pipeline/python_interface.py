@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from pipeline.process.progress import Reporter
     from pipeline.results.results import Results
     from pipeline.stages.request import Request
+    from pipeline.studies.identify.result import Identification
     from rom.cyclic.reduced_model import ReducedModel
 
 KEYWORDS = (*Scene.model_fields, "sweep")
@@ -140,6 +141,76 @@ def explore_scene(
     file = given_scene(scene, overrides or {}, given_model=rom is not None)
     folder = None if out is None else output_path(out, "out")
     return Explorer(page_server(file, folder, _file_or_model(rom), reporter=_reporter(quiet)))
+
+
+def identify_scene(
+    scene: SceneFile | Mapping[str, Any] | str | os.PathLike[str],
+    data: Mapping[str, Any] | str | os.PathLike[str] | None = None,
+    out: str | os.PathLike[str] | None = None,
+    *,
+    over: Mapping[str, tuple[float, float]] | None = None,
+    rom: ReducedModel | str | os.PathLike[str] | None = None,
+    jobs: int = 1,
+    quiet: bool | None = None,
+    overrides: Mapping[str, Any] | None = None,
+) -> Identification:
+    """Find keys of a scene from measured motions, as `shroud identify`. Also `shroud.identify`.
+
+    Parameters
+    ----------
+    scene : SceneFile, mapping, str or path
+        As in `run_scene`. Of a sweep the first values count.
+    data : mapping, str or path
+        Columns of measured motions by their names, arrays or those of a table of pandas, or the file that holds them;
+        None: what [identify] of the scene names.
+    out : str or path
+        Output folder, by default out/NAME with the scene's name: identify.json, its figure, identified.toml.
+    over : mapping of str to (float, float)
+        Dotted keys with the ranges in which they may lie; None: those of [identify].
+    rom : ReducedModel, str or path
+        A model from elsewhere, as in `run_scene`.
+    jobs : int
+        Curves solved at the same time, in processes of their own.
+    quiet : bool
+        Whether nothing is printed. By default progress is shown at a terminal and in a notebook only.
+    overrides : mapping of str to value
+        Dotted keys with values that replace those of the scene.
+
+    Returns
+    -------
+    Identification
+        The values with their intervals, and what the data do not tell.
+
+    Raises
+    ------
+    InputError
+        The scene, the model or the data are not usable.
+    RuntimeError
+        There are no values under which all measured motions exist.
+
+    Examples
+    --------
+    With the names of the example of `Results`: friction from three peaks.
+
+    >>> from pipeline import identify_scene
+    >>> data = {"frequency_hz": [0.26, 0.198, 0.1595], "amplitude_m": [0.61, 1.38, 37.0]}
+    >>> data["excitation.force"] = [0.6, 1.0, 2.0]  # as in each row
+    >>> found = identify_scene(scene, data, "out/rub", over={"contact.friction": (0.1, 1.0)}, rom="blade.h5")
+    >>> [round(item.value, 1) for item in found.keys], found.fits
+    ([0.5], True)
+    """
+    from pipeline.identify import identify
+    from pipeline.scene.reading import given_scene
+    from pipeline.stages.request import Request
+
+    file = given_scene(scene, overrides or {}, given_model=rom is not None)
+    folder = output_path(out if out is not None else os.path.join("out", file.first.name), "out")
+    request = Request(file, folder, "respond", jobs=jobs, rom=_file_or_model(rom))
+    asked = [f"{key}={float(low)!r}:{float(high)!r}" for key, (low, high) in (over or {}).items()]
+    found = identify(request, data, asked, _reporter(quiet))
+    if found.result is None:
+        raise RuntimeError("; ".join(found.problems))
+    return found.result
 
 
 def _file_or_model(rom: ReducedModel | str | os.PathLike[str] | None) -> ReducedModel | Path | None:

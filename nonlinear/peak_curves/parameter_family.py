@@ -115,7 +115,7 @@ class ParameterFamily:
         """The problems on the straight way between two places."""
         return replace(self, first=tuple(self.values(first)), last=tuple(self.values(last)))
 
-    def continuation(self, share: float) -> Continuation:
-        """The continuation in the frequency at a share of the way."""
-        problem = self.at(share)
+    def continuation(self, place: float | Array) -> Continuation:
+        """The continuation in the frequency at a place."""
+        problem = self.at(place)
         return Continuation(build_harmonic_balance(*problem), problem.options, contact=problem.contact)

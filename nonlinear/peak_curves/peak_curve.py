@@ -32,7 +32,7 @@ from nonlinear.continuation.response_quantities import amplitude_derivative, out
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.continuation.step_control import IterationControl
 from nonlinear.continuation.zero_bracket import ZeroBracket
-from nonlinear.options import OptionsError
+from nonlinear.options import Measure, OptionsError
 from nonlinear.peak_curves.parameter_family import ParameterFamily
 
 DIFFERENCE = 1e-5  # of alpha and of s, for the slopes of g
@@ -82,28 +82,35 @@ class Stationary(NamedTuple):
     is_maximum: bool = False
 
 
-def stationary_near(continuation: Continuation, point: SolutionPoint) -> Stationary | None:
-    """The stationary amplitude of a response curve near a solution; None where Newton's method does not converge."""
-    alpha, found = 0.0, _solved(continuation, point, 0.0)
+def stationary_near(
+    continuation: Continuation, point: SolutionPoint, measured: tuple[str, Measure] | None = None
+) -> Stationary | None:
+    """The stationary amplitude of a response curve near a solution; None where Newton's method does not converge.
+
+    `measured`: the output and what is counted of its motion; None: those of the options.
+    """
+    alpha, found = 0.0, _solved(continuation, point, 0.0, measured)
     for _ in range(ITERATIONS):
-        ahead = None if found is None else _solved(continuation, point, alpha + DIFFERENCE)
+        ahead = None if found is None else _solved(continuation, point, alpha + DIFFERENCE, measured)
         if found is None or ahead is None or ahead.value == found.value:
             return None
         if abs(found.value) < TOLERANCE:
             return found._replace(is_maximum=ahead.value < found.value)
         alpha -= found.value * DIFFERENCE / (ahead.value - found.value)
-        found = _solved(continuation, point, alpha)
+        found = _solved(continuation, point, alpha, measured)
     return None
 
 
-def _solved(continuation: Continuation, point: SolutionPoint, alpha: float) -> Stationary | None:
+def _solved(
+    continuation: Continuation, point: SolutionPoint, alpha: float, measured: tuple[str, Measure] | None = None
+) -> Stationary | None:
     """The solution at a distance along the tangent of a point, with g; None where none is found."""
     x, omega = point.unknown + alpha * point.tangent[0], point.omega + alpha * point.tangent[1]
     found = continuation.solver.refit(replace(point, balance=continuation.balance, unknown=x, parameter=omega))
     if found is None:
         return None
     exact = continuation.solver.point(found.unknown, found.omega, point.tangent, found.iterations, 0.0, point.step)
-    measured = continuation.options.output, continuation.options.measure
+    measured = measured or (continuation.options.output, continuation.options.measure)
     amplitude = output_amplitude(exact, *measured)
     return Stationary(exact, amplitude_derivative(exact, *measured) / amplitude, amplitude)
 

@@ -275,6 +275,7 @@ def input_files(scene: Scene) -> list[str]:
     found = [] if scene.mesh_file is None else [scene.mesh_file]
     found += [] if scene.model is None else scene.model.files.values()
     found += files_of(scene.load.force, scene.load.temperature, None if scene.aero is None else scene.aero.family)
+    found += [scene.identify.data] if scene.identify is not None and scene.identify.data else []
     return found if scene.excitation is None else found + files_of(scene.excitation.load)  # does not obey the schema
 
 
@@ -292,14 +293,14 @@ def _valid_sections(merged: Mapping[str, Any]) -> Scene:
     return Scene.model_construct(**valid)
 
 
-_WITH_FILES = ("load", "force", "temperature", "family")  # tables of sections that may name files
+_WITH_FILES = ("load", "force", "temperature", "family", "data")  # tables of sections that may name files
 
 
 def _with_full_paths(path: Path, scene: Scene) -> Scene:
     """The scene with the full paths of its mesh, matrix and load files, which are relative to the scene file."""
     if scene.model is not None:
         scene = scene.model_copy(update={"model": scene.model.placed(path.parent)})
-    for name in ("load", "excitation", "aero"):
+    for name in ("load", "excitation", "aero", "identify"):
         section = getattr(scene, name)
         if section is not None and any(getattr(section, given, None) for given in _WITH_FILES):
             scene = scene.model_copy(update={name: section.placed(path.parent)})

@@ -24,6 +24,7 @@ from pipeline.scene.model_section import Model
 from pipeline.scene.response_section import Response, Rom
 from pipeline.studies.backbone.section import Backbone
 from pipeline.studies.flutter.section import Flutter
+from pipeline.studies.identify.section import Identify
 from pipeline.studies.map.section import Map
 from pipeline.studies.mistuning.section import Mistuning
 from pipeline.studies.optimum.section import Optimum
@@ -116,6 +117,7 @@ class Scene(Section):
     mistuning: Mistuning | None = key("", None)
     wear: Wear | None = key("", None)
     run_up: RunUp | None = key("", None)
+    identify: Identify | None = key("", None)
     render: Render | None = key("", None)
     figures: Figures = key("", Figures())
 

@@ -86,6 +86,7 @@ LAYERS = {
         {"report"},
         {"run"},
         {"check", "mode_diagrams", "new_scene", "optimise"},
+        {"identify"},
         {"explore"},
         {"python_interface", "terminal"},
         {"command_usage"},

@@ -74,6 +74,9 @@ MORE_OF_RING: dict[str, Any] = {
     "accuracy": "draft",
     "title": "Another title",
 }
+LAW = {"key": "contact.friction", "distribution": "normal", "relative_deviation": 0.1}
+STIFFNESS = {**LAW, "key": "contact.tangential_stiffness"}
+PEAK = {"frequency": 0.368, "amplitude": 0.68}
 STUDIES: dict[str, dict[str, Any]] = {
     "optimum": {
         "over": {"contact.interference": [0.0, 0.4]},
@@ -134,7 +137,18 @@ STUDIES: dict[str, dict[str, Any]] = {
         "output": Keys({"output": [{"name": "other"}], "run_up.output": "other"}),
         "curves": [0],
     },
+    "identify": {
+        "over": {"contact.friction": [0.3, 0.6]},
+        "measured": [{**PEAK, "amplitude": 0.7}],
+        "amplitude_deviation": 0.1,
+        "frequency_deviation": 0.01,
+        "scouts": 5,
+        "candidates": {"excitation": {"force": [0.6]}},
+    },
     "uncertainty": {
+        "correlation": Keys(
+            {"uncertainty.parameter": [LAW, STIFFNESS], "uncertainty.correlation": [[1.0, 0.5], [0.5, 1.0]]}
+        ),
         "parameter": [{"key": "contact.friction", "distribution": "normal", "relative_deviation": 0.2}],
         "samples": 32,
         "seed": 3,
@@ -187,7 +201,6 @@ STUDIES: dict[str, dict[str, Any]] = {
         "area": 2e-4,
     },
 }
-LAW = {"key": "contact.friction", "distribution": "normal", "relative_deviation": 0.1}
 STUDY_BASES: dict[str, dict[str, Any]] = {
     "optimum": {"over": {"contact.interference": [0.0, 0.3]}},
     "map": {"over": {"contact.interference": [0.0, 0.3], "contact.friction": [0.2, 0.5]}, "values": 3},
@@ -197,6 +210,7 @@ STUDY_BASES: dict[str, dict[str, Any]] = {
     "mistuning": {"samples": 1, "linear_samples": 3},
     "wear": {"coefficient": 1e-11, "hours": 1.0, "responses": 2, "area": 1e-4},
     "run_up": {"rate": [0.01]},
+    "identify": {"over": {"contact.friction": [0.2, 0.8]}, "measured": [PEAK], "scouts": 4},
 }
 BLADE = small_scene(contact__integration="exact", contact__samples=1024, response__frequency=[420.0, 470.0])
 PARTS: dict[str, dict[str, Any]] = {  # tables that a blade may have beside its own, for which keys follow below
@@ -429,5 +443,12 @@ def test_every_key_is_changed_somewhere() -> None:
     untested = {key for key in keys - tested if key.partition(".")[0] not in ("model", "render", "figures")}
     assert untested == {
         *(f"mesh.{key}" for key in ("file", "n_blades", "unit", "axis", "axis_point", "tolerance", "bore")),
-        *("mesh.other_faces", "mesh.sets", "mesh.interface", "rom.nodal_diameters", "wear.margin_limit"),
+        *(
+            "mesh.other_faces",
+            "mesh.sets",
+            "mesh.interface",
+            "rom.nodal_diameters",
+            "wear.margin_limit",
+            "identify.data",
+        ),
     }

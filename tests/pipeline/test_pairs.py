@@ -42,6 +42,7 @@ REFUSED = {  # pairs with what the line says
     ("static-first", "mistuning"): "response.method",
     ("static-first", "wear"): "response.method",
     ("static-first", "run_up"): "response.method",
+    ("static-first", "identify"): "response.method",
 }
 ALONE = {  # features that need another one, which the pair lacks
     **{(name, "flutter"): "flutter: given without [aero]" for name in FEATURES if name != "flow"},

@@ -44,8 +44,8 @@ def unfit_optimum_keys(file: SceneFile, given_model: bool = False) -> Iterator[I
         return
     sound = []
     for key, (low, high) in section.ranges.items():
-        error = _unfit_key(file, key, PLACE, given_model) or _unfit_range(file, key, (low, high))
-        error = error or _refused(file, key, (low, high), PLACE, given_model)
+        error = _unfit_key(file, key, PLACE, given_model) or unfit_range(file, key, (low, high))
+        error = error or refused_values(file, key, (low, high), PLACE, given_model)
         if error is None:
             sound.append(key)
         else:
@@ -88,7 +88,7 @@ def _unfit_objective(file: SceneFile, given_model: bool) -> Iterator[InputError]
         yield input_error(file.path, place, f'"{section.objective}" of an output', "displacement")
 
 
-def _refused(
+def refused_values(
     file: SceneFile, key: str, values: tuple[float, ...], place: str, given_model: bool
 ) -> InputError | None:
     """The error of the first of some values of a key that the scene does not allow."""
@@ -117,7 +117,7 @@ def _unfit_tolerance(
     least = LEAST_TOLERANCE * (high - low)
     if tolerance < least:
         return input_error(file.path, place, f"{tolerance:g}", f"at least a thousandth of the range, {least:g}")
-    if _refused(file, key, (low - tolerance, high + tolerance), TOLERANCE, given_model) is None:
+    if refused_values(file, key, (low - tolerance, high + tolerance), TOLERANCE, given_model) is None:
         return None
     found = f"{low:g} to {high:g} with {tolerance:g} on both sides"
     return input_error(file.path, place, found, "values that the key may have")
@@ -143,10 +143,10 @@ def _unfit_key(file: SceneFile, key: str, table: str, given_model: bool) -> Inpu
     return None
 
 
-def _unfit_range(file: SceneFile, key: str, limits: Range) -> InputError | None:
+def unfit_range(file: SceneFile, key: str, limits: Range, table: str = PLACE) -> InputError | None:
     """The error of a range that does not rise, or is too narrow to search."""
     low, high = limits
     if not high - low > LEAST_RANGE * max(abs(low), abs(high)):
         allowed = "two numbers, the second above the first"
-        return input_error(file.path, f"{PLACE}.{shown_key(key)}", shown([low, high]), allowed)
+        return input_error(file.path, f"{table}.{shown_key(key)}", shown([low, high]), allowed)
     return None

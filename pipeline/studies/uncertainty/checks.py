@@ -25,6 +25,18 @@ def unfit_uncertainty_keys(file: SceneFile, given_model: bool = False) -> Iterat
         yield input_error(file.path, "uncertainty.parameter", "missing", allowed_values("uncertainty.parameter"))
     for number, item in enumerate(scene.uncertainty.parameter):
         yield from _unfit_parameter(file.path, scene, item, f"uncertainty.parameter[{number}]")
+    if scene.uncertainty.correlation and (other := _independent_only(scene)):
+        yield input_error(file.path, "uncertainty.correlation", f"beside {other}", "independent parameters there")
+
+
+def _independent_only(scene: Scene) -> str:
+    """A key of the scene that takes uncertain parameters for independent; "": there is none."""
+    asked = {
+        "uncertainty.sensitivities": scene.uncertainty is not None and scene.uncertainty.sensitivities,
+        'optimum.tolerance = "uncertainty"': scene.optimum is not None and scene.optimum.tolerance == "uncertainty",
+        "wear.samples": scene.wear is not None and scene.wear.samples is not None,
+    }
+    return next((key for key, is_asked in asked.items() if is_asked), "")
 
 
 def _unfit_parameter(path: Path, scene: Scene, item: UncertainParameter, place: str) -> Iterator[InputError]:

@@ -63,7 +63,8 @@ def _linear(result: UncertaintyResult) -> Array | None:
     if result.first_order is None or result.centre is None:
         return None
     peak = result.centre.amplitude_m, result.centre.frequency_hz
-    return np.sort(linear_values(result.marginals, result.first_order.terms, peak, result.seed), axis=0)
+    terms = result.first_order.terms
+    return np.sort(linear_values(result.marginals, terms, peak, result.seed, result.correlation), axis=0)
 
 
 def _draw_distribution(axes: Axes, values: Array, spread: Spread, factor: float, levels: Sequence[float]) -> None:

@@ -52,12 +52,27 @@ def unit_points(count: int, dimensions: int, seed: int) -> Array:
     return points
 
 
-def sampled_values(marginals: Sequence[Marginal], count: int, seed: int) -> tuple[Array, Array]:
+Correlation = Sequence[Sequence[float]]  # of the normal scores of the parameters; empty: independent
+
+
+def correlated(points: Array, correlation: Correlation) -> Array:
+    """Points of the unit cube (count, d) whose normal scores have a correlation: a Gaussian copula."""
+    if not len(correlation):
+        return points
+    from scipy.special import ndtr, ndtri
+
+    return np.asarray(ndtr(ndtri(points) @ np.linalg.cholesky(np.array(correlation)).T))
+
+
+def sampled_values(
+    marginals: Sequence[Marginal], count: int, seed: int, correlation: Correlation = ()
+) -> tuple[Array, Array]:
     """Two independent samples A and B of the parameters, each (count, d), in the units of the keys."""
     d = len(marginals)
     points = unit_points(count, 2 * d, seed)
-    columns = [marginals[k % d].quantile(points[:, k]) for k in range(2 * d)]
-    return np.column_stack(columns[:d]), np.column_stack(columns[d:])
+    parts = (correlated(part, correlation) for part in (points[:, :d], points[:, d:]))
+    first, second = (np.column_stack([m.quantile(part[:, k]) for k, m in enumerate(marginals)]) for part in parts)
+    return first, second
 
 
 def mixed_values(first: Array, second: Array, parameter: int) -> Array:

@@ -25,7 +25,8 @@ CAPTION = (
 def uncertainty_section(result: UncertaintyResult) -> StudySection:
     """The section of a result."""
     said = ", ".join(_distribution(marginal) for marginal in result.marginals)
-    conclusion = (sentence(result.message), f"Uncertain: {said}. All are independent.")
+    joint = "They are correlated." if result.correlation else "All are independent."
+    conclusion = (sentence(result.message), f"Uncertain: {said}. {joint}")
     remarks = tuple(sentence(remark) for remark in result.remarks)
     rows = (*_quantile_rows(result), *_moment_rows(result), *_sensitivity_rows(result))
     return StudySection("Uncertainty", (*conclusion, *remarks), CAPTION, HEADINGS, rows)

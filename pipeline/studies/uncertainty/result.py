@@ -103,3 +103,4 @@ class UncertaintyResult:
     at_end: int = 0  # samples whose worst motion lies at an end of the frequency range: lower bounds
     # (n,), estimated relative error of each amplitude by neglected harmonics; NaN without an estimate
     truncation_error: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    correlation: tuple[tuple[float, ...], ...] = ()  # of the parameters; empty: independent

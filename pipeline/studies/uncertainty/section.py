@@ -61,6 +61,11 @@ KEYS = f'{", ".join(_FIRST)} or {_LAST}, or one of an interface, such as "interf
 OF_INTERFACE = rf"^{INTERFACE}\..+\.({'|'.join(PER_NODE)})$"
 SAMPLES = "a power of two, 16 to 4096"
 VALUE = "a number, -1e15 to 1e15"
+CORRELATIONS = (
+    "a row for each parameter with a number for each: symmetric, 1 on the diagonal, positive definite; nothing with "
+    "correlation_length"
+)
+Correlation = Annotated[Number, Field(ge=-1.0, le=1.0)]
 Value = Annotated[Number, Field(ge=-1e15, le=1e15)]
 _OF = {  # keys that go with one distribution alone
     "mean": "normal",
@@ -72,7 +77,7 @@ _OF = {  # keys that go with one distribution alone
 
 
 class UncertainParameter(Section):
-    """[[uncertainty.parameter]]: the distribution of one parameter; all parameters are independent."""
+    """[[uncertainty.parameter]]: the distribution of one parameter."""
 
     key: UncertainKey | Annotated[str, Field(pattern=OF_INTERFACE)] = _key("the parameter", allowed=KEYS)
     distribution: Literal["normal", "lognormal", "uniform"] = _key("kind of the distribution")
@@ -173,6 +178,30 @@ class Uncertainty(StudyKeys):
     parameter: tuple[UncertainParameter, ...] = _key(
         "uncertain parameters", (), allowed="tables [[uncertainty.parameter]], one or more, each key once"
     )
+
+    correlation: tuple[tuple[Correlation, ...], ...] = _key(
+        "correlations of the parameters in their order (of their normal scores); none: independent",
+        (),
+        allowed=CORRELATIONS,
+        validate_default=True,
+    )
+
+    @field_validator("correlation")
+    @classmethod
+    def _a_correlation(cls, value: Any, info: ValidationInfo) -> Any:
+        parameters = info.data.get("parameter")
+        if value and parameters is not None:
+            import numpy as np
+
+            n = len(parameters)
+            if len(value) != n or any(len(row) != n for row in value):
+                raise ValueError(CORRELATIONS)
+            matrix = np.array(value)
+            if np.abs(matrix - matrix.T).max() > 1e-9 or np.linalg.eigvalsh(matrix).min() <= 0.0:
+                raise ValueError(CORRELATIONS)
+            if np.abs(np.diag(matrix) - 1.0).max() > 1e-9 or any(item.correlation_length for item in parameters):
+                raise ValueError(CORRELATIONS)
+        return value
 
     @field_validator("parameter")
     @classmethod

@@ -35,7 +35,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.studies.uncertainty.quantiles import PERCENTILES, POINTS, quantile, unit_points
+from pipeline.studies.uncertainty.quantiles import PERCENTILES, POINTS, Correlation, correlated, quantile, unit_points
 from pipeline.studies.uncertainty.section import Marginal
 
 Array = NDArray[np.float64]
@@ -125,6 +125,7 @@ def first_order(
     rates: Mapping[str, tuple[float, float]],
     levels: Sequence[float],
     seed: int,
+    correlation: Correlation = (),
 ) -> FirstOrder:
     """The linear model at the centre of the distributions."""
     moments = [marginal.moments for marginal in marginals]
@@ -132,7 +133,7 @@ def first_order(
         FirstOrderTerm(m.key, *rates[m.key], rates[m.key][0] * deviation, rates[m.key][1] * deviation)
         for m, (_, deviation) in zip(marginals, moments, strict=True)
     )
-    values = linear_values(marginals, terms, peak, seed)
+    values = linear_values(marginals, terms, peak, seed, correlation)
     shifts = np.array([mean - m.centre for m, (mean, _) in zip(marginals, moments, strict=True)])
     spreads = []
     for quantity in range(2):
@@ -140,15 +141,20 @@ def first_order(
         parts = [slope * deviation for slope, (_, deviation) in zip(slopes, moments, strict=True)]
         quantiles = tuple(quantile(values[:, quantity], level).value for level in levels)
         mean = peak[quantity] + float(slopes @ shifts)
-        spreads.append(LinearSpread(mean, float(np.linalg.norm(parts)), quantiles))
+        deviation = float(values[:, quantity].std() if len(correlation) else np.linalg.norm(parts))
+        spreads.append(LinearSpread(mean, deviation, quantiles))
     return FirstOrder(terms, *spreads)
 
 
 def linear_values(
-    marginals: Sequence[Marginal], terms: Sequence[FirstOrderTerm], peak: tuple[float, float], seed: int
+    marginals: Sequence[Marginal],
+    terms: Sequence[FirstOrderTerm],
+    peak: tuple[float, float],
+    seed: int,
+    correlation: Correlation = (),
 ) -> Array:
     """Amplitude, m, and frequency, Hz, of the linear model at `POINTS` points of equal probability, (points, 2)."""
-    points = unit_points(POINTS, len(marginals), seed)
+    points = correlated(unit_points(POINTS, len(marginals), seed), correlation)
     moved = np.column_stack([m.quantile(points[:, k]) - m.centre for k, m in enumerate(marginals)])
     slopes = np.array([[term.amplitude_rate, term.frequency_rate] for term in terms])
     return np.asarray(np.array(peak) + moved @ slopes)

@@ -41,6 +41,7 @@ from pipeline.studies.uncertainty.result import (
 from pipeline.studies.uncertainty.section import marginal_of
 from pipeline.studies.uncertainty.sensitivities import (
     FirstOrder,
+    PolynomialChaos,
     SobolIndex,
     first_order,
     polynomial_chaos,
@@ -110,8 +111,10 @@ class _Computation:
         self.marginals = [marginal_of(item, key_value(scene, item.key) or 0.0) for item in plain]
         self.marginals += [each for field in self.fields for each in field.coordinates]
         self.keys = [marginal.key for marginal in self.marginals]
-        self.mixes = section.sensitivities and len(self.keys) > 1  # the index of a single parameter is 1
-        self.first, self.second = sampled_values(self.marginals, section.samples, section.seed)
+        self.mixes = (
+            section.sensitivities and len(self.keys) > 1 and not section.correlation
+        )  # the index of a single parameter is 1
+        self.first, self.second = sampled_values(self.marginals, section.samples, section.seed, section.correlation)
 
     def result(self) -> UncertaintyResult:
         """Everything, from the curves on."""
@@ -150,16 +153,23 @@ class _Computation:
             centre=self._centre(centre),
             first_order=linear if isinstance(linear, FirstOrder) else None,
             residual=self._residual(centre),
-            polynomial=polynomial_chaos(self.marginals, self.first, heights.amplitude, self.section.seed),
-            frequency_polynomial=polynomial_chaos(self.marginals, self.first, heights.frequency, self.section.seed),
+            polynomial=self._polynomial(heights.amplitude),
+            frequency_polynomial=self._polynomial(heights.frequency),
             sobol=self._sobol(heights.amplitude, curves[n + 1 :]),
             message="",
             remarks=(),
             at_end=int(heights.at_end.sum()),
             truncation_error=heights.truncation_error,
+            correlation=self.section.correlation,
         )
         said = remarks_on(found, "" if isinstance(linear, FirstOrder) else linear, self.mixes)
         return replace(found, message=headline(found), remarks=said)
+
+    def _polynomial(self, values: Array) -> PolynomialChaos | None:
+        """The polynomial through samples of a quantity; None of correlated parameters, which it does not know."""
+        if self.section.correlation:
+            return None
+        return polynomial_chaos(self.marginals, self.first, values, self.section.seed)
 
     def _curves(self) -> list[CurveResult]:
         """The curves at the centre, of all samples, and those of the sensitivities."""
@@ -212,7 +222,7 @@ class _Computation:
             zero = [each.key for each in self.marginals if each.centre == 0.0 and each.key not in modes]
             return _without_derivative(missing, zero)
         peak = facts.worst_amplitude_m, facts.worst_frequency_hz
-        return first_order(self.marginals, peak, rates, levels, self.section.seed)
+        return first_order(self.marginals, peak, rates, levels, self.section.seed, self.section.correlation)
 
     def _rates(self, curve: CurveResult) -> dict[str, tuple[float, float]] | None:
         """Derivatives of amplitude and frequency of the worst motion of a curve, per unit of each key."""

@@ -1,0 +1,1 @@
+"""The study `identify`: parameters of contact, load and damping from measured motions."""
