@@ -62,11 +62,13 @@ def run_up(
     rate_hz_per_s: float,
     displacement: Array | None = None,
     progress: Callable[[float], None] = lambda share: None,
+    observe: Callable[[float, float, Array], None] = lambda time, omega, output: None,
 ) -> RunUp:
     """Sweep the excitation frequency from one value to another, which may be the lower one.
 
     `rate_hz_per_s`: its size; `displacement` (2H+1, n_c, 3): the steady motion at the beginning, m; None: the ring
-    starts at rest and settles there; `progress`: called with the share of the range that is done.
+    starts at rest and settles there; `progress`: called with the share of the range that is done; `observe`: with the
+    beginning of each part, s, its frequency, rad/s, and the output (P, n, q) at the n steps of its P periods.
     Raises ContactIterationError where the contact forces of a step are not found.
     """
     first, last = frequency_hz
@@ -95,6 +97,7 @@ def run_up(
             places.append(np.array([here, *np.mean([contact_shares(ring, each) for each in states], axis=0)]))
         record = integrator.march(state, periods)
         state = record.final
+        observe(time, integrator.omega, record.output_m)
         times.append(time + (np.arange(periods) + 0.5) * integrator.period)
         heights.append(record.envelope_m.max(axis=1))
         time += periods * integrator.period

@@ -62,6 +62,8 @@ class StudyContext:
     stress: Callable[[Run, CurveResult, Any], Mapping[str, Any]] | None = None
     log: StageLog = field(default_factory=StageLog)  # of all members beside those of the scene
     done: list[CurveResult] = field(default_factory=list)  # of the last members, also where a signal ended them
+    # texts of further files of a study by their names, which begin with that of the study
+    tables: dict[str, str] = field(default_factory=dict)
 
     @property
     def file(self) -> SceneFile:

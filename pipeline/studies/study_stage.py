@@ -53,11 +53,15 @@ def studied(context: StudyContext, study: Study) -> StudyOutcome:
     )
 
     def build(folder: Path) -> None:
+        context.tables.clear()
         write_study(folder / name, context, study.name, plain(study.compute(context)))
+        for table, text in context.tables.items():
+            (folder / table).write_text(text, encoding="utf-8")
 
     entry = run.store.get(Stage.STUDY, key, build)
     run.log.note(Stage.STUDY, entry.ran, entry.seconds)
-    copied(run.store, entry.folder, run.request.out)
+    files = copied(run.store, entry.folder, run.request.out)
+    remove_outdated(run.request.out, [f"{study.name}_*.csv"], files)
     values = json.loads(entry.file(name).read_text(encoding="utf-8"))
     del values["study"], values[CURVE]
     result = restored(study.result, values)
@@ -78,6 +82,7 @@ def remove_outdated_studies(context: StudyContext) -> list[str]:
         file = context.run.request.out / f"{name}.json"
         if file.is_file() and _curve_of(file) != context.base_key:
             file.unlink(missing_ok=True)
+            remove_outdated(context.run.request.out, [f"{name}_*.csv"], [])
             removed.append(name)
     return removed
 

@@ -135,6 +135,7 @@ STUDIES: dict[str, dict[str, Any]] = {
         "direction": "up",
         "frequency": [0.12, 0.2],
         "output": Keys({"output": [{"name": "other"}], "run_up.output": "other"}),
+        "probes": {"angles": [10.0, 100.0, 220.0], "radius": 1.0, "noise": 1e-6},
         "curves": [0],
     },
     "identify": {

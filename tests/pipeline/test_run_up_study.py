@@ -83,3 +83,40 @@ def test_careless_values_get_one_line(tmp_path: Path, section: dict[str, Any], l
     status, _, error = shroud("validate", path)
     assert (status, len(error.strip().splitlines())) == (2, 1), error
     assert line in error
+
+
+def test_probes_read_the_passages_of_the_tips(tmp_path: Path) -> None:
+    """What four probes tell of the vibration is the envelope; a table has every passage."""
+    probes = {"angles": [3.0, 74.0, 158.0, 251.0], "blades": 2, "resolution": 1e-9}
+    rate = 0.05 * (0.01 * 313.3) ** 2 * 2.0 * np.pi  # in a revolution a tenth of half a bandwidth
+    asked: dict[str, Any] = {"rate": [rate], "direction": "up", "frequency": [303.0, 326.0], "probes": probes}
+    path = write_scene(tmp_path / "s.toml", small_scene(**FREE, run_up=asked))
+    status, said, error = shroud("run", path, "--out", tmp_path / "out", "--until", "figures")
+    assert status == 0, error
+    assert "probes tell a vibration of" in said
+    (curve,) = result_of(tmp_path / "out").curves
+    (sweep,) = curve.sweeps
+    assert sweep.read_m.max() == pytest.approx(sweep.peak_m, rel=0.02)
+    assert sweep.read_hz[sweep.read_m.argmax()] == pytest.approx(sweep.peak_hz, rel=5e-3)
+    rows = (tmp_path / "out" / "run_up_passages.csv").read_text().splitlines()
+    assert rows[0].split(",")[-1] == "displacement_m"
+    assert len(rows) == sweep.passages + 1
+    asked = {"rate": [2000.0], "direction": "up"}  # the table of before is gone
+    path = write_scene(tmp_path / "s.toml", small_scene(**FREE, run_up=asked))
+    assert shroud("run", path, "--out", tmp_path / "out", "--until", "study")[0] == 0
+    assert not (tmp_path / "out" / "run_up_passages.csv").exists()
+
+
+@pytest.mark.parametrize(
+    ("probes", "said"),
+    [
+        ({"angles": [0.0, 360.0]}, "different numbers"),
+        ({"angles": [10.0], "blades": 73}, "blades: 73, allowed: 1 to 72"),
+        ({"angles": [10.0], "noise": -1.0}, "noise: -1"),
+    ],
+)
+def test_careless_probes(tmp_path: Path, probes: dict[str, Any], said: str) -> None:
+    path = write_scene(tmp_path / "s.toml", small_scene(**FREE, run_up={"rate": [5.0], "probes": probes}))
+    status, _, error = shroud("validate", path)
+    assert status == 2
+    assert said in error

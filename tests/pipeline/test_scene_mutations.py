@@ -58,7 +58,7 @@ WHOLE: dict[str, dict[str, Any]] = {  # sections that the small scene lacks
     "fatigue": {"endurance_limit": 3e8, "tensile_strength": 9e8, "factor": 1.5},
     "flutter": {"nodal_diameters": [3, -2], "harmonics": 1, "curves": [0]},
     "backbone": {"modes": [1], "nodal_diameters": [3], "amplitudes": [1e-6, 1e-3], "curves": [0]},
-    "run_up": {"rate": [5.0, 20.0], "frequency": [420.0, 440.0], "curves": [0]},
+    "run_up": {"rate": [5.0, 20.0], "frequency": [420.0, 440.0], "curves": [0], "probes": {"angles": [10.0]}},
     "identify": {
         "over": {"contact.friction": [0.1, 0.9]},
         "measured": [{"frequency": 430.0, "amplitude": 2e-6, "rate": 5.0, "at": {"excitation": {"force": 0.3}}}],

@@ -24,6 +24,7 @@ def unfit_run_up_keys(file: SceneFile, given_model: bool = False) -> Iterator[In
     if section.output is not None and section.output not in single:
         allowed = ", ".join(f'"{name}"' for name in single) or allowed_values("run_up.output")
         yield input_error(file.path, "run_up.output", shown(section.output), allowed)
+    yield from _unfit_probes(file)
     for member in file.members:
         order = getattr(member.scene.excitation, "engine_order", None)
         if section.speed_rate is not None and order == 0:
@@ -35,4 +36,27 @@ def unfit_run_up_keys(file: SceneFile, given_model: bool = False) -> Iterator[In
         if ends is not None and limits is not None and not limits[0] <= ends[0] < ends[1] <= limits[1]:
             allowed = f"two numbers, the second above the first, within response.frequency = {list(limits)}"
             yield input_error(file.path, "run_up.frequency", shown(list(ends)), allowed)
+            return
+
+
+def _unfit_probes(file: SceneFile) -> Iterator[InputError]:
+    """Probes that cannot be passed, or that do not read a displacement along the circumference."""
+    scene, section = file.first, file.first.run_up
+    if section is None or section.probes is None:
+        return
+    probes, place = section.probes, "run_up.probes"
+    if probes.radius is None and scene.blade is None:
+        yield input_error(file.path, f"{place}.radius", "missing", "a number above 0, as the scene has no [blade]")
+    if scene.blade is not None and probes.blades > scene.blade.n_blades:
+        yield input_error(file.path, f"{place}.blades", shown(probes.blades), f"1 to {scene.blade.n_blades}")
+    strains = [item.name for item in scene.output if item.quantity == "strain"]
+    if section.output in strains:
+        yield input_error(
+            file.path, "run_up.output", f"{shown(section.output)}, a strain", "a displacement, with probes"
+        )
+    for member in file.members:
+        order = getattr(member.scene.excitation, "engine_order", 1)
+        if order == 0 and not member.scene.load.speed_rpm:
+            allowed = "load.speed_rpm above 0: with engine order 0 the speed does not follow the excitation"
+            yield input_error(file.path, place, "a rotor at rest", allowed)
             return

@@ -53,6 +53,9 @@ def _draw_envelopes(axes: Axes, curve: CurveRunUps, factor: float) -> None:
         axes.plot(
             sweep.frequency_hz, sweep.envelope_m * factor, look, color=colours[rate], linewidth=1.1, label=label
         )
+        if sweep.read_m.size:
+            style = {"markersize": 2.5, "color": colours[rate], "label": f"{label}, by probes"}
+            axes.plot(sweep.read_hz, sweep.read_m * factor, ".", **style)
     axes.set_xlim(float(ends.min()), float(ends.max()))
     axes.set_ylim(bottom=0.0)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -27,6 +27,11 @@ class SweepFacts:
     slip_share: Numbers
     seconds: float
     message: str = ""  # why there is no result
+    passages: int = 0  # at probes
+    # (R,), excitation frequency of each revolution, Hz, and amplitude that the probes tell there, m; empty where they
+    # do not tell one
+    read_hz: Numbers = field(default_factory=lambda: np.empty(0))
+    read_m: Numbers = field(default_factory=lambda: np.empty(0))
 
     @property
     def direction(self) -> str:

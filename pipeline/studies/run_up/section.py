@@ -6,12 +6,37 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from pipeline.scene.fields import Meaning, Number, StudyKeys, key
+from pipeline.scene.fields import Meaning, Number, Positive, Section, StudyKeys, Whole, key
 from pipeline.studies.backbone.section import Curves
 
 RATES = "a list of 1 to 20 different numbers above 0, 1e-9 to 1e9"
 Rates = Annotated[tuple[Annotated[Number, Field(ge=1e-9, le=1e9)], ...], Field(min_length=1, max_length=20)]
+Angle = Annotated[Number, Field(ge=0.0, le=360.0)]
+Seconds = Annotated[Number, Field(ge=0.0, le=1.0)]
 Frequency = Annotated[Number, Field(ge=1e-9, le=1e9)]
+
+
+class Probes(Section):
+    """[run_up.probes]: probes of the casing that the tips of the blades pass (blade-tip timing)."""
+
+    angles: Annotated[tuple[Angle, ...], Field(min_length=1, max_length=64)] = key(
+        "of the probes in the direction of rotation, degrees from blade 0 at rest",
+        allowed="a list of 1 to 64 different numbers, 0 to 360",
+    )
+    radius: Annotated[Positive | None, Meaning("m")] = key(
+        "of the tips, m; none: that of the blade of the scene", None
+    )
+    blades: Whole = key("blades whose passages are read, from blade 0 on", 1, ge=1, le=1000)
+    resolution: Annotated[Seconds, Meaning("s")] = key("of the timer, s", 0.0)
+    noise: Annotated[Seconds, Meaning("s")] = key("standard deviation of the time of a passage, s", 0.0)
+    seed: Whole = key("seed of the noise", 0, ge=0, le=2**53 - 1)
+
+    @field_validator("angles")
+    @classmethod
+    def _different(cls, value: Any) -> Any:
+        if len({angle % 360.0 for angle in value}) < len(value):
+            raise ValueError("a list of 1 to 64 different numbers, 0 to 360")
+        return value
 
 
 class RunUp(StudyKeys):
@@ -36,6 +61,7 @@ class RunUp(StudyKeys):
         None,
         allowed="the name of an [[output]] that is a strain or has a direction",
     )
+    probes: Probes | None = key("blade-tip timing of the output, a displacement along the circumference", None)
     curves: Literal["all"] | Curves = key(
         '"all", or the numbers of curves from 0',
         "all",

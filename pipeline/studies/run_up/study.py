@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,12 +22,16 @@ from pipeline.studies.study import StudyError
 if TYPE_CHECKING:
     from nonlinear.time_integration.ring import Ring
     from nonlinear.time_integration.run_up import RunUp
+    from nonlinear.time_integration.tip_timing import TipTiming
+    from pipeline.scene.schema import Scene
     from pipeline.stages.curve.respond import CurveResult
     from pipeline.studies.study import SolvedCurve, StudyContext
 
 MOST_POINTS = 2000  # of a stored envelope
 PAUSE = 5.0  # s between two lines of progress
 NOTHING = np.empty(0)
+TABLE = "run_up_passages.csv"
+TABLE_HEAD = "curve,rate_hz_per_s,revolution,probe,blade,time_s,speed_rpm,displacement_m\n"
 
 
 class RunUpStudy:
@@ -80,7 +85,11 @@ def _sweeps(context: StudyContext, number: int, result: CurveResult, file: Path,
             if section.direction in ("both", "up" if ends[0] < ends[1] else "down"):
                 near = Solution.of(branch, int(np.argmin(np.abs(branch.frequency_hz - ends[0]))))
                 start = with_more_harmonics(ring, 2.0 * np.pi * ends[0], near.displacement)
-                sweeps.append(_sweep(context, ring, ends, rate, start, member_label(result.member)))
+                label = member_label(result.member)
+                timing = _timing(scene, ring)
+                sweeps.append(_sweep(context, ring, ends, rate, start, (label, timing)))
+                if timing is not None:
+                    sweeps[-1] = _with_passages(context, sweeps[-1], timing, number)
     curve = CurveRunUps(
         curve=number,
         label=member_label(result.member),
@@ -111,13 +120,19 @@ def _highest(frequency_hz: Numbers, amplitude_m: Numbers, ends: tuple[float, flo
 
 
 def _sweep(
-    context: StudyContext, ring: Ring, ends: tuple[float, float], rate: float, displacement: Numbers, label: str
+    context: StudyContext,
+    ring: Ring,
+    ends: tuple[float, float],
+    rate: float,
+    displacement: Numbers,
+    seen: tuple[str, TipTiming | None],
 ) -> SweepFacts:
-    """One sweep; where it has no result its message says why."""
+    """One sweep; where it has no result its message says why. `seen`: its curve in words, and what reads its tips."""
     from nonlinear.time_integration.run_up import run_up
     from rom.linear_algebra.threads import one_blas_thread
 
     start = told = time.perf_counter()
+    label, timing = seen
     signed = rate if ends[1] > ends[0] else -rate
 
     def progress(share: float) -> None:
@@ -130,7 +145,8 @@ def _sweep(
 
     try:
         with one_blas_thread():
-            sweep = run_up(ring, ends, rate, displacement, progress)
+            observe = {} if timing is None else {"observe": timing}
+            sweep = run_up(ring, ends, rate, displacement, progress, **observe)
     except ArithmeticError as error:
         nan, none = math.nan, (NOTHING,) * 5
         return SweepFacts(signed, nan, nan, *none, seconds_since(start), str(error))
@@ -148,6 +164,56 @@ def _sweep(
     )
 
 
+def _timing(scene: Scene, ring: Ring) -> TipTiming | None:
+    """What reads the passages of the tips; None without probes."""
+    from nonlinear.time_integration.tip_timing import TipTiming
+
+    probes = None if scene.run_up is None else scene.run_up.probes
+    if probes is None:
+        return None
+    radius = probes.radius
+    if radius is None:
+        assert scene.blade is not None  # the checks see to it
+        radius = scene.blade.hub_radius + scene.blade.length
+    return TipTiming(
+        angles=np.radians(probes.angles),
+        radius=radius,
+        engine_order=scene.excitation.engine_order,
+        n_blades=ring.modal.n_blades or 1,
+        blades=probes.blades,
+        speed=scene.load.speed_rpm * np.pi / 30.0,
+    )
+
+
+def _with_passages(context: StudyContext, sweep: SweepFacts, timing: TipTiming, number: int) -> SweepFacts:
+    """The sweep with what the probes read; the passages go to a table."""
+    from nonlinear.time_integration.tip_timing import fitted_amplitudes, tells_amplitude
+
+    assert context.scene.run_up is not None
+    probes = context.scene.run_up.probes
+    assert probes is not None
+    passages = timing.passages(probes.resolution, probes.noise, probes.seed)
+    table = context.tables.setdefault(TABLE, TABLE_HEAD)
+    rows = zip(
+        passages.revolution.tolist(),
+        passages.probe.tolist(),
+        passages.blade.tolist(),
+        passages.time_s.tolist(),
+        (passages.speed * 30.0 / np.pi).tolist(),
+        passages.displacement_m.tolist(),
+        strict=True,
+    )
+    head = f"{number},{sweep.rate_hz_per_s:.6g}"
+    context.tables[TABLE] = table + "".join(
+        f"{head},{turn},{probe},{blade},{when:.12g},{speed:.9g},{moved:.6g}\n"
+        for turn, probe, blade, when, speed, moved in rows
+    )
+    if not (timing.engine_order and tells_amplitude(timing.angles, timing.engine_order)):
+        return replace(sweep, passages=len(passages.time_s))
+    read_hz, read_m = fitted_amplitudes(passages, timing.angles, timing.engine_order)
+    return replace(sweep, passages=len(passages.time_s), read_hz=read_hz, read_m=read_m)
+
+
 def _grouped(sweep: RunUp) -> tuple[Numbers, Numbers]:
     """Mean frequencies of groups of periods, and the largest displacement in each."""
     edges = np.unique(np.linspace(0, len(sweep.time_s), min(MOST_POINTS, len(sweep.time_s)) + 1).astype(int))
@@ -163,4 +229,9 @@ def sweep_said(curve: CurveRunUps, sweep: SweepFacts) -> str:
         return f"{head}: no result: {sweep.message}"
     peak, steady = (with_unit(height, curve.unit) for height in (sweep.peak_m, curve.steady_m))
     said = f"{head}: {peak} at {sweep.peak_hz:.5g} Hz, {100.0 * curve.share(sweep):.3g} % of the"
-    return f"{said} steady {steady} at {curve.steady_hz:.5g} Hz"
+    said = f"{said} steady {steady} at {curve.steady_hz:.5g} Hz"
+    if not sweep.passages:
+        return said
+    if not sweep.read_m.size:
+        return f"{said}; {sweep.passages} passages, from which no amplitude follows"
+    return f"{said}; probes tell a vibration of {with_unit(float(sweep.read_m.max()), curve.unit)}"
