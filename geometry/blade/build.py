@@ -18,7 +18,7 @@ from geometry.blade.parameters import (
     ShroudParameters,
     SnubberParameters,
 )
-from geometry.blade.planform import Planform, is_mirrored
+from geometry.blade.planform import is_mirrored, upright
 from geometry.blade.planform_mesh import PlanformMesh
 from geometry.blade.remedies import rounded
 from geometry.blade.solid import swept_planform
@@ -33,15 +33,14 @@ _ON_EDGE = 1e-6  # of half the length of the section
 OTHER_SIZES = (0.9, 0.8, 0.7, 0.5, 0.35)  # of a size that gives no mesh: tried for one that does
 
 
-def airfoil_outline(plan: Planform, flat: PlanformMesh, mirrored: bool) -> dict[str, IntArray]:
+def airfoil_outline(flat: PlanformMesh, mirrored: bool) -> dict[str, IntArray]:
     """The nodes of the four surfaces of the airfoil, as places among those of a section, along the chord to +x.
 
     The suction side is the one on the side of +y, to which a positive camber bulges; the leading edge is the end of
     the section at -x.
     """
-    foot = np.unique(flat.quads[flat.airfoil])
-    along, across = plan.unplace(flat.points[foot]).T
-    outline = _outline(flat.quads[flat.airfoil], foot)
+    along, across = flat.strip.T
+    outline = _outline(flat.quads[flat.airfoil], flat.foot)
     end = np.abs(np.abs(along) - np.abs(along).max()) < _ON_EDGE * np.abs(along).max()
     middle = across[outline].mean(axis=1)
     first = -1.0 if mirrored else 1.0
@@ -150,8 +149,6 @@ def _built(
     scaffold: bool = False,
 ) -> SectorMesh:
     """As `build_sector`, of parameters that are checked; `scaffold`: the shroud is one, and left out."""
-    mirrored = is_mirrored(shroud)
-    upright = replace(blade, root_stagger=-blade.root_stagger, twist=-blade.twist) if mirrored else blade
     try:
         bands = [wing_radii(wing, mesh) for wing in wings.values()]
         plan, flat, points, hexahedra = swept_planform(blade, shroud, mesh, bands)
@@ -159,9 +156,10 @@ def _built(
         told = f"gives no valid mesh; {_size_that_meshes(blade, shroud, mesh)} ({error})"
         raise GeometryError("mesh", "size", mesh.size, told) from error
     sector = _with_faces(points, hexahedra, flat, blade, shroud, mesh)
-    foot, root = np.unique(flat.quads[flat.airfoil]), sector.node_sets["root"]
+    foot, root = flat.foot, sector.node_sets["root"]
     levels = np.vstack([np.arange(int(root[0]), len(points)).reshape(-1, len(root)), foot])
-    outline = airfoil_outline(plan, flat, mirrored)
+    mirrored = is_mirrored(shroud)
+    outline = airfoil_outline(flat, mirrored)
     sector = replace(sector, surfaces=_airfoil_surfaces(sector.blocks, outline, levels))
     if wings:
         right, left = (levels[:, outline[name]] for name in ("suction_side", "pressure_side"))
@@ -171,7 +169,9 @@ def _built(
         layers = len(contact_fractions(mesh.contact_grid[1], shroud.thickness, mesh.size)) - 1
         sector = without_scaffold(sector, flat, layers * len(flat.quads))
     return (
-        sector if disk is None else add_disk(sector, (plan, flat), upright, (shroud, mesh, disk), mirrored=mirrored)
+        sector
+        if disk is None
+        else add_disk(sector, (plan, flat), upright(blade, shroud), (shroud, mesh, disk), mirrored=mirrored)
     )
 
 
@@ -208,8 +208,7 @@ def _with_faces(
     area = shroud.contact_length * shroud.thickness
     faces = contact_faces(points, right, left, shroud.angle, area, blade.n_blades)
     top = (len(layers) - 1) * n
-    foot = len(np.unique(flat.quads[flat.airfoil]))
-    root = len(layers) * n + np.arange(foot)
+    root = len(layers) * n + np.arange(len(flat.foot))
     node_sets = {
         "root": root,
         "tip": np.array([top + flat.origin]),

@@ -91,6 +91,8 @@ def check_fit(
     if reason is None:
         return
     broken = broken_relation(blade, shroud)
+    if broken is None and blade.sections is not None:
+        raise GeometryError("blade", "sections", blade.sections.name, _sections_and_ways(blade, shroud, reason))
     if broken is not None:
         table, parameter, _ = broken
         search = Search(blade, shroud, accepts[0], meshes)
@@ -102,6 +104,14 @@ def check_fit(
     value = getattr(blade if table == "blade" else shroud, parameter)
     texts = [text for _, _, text in found] or ["no other value of one key alone fits"]
     raise GeometryError(table, parameter, value, f"{reason}; {', or '.join(texts)}")
+
+
+def _sections_and_ways(blade: BladeParameters, shroud: ShroudParameters, reason: str) -> str:
+    """What to say of sections of points that do not fit, and what may be changed."""
+    if airfoils_touch(blade, shroud):
+        return f"{reason}; fewer blades, or other sections"
+    size = f"{blade.chord:.6g} m long, turned by {blade.tip_stagger:.4g} degrees"
+    return f"{reason}; the section there is {size}: shroud.axial_width, angle, contact_length or edge_angle may help"
 
 
 def _reason_and_ways(blade: BladeParameters, shroud: ShroudParameters, reason: str) -> tuple[str, Ways]:
@@ -239,6 +249,8 @@ def check_parameters(
     _check_shroud(shroud)
     _check_fillets(blade, shroud)
     _check_mesh(mesh)
+    if blade.sections is not None:
+        _check_sections(blade, shroud)
     check_fit(blade, shroud, (partial(_accepts, mesh), partial(_accepts, None)), partial(_meshes, mesh))
     _check_size(blade, shroud, mesh)
     if disk is not None:
@@ -250,6 +262,18 @@ def check_parameters(
 
         wings = {name: wing for name, wing in (("snubber", snubber), ("platform", platform)) if wing is not None}
         check_wings(blade, (blade.fillet_radius, shroud.fillet_radius), inner_radius(blade, shroud), wings)
+
+
+def _check_sections(blade: BladeParameters, shroud: ShroudParameters) -> None:
+    """Check that sections of points cover the airfoil, and that nothing else is asked of it than they give."""
+    from geometry.blade.profiles import check_reach
+
+    assert blade.sections is not None
+    for table, radius in (("blade", blade.fillet_radius), ("shroud", shroud.fillet_radius)):
+        told = "must be 0 with blade.sections: a fillet is in the sections, or left out"
+        _require(radius == 0.0, table, "fillet_radius", radius, told)
+    if shroud.thickness < blade.length:
+        check_reach(blade.sections, blade.hub_radius, inner_radius(blade, shroud))
 
 
 def _accepts(mesh: MeshParameters | None, blade: BladeParameters, shroud: ShroudParameters) -> bool:

@@ -30,6 +30,7 @@ ROOM_DIGITS = 6  # rooms that are equal in these leave the choice to the smaller
 SLANTS = np.arange(1.0, LARGEST_SLANT + 1.0)
 MOST_TRIED = 8
 OUTLINE_POINTS = 25
+OUTLINE_STEP = 4  # of the points of a section that are compared with those of a neighbour
 HEIGHTS = np.linspace(0.0, 1.0, 9)  # at which the sections are compared
 
 
@@ -238,7 +239,13 @@ def airfoils_touch(blade: BladeParameters, shroud: ShroudParameters) -> bool:
     """True where the sections of two neighbours meet at some height."""
     span = inner_radius(blade, shroud) - blade.hub_radius
     for height in map(float, HEIGHTS):
-        pitch = 2 * pi * (blade.hub_radius + height * span) / blade.n_blades
+        radius = blade.hub_radius + height * span
+        pitch = 2 * pi * radius / blade.n_blades
+        if blade.sections is not None:
+            outline = blade.sections.curves(radius).outline[::OUTLINE_STEP]
+            if _meet(outline, outline + np.array([0.0, pitch])):
+                return True
+            continue
         stagger = radians(blade.root_stagger + height * blade.twist)
         offset = fillet_offset(height * span, blade.fillet_radius)
         section = replace(section_at(blade, height), offset=offset)
@@ -260,5 +267,9 @@ def _meets_its_copy(section: Section, moved: FloatArray) -> bool:
     outline = section.bent(np.vstack([upper, -upper]))
     if (np.abs(moved) > np.ptp(outline, axis=0)).any():
         return False
-    copy = outline + moved
-    return cross(outline, copy) or bool(inside(outline, copy).any() or inside(copy, outline).any())
+    return _meet(outline, outline + moved)
+
+
+def _meet(one: FloatArray, other: FloatArray) -> bool:
+    """Whether two outlines (k, 2) have points in common."""
+    return cross(one, other) or bool(inside(one, other).any() or inside(other, one).any())

@@ -1,9 +1,14 @@
 """Parameters of the blade, its shroud and their mesh; metres and degrees."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from geometry.blade.profiles import ProfileStack
 
 LARGEST_STAGGER = 80.0  # degrees, at root and shroud
 LARGEST_CAMBER = 90.0  # degrees
@@ -42,6 +47,9 @@ class BladeParameters:
     camber : float
         Angle by which the camber line, a circular arc, turns between its ends, degrees; above 0 it bulges towards
         +y. The centroids of the sections lie on the stacking axis, the thickness is normal to the camber line.
+    sections : ProfileStack or None
+        Sections as points, which take the place of the others from the chord on; these then are those of the
+        parametric blade that is nearest to it.
 
     Examples
     --------
@@ -64,6 +72,7 @@ class BladeParameters:
     root_stagger: float = 0.0
     fillet_radius: float = 0.0
     camber: float = 0.0
+    sections: ProfileStack | None = None
 
     @property
     def tip_stagger(self) -> float:

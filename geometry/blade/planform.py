@@ -105,6 +105,14 @@ def is_mirrored(shroud: ShroudParameters) -> bool:
     return shroud.angle > 90.0
 
 
+def upright(blade: BladeParameters, shroud: ShroudParameters) -> BladeParameters:
+    """The blade before its sector is mirrored, where it is."""
+    if not is_mirrored(shroud):
+        return blade
+    sections = None if blade.sections is None else blade.sections.mirrored
+    return replace(blade, root_stagger=-blade.root_stagger, twist=-blade.twist, sections=sections)
+
+
 def section_at(blade: BladeParameters, height: float) -> Section:
     """The section at the relative ``height`` (0 root, 1 shroud), without fillets."""
     tip = blade.thickness if blade.tip_thickness is None else blade.tip_thickness

@@ -204,6 +204,15 @@ class PlanformMesh:
     origin: int  # the node at (0, 0), with camber the nearest to it
     # (k,), places of the nodes on the upper and on the lower flank of the airfoil along the section, ascending, m
     flanks: tuple[FloatArray, FloatArray]
+    foot: IntArray  # (f,), nodes of the airfoil, ascending
+    strip: FloatArray  # (f, 2), their places along and across the camber line, m
+
+    @property
+    def border(self) -> IntArray:
+        """Nodes (b,) on the outline of the platform."""
+        edges = np.concatenate([self.quads[:, [k, (k + 1) % 4]] for k in range(4)])
+        edges, count = np.unique(np.sort(edges, axis=1), axis=0, return_counts=True)
+        return np.unique(edges[count == 1])
 
 
 def mesh_planform(plan: Planform, size: float, contact_nodes: int) -> PlanformMesh:
@@ -238,10 +247,12 @@ def mesh_planform(plan: Planform, size: float, contact_nodes: int) -> PlanformMe
     grid = np.array([np.argmin(np.abs(fractions - f)) for f in grid_fractions(contact_nodes)])
     left_face = turned[other_contact][::-1]
     everything = np.vstack([points, -others[inner]])
+    quads, airfoil = np.vstack([*upper.quads, turned[np.vstack(lower.quads)]]), np.concatenate(in_airfoil)
+    foot = np.unique(quads[airfoil])
     return PlanformMesh(
         points=everything,
-        quads=np.vstack([*upper.quads, turned[np.vstack(lower.quads)]]),
-        airfoil=np.concatenate(in_airfoil),
+        quads=quads,
+        airfoil=airfoil,
         right=contact[grid],
         left=left_face[grid],
         right_face=contact,
@@ -251,6 +262,8 @@ def mesh_planform(plan: Planform, size: float, contact_nodes: int) -> PlanformMe
             plan.unplace(points[upper.along(layout.flank)])[:, 0],
             -plan.turned.unplace(others[lower.along(layout.flank)])[::-1, 0],
         ),
+        foot=foot,
+        strip=plan.unplace(everything[foot]),
     )
 
 

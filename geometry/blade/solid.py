@@ -9,13 +9,16 @@ import numpy as np
 from geometry.blade.fitting import fitted_planform
 from geometry.blade.layouts import MeshingError, contact_fractions, graded_fractions
 from geometry.blade.parameters import BladeParameters, MeshParameters, ShroudParameters
-from geometry.blade.planform import Planform, inner_radius, is_mirrored, mid_radius, section_at
+from geometry.blade.planform import Planform, inner_radius, is_mirrored, mid_radius, section_at, upright
 from geometry.blade.planform_mesh import PlanformMesh, mesh_planform
-from geometry.blade.section import fillet_layers, resized
-from geometry.quality import hexahedron_scaled_jacobian
+from geometry.blade.profiles import profile_points
+from geometry.blade.section import fillet_layers, resized, straight_edged_half_thickness
+from geometry.blade.smoothing import Movable, smoothed
+from geometry.quality import hexahedron_scaled_jacobian, quadrilateral_scaled_jacobian
 from geometry.sector import FloatArray, IntArray
 
 MIRRORED_CORNERS = [0, 3, 2, 1, 4, 7, 6, 5]  # a mirror image turns hexahedra inside out; this node order undoes it
+UNMOVED = 0.1  # of the element size: nodes of a platform that move less are not smoothed
 TWIST_STEP = 15.0  # degrees: largest twist of one layer of elements
 
 
@@ -53,17 +56,46 @@ def airfoil_levels(
     return np.concatenate(heights), np.concatenate(offsets)
 
 
-def airfoil_points(section: FloatArray, stagger: float, radius: float) -> FloatArray:
-    """Nodes (k, 3) of a section at a ``radius`` (m), staggered (degrees), from its own coordinates (k, 2).
+def developed_section(
+    plan: Planform, flat: PlanformMesh, blade: BladeParameters, radius: float, place: tuple[float, float]
+) -> FloatArray:
+    """Nodes (f, 2) of the airfoil at a radius (m) in x and arc length: of true size on the cylinder of this radius.
 
-    It is rotated in the tangent plane of the cylinder of this radius and laid on the cylinder, so that its
-    size is true and its radius exact.
+    `place`: relative height, and offset of a fillet there, m.
     """
-    turn = radians(stagger)
-    along, across = section[:, 0], section[:, 1]
-    x = along * np.cos(turn) - across * np.sin(turn)
-    arc = along * np.sin(turn) + across * np.cos(turn)
-    return bend(x, arc / radius, radius)
+    height, offset = place
+    if blade.sections is not None:
+        half = plan.section.half_length
+        upper, lower = (
+            np.interp(flat.strip[:, 0], nodes, straight_edged_half_thickness(plan.section, nodes))
+            for nodes in flat.flanks
+        )
+        across = flat.strip[:, 1] / np.where(flat.strip[:, 1] > 0, upper, lower)
+        places = (np.stack([flat.strip[:, 0] / half, across], axis=1) + 1) / 2
+        flanks = ((flat.flanks[0] / half + 1) / 2, (flat.flanks[1] / half + 1) / 2)
+        return profile_points(blade.sections.curves(radius), places, flanks)
+    section = replace(section_at(blade, height), offset=offset)
+    along, across = section.bent(resized(flat.strip, flat.flanks, plan.section, section)).T
+    turn = radians(blade.root_stagger + height * blade.twist)
+    return np.stack(
+        [along * np.cos(turn) - across * np.sin(turn), along * np.sin(turn) + across * np.cos(turn)], axis=1
+    )
+
+
+def _around_sections(
+    plan: Planform, flat: PlanformMesh, blade: BladeParameters, shroud: ShroudParameters, mesh: MeshParameters
+) -> PlanformMesh:
+    """The planform with the nodes of the airfoil on its section of points, those around it smoothed."""
+    radius, points, around = inner_radius(blade, shroud), flat.points.copy(), flat.quads[~flat.airfoil]
+    points[flat.foot] = developed_section(plan, flat, blade, radius, (1.0, 0.0)) * [1.0, plan.stretch]
+    moved = float(np.abs(points - flat.points).max())
+    if moved > UNMOVED * mesh.size:
+        free = np.ones(points.shape, dtype=bool)
+        free[np.concatenate([flat.foot, flat.border])] = False
+        points = smoothed(points, around, Movable(free, np.arange(len(points)), np.zeros(points.shape)))
+    if not float(quadrilateral_scaled_jacobian(points, flat.quads).min()) > 0.0:
+        raise MeshingError("the section at the shroud does not fit on the platform")
+    return replace(flat, points=points, origin=int(np.argmin(np.hypot(*points.T))))
 
 
 def swept_planform(
@@ -79,10 +111,11 @@ def swept_planform(
     offset = float(fillet_layers(shroud.fillet_radius, mesh.size)[0])
     plan = replace(plan, section=replace(plan.section, offset=offset))
     flat = mesh_planform(plan, mesh.size, mesh.contact_grid[0])
-    mirrored = is_mirrored(shroud)
-    upright = replace(blade, root_stagger=-blade.root_stagger, twist=-blade.twist) if mirrored else blade
-    points, hexahedra = sweep(plan, flat, upright, shroud, mesh, bands)
-    if mirrored:
+    blade = upright(blade, shroud)
+    if blade.sections is not None:
+        flat = _around_sections(plan, flat, blade, shroud, mesh)
+    points, hexahedra = sweep(plan, flat, blade, shroud, mesh, bands)
+    if is_mirrored(shroud):
         # 0 - x, not -x: the zeros of the axial coordinate stay +0
         points = np.stack([0.0 - points[:, 0], points[:, 1], points[:, 2]], axis=1)
         hexahedra = hexahedra[:, MIRRORED_CORNERS]
@@ -112,14 +145,12 @@ def sweep(
     n = len(flat.points)
     hexahedra = [np.hstack([flat.quads + k * n, flat.quads + (k + 1) * n]) for k in range(len(radii) - 1)]
 
-    foot = np.unique(flat.quads[flat.airfoil])
-    strip = plan.unplace(flat.points[foot])
+    foot = flat.foot
     heights, offsets = (table[:-1] for table in airfoil_levels(blade, shroud, mesh, bands))
     for h, offset in zip(map(float, heights), map(float, offsets), strict=True):
-        section = replace(section_at(blade, h), offset=offset)
-        stagger, radius = blade.root_stagger + h * blade.twist, blade.hub_radius + h * (inner - blade.hub_radius)
-        places = section.bent(resized(strip, flat.flanks, plan.section, section))
-        points.append(airfoil_points(places, stagger, radius))
+        radius = blade.hub_radius + h * (inner - blade.hub_radius)
+        x, arc = developed_section(plan, flat, blade, radius, (h, offset)).T
+        points.append(bend(x, arc / radius, radius))
     local = np.full(n, -1)
     local[foot] = np.arange(len(foot))
     quads = local[flat.quads[flat.airfoil]]

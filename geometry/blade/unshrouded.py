@@ -47,7 +47,7 @@ def without_scaffold(sector: SectorMesh, flat: PlanformMesh, elements: int) -> S
     pairs = {name: _renumbered(pair, number) for name, pair in sector.pairs.items()}
     main = next(iter(pairs))
     pair = pairs.pop(main)
-    foot = np.unique(flat.quads[flat.airfoil])  # at the end of the airfoil
+    foot = flat.foot  # at the end of the airfoil
     axis = foot[np.argmin(np.hypot(*flat.points[foot].T))]
     sets = {name: number[nodes] for name, nodes in sector.node_sets.items() if name not in ("tip", "tip_surface")}
     sets |= {"tip": number[[axis]], "tip_surface": number[foot]}

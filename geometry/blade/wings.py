@@ -181,6 +181,8 @@ def _nearest(fractions: FloatArray, count: int) -> list[int]:
 
 def _axial_extent(blade: BladeParameters, flanks: Flanks, wing: Wing) -> float:
     """Extent of the airfoil along x at the mid radius of a wing, m."""
+    if blade.sections is not None:
+        return float(np.ptp(blade.sections.curves(wing.radius).outline[:, 0]))
     low, high = float(flanks.radius[0]), float(flanks.radius[-1])
     stagger = blade.root_stagger + blade.twist * (wing.radius - low) / (high - low)
     return float(blade.chord * cos(radians(stagger)))

@@ -13,6 +13,7 @@ from pipeline.scene.labels import SHOWN, Quantity, quantity
 from pipeline.scene.schema import meaning_of
 from pipeline.scene.sweep import key_value
 from pipeline.scene.units import key_unit
+from pipeline.scene.varied_keys import without_effect
 from pipeline.stages.engine_orders import SPEED
 from pipeline.studies.optimum.checks import OPTIMISED_KEYS
 
@@ -104,7 +105,9 @@ def turned_keys(scene: Scene) -> Iterator[str]:
         table = split_key(key)[0]
         if table in ("contact", "excitation", "response") or key == "damper.mass":
             continue
-        if scene.model is None and getattr(scene, table) is not None and (key != SPEED or scene.load.speed_rpm):
+        if scene.model is not None or getattr(scene, table) is None or (key == SPEED and not scene.load.speed_rpm):
+            continue
+        if not without_effect(scene, key):
             yield key
 
 

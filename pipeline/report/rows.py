@@ -32,7 +32,7 @@ from pipeline.results.worst import (
     worst_cells,
 )
 from pipeline.scene.contact_section import PER_NODE, Contact
-from pipeline.scene.geometry_parameters import geometry_parameters
+from pipeline.scene.geometry_parameters import airfoil_of, geometry_parameters
 from pipeline.scene.labels import prefixed, quantity, value_label
 from pipeline.scene.schema import Scene
 from pipeline.stages.model.build_mesh import SECTOR
@@ -312,13 +312,13 @@ def blade_rows(scene: Scene) -> list[tuple[str, str]]:
     """The blade, what touches its neighbours, and its material."""
     if scene.mesh_file is not None:
         return _rows_of_file(scene)
-    blade, material = scene.blade, scene.material
-    assert blade is not None
+    blade, material = airfoil_of(scene), scene.material
     assert material is not None
+    shape = blade.section if blade.sections is None else f"sections of {Path(blade.sections.name).name}"
     return [
         ("blades of the ring", str(blade.n_blades)),
         ("length, hub radius", f"{_mm(blade.length)}, {_mm(blade.hub_radius)}"),
-        ("airfoil", f"{blade.section}, chord {_mm(blade.chord)}, thickness {_mm(blade.thickness)}"),
+        ("airfoil", f"{shape}, chord {_mm(blade.chord)}, thickness {_mm(blade.thickness)}"),
         ("thickness at the shroud, twist", f"{_mm(blade.tip_thickness or blade.thickness)}, {blade.twist:g}°"),
         (
             "stagger at root, at shroud, camber",

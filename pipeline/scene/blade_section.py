@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, ValidationInfo, field_validator
 
 from pipeline.scene.fields import (
     DEGREES,
@@ -18,9 +18,11 @@ from pipeline.scene.fields import (
     Section,
     Usual,
     Whole,
+    allowed_of,
     key,
     metres,
 )
+from pipeline.scene.loads_section import File
 from pipeline.scene.mesh_section import MAIN_INTERFACE
 
 Thickness = Annotated[Length, metres(1e-4, 0.5, 2.0)]
@@ -31,6 +33,16 @@ Gap = Annotated[Number, Field(ge=0.0, le=1.0), SMALL_LENGTH]
 Fillet = Annotated[Number, Field(ge=0.0, le=10.0)]
 Stagger = Annotated[Number, Field(ge=-80.0, le=80.0)]
 FaceAngle = Annotated[Number, Field(ge=1e-12, le=180.0)]
+OF_AIRFOIL = (  # keys of [blade] in place of its sections
+    "chord",
+    "thickness",
+    "tip_thickness",
+    "twist",
+    "section",
+    "root_stagger",
+    "fillet_radius",
+    "camber",
+)
 DAMPER = "damper"
 INTERFACES = {  # contact interfaces that the sections of a blade made here make
     "shroud": (MAIN_INTERFACE,),
@@ -51,9 +63,15 @@ class Blade(Section):
     length: Annotated[Length, metres(0.005, 3.0, 30.0, "blade length", words="span height")] = key(
         "from the hub to the outer surface of the shroud, m"
     )
-    chord: Annotated[Length, metres(1e-3, 1.0, 10.0, "chord")] = key("chord of the airfoil section, m")
-    thickness: Annotated[Length, metres(1e-4, 0.5, 2.0, "blade thickness")] = key(
-        "thickness of the airfoil section at the root, m"
+    sections: Annotated[File | None, Meaning(swept=False)] = key(
+        "sections of the airfoil as points, a CSV file in place of the keys that follow; relative to the scene file",
+        None,
+    )
+    chord: Annotated[Length | None, metres(1e-3, 1.0, 10.0, "chord")] = key(
+        "chord of the airfoil section, m; required without sections", None, validate_default=True
+    )
+    thickness: Annotated[Length | None, metres(1e-4, 0.5, 2.0, "blade thickness")] = key(
+        "thickness of the airfoil section at the root, m; required without sections", None, validate_default=True
     )
     tip_thickness: Thickness | None = key(
         "thickness at the shroud, m; tapers linearly; by default as at the root", None
@@ -75,6 +93,18 @@ class Blade(Section):
         ge=-90.0,
         le=90.0,
     )
+
+    @field_validator(*OF_AIRFOIL)
+    @classmethod
+    def _of_a_parametric_airfoil(cls, value: Any, info: ValidationInfo) -> Any:
+        """Chord and thickness are needed without sections; beside them nothing else is given of the airfoil."""
+        if "sections" not in info.data:
+            return value
+        if info.data["sections"] is None and value is None and info.field_name in ("chord", "thickness"):
+            raise ValueError(allowed_of(cls, info.field_name))
+        if info.data["sections"] is not None and value != cls.model_fields[info.field_name or ""].default:
+            raise ValueError("nothing beside blade.sections, which give the airfoil")
+        return value
 
 
 class Shroud(Section):

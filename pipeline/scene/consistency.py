@@ -12,14 +12,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nonlinear.options import least_samples
-from pipeline.errors import InputError, input_error, shown, shown_key
+from pipeline.errors import InputError, input_error, shown, shown_file, shown_key
 from pipeline.scene.aero_section import unfit_aero
 from pipeline.scene.blade_section import DAMPER, INTERFACES
 from pipeline.scene.contact_section import PER_NODE, FaceField, Interface
 from pipeline.scene.dotted_keys import CONTACT, INTERFACE, interface_of, of_contact
 from pipeline.scene.elastic_material import unfit_material_keys
 from pipeline.scene.fields import LEAST_DAMPING
-from pipeline.scene.geometry_parameters import geometry_parameters
+from pipeline.scene.geometry_parameters import SECTIONS_KEY, geometry_parameters
+from pipeline.scene.input_files import file_problem
 from pipeline.scene.loads_section import SETS, files_of, force_table, temperature_table
 from pipeline.scene.material_section import USUAL_MATERIAL, unfit_stress_keys
 from pipeline.scene.mesh_section import MAIN_INTERFACE, check_mesh_file
@@ -112,6 +113,11 @@ def unfit_keys(file: SceneFile, broken: Mapping[int, Set[str]], force: bool = Fa
     if has_matrices:
         yield from _unfit_members_with_matrices(file, broken)
         return
+    if "blade" not in broken.get(0, ()) and file.first.blade is not None and file.first.blade.sections is not None:
+        sections = file.first.blade.sections
+        if problem := file_problem(Path(sections), "a CSV file", (".csv",)):
+            yield input_error(file.path, SECTIONS_KEY, f"{shown_file(sections)}: {problem}")
+            return
     if not absent and not any(broken.values()):
         yield from _raised(check_sweep, file)
     checked_shapes: set[object] = set()  # a sweep has few different ones

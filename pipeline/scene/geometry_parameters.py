@@ -5,9 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from pipeline.errors import InputError
 from pipeline.scene.fields import values_for
+from pipeline.scene.profile_file import profile_stack_of
+
+SECTIONS_KEY = "blade.sections"
 
 if TYPE_CHECKING:
+    from geometry.blade.parameters import BladeParameters
     from geometry.sector import SectorMesh
     from pipeline.scene.schema import Scene
 
@@ -17,7 +22,6 @@ def geometry_parameters(scene: Scene) -> dict[str, Any]:
     from geometry.blade import parameters as geometry
 
     kinds = {
-        "blade": geometry.BladeParameters,
         "shroud": geometry.ShroudParameters,
         "mesh": geometry.MeshParameters,
         "disk": geometry.DiskParameters,
@@ -25,10 +29,31 @@ def geometry_parameters(scene: Scene) -> dict[str, Any]:
         "platform": geometry.PlatformParameters,
     }
     sections = {name: getattr(scene, name) for name in kinds}
-    return {
+    return {"blade": airfoil_of(scene)} | {
         name: None if section is None else kinds[name](**values_for(kinds[name], section))
         for name, section in sections.items()
     }
+
+
+def airfoil_of(scene: Scene) -> BladeParameters:
+    """The parameters of the blade; of one with sections as points those that are nearest to it. Raises InputError."""
+    from geometry.blade.parameters import BladeParameters
+    from geometry.errors import GeometryError
+
+    assert scene.blade is not None
+    blade = scene.blade
+    if blade.sections is None:
+        return BladeParameters(**values_for(BladeParameters, blade))
+    from geometry.blade.profiles import blade_of_sections
+
+    thickness = 0.0 if scene.shroud is None else scene.shroud.thickness
+    try:
+        stack = profile_stack_of(blade.sections, blade.hub_radius, scene.contents)
+        return blade_of_sections(blade.n_blades, blade.hub_radius, blade.length, stack, thickness)
+    except (GeometryError, InputError) as error:
+        found = InputError(f"{blade.sections}: {error.allowed}" if isinstance(error, GeometryError) else str(error))
+        found.key = SECTIONS_KEY  # by which it is known as one error
+        raise found from None
 
 
 def sector_of(scene: Scene, **changes: Any) -> SectorMesh:

@@ -7,7 +7,9 @@ from __future__ import annotations
 import csv
 import math
 import os
+import re
 from array import array
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -36,6 +38,8 @@ if TYPE_CHECKING:
 
 
 LARGEST_FILE = 200_000_000
+COMMENT = re.compile(r"^[ \t]*#.*$", re.MULTILINE)
+NO_WORDS: Mapping[str, str] = {}
 POSITION = ("x", "y", "z")
 NODE = ("node", *POSITION)
 REAL, PARTS = ("fx", "fy", "fz"), ("fx_re", "fx_im", "fy_re", "fy_im", "fz_re", "fz_im")
@@ -111,8 +115,13 @@ def _table(file: str, columns: dict[str, NDArray[np.float64]], values: NDArray[n
     return NodalTable(file, None, np.stack([columns[name] for name in POSITION], axis=1), values)
 
 
-def csv_columns(file: str, known: tuple[str, ...], contents: Contents | None) -> dict[str, NDArray[np.float64]]:
-    """The columns of a file as numbers; `known`: their names. Raises InputError."""
+def csv_columns(
+    file: str, known: tuple[str, ...], contents: Contents | None, words: Mapping[str, str] = NO_WORDS
+) -> dict[str, NDArray[np.float64]]:
+    """The columns of a file as numbers; `known`: their names, `words` stand for numbers. Raises InputError.
+
+    Lines that begin with # are comments.
+    """
     import numpy as np
 
     check_readable(file)
@@ -125,9 +134,11 @@ def csv_columns(file: str, known: tuple[str, ...], contents: Contents | None) ->
     names: list[str] = []
     numbers = array("d")  # row by row: lists of texts and numbers take 60 times as much memory as the file
     try:
-        for number, row in csv_rows(text):
+        for number, row in csv_rows(COMMENT.sub("", text)):
             if names and any(row):
-                numbers.extend(_numbers(file, number, row, len(names)))
+                numbers.extend(
+                    _numbers(file, number, [words.get(cell.strip().lower(), cell) for cell in row], len(names))
+                )
             elif any(row):
                 names = _names(file, row, known)
     except csv.Error as error:

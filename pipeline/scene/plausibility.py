@@ -18,6 +18,7 @@ from typing import Any
 from pipeline.errors import InputError, input_error, shown, shown_key
 from pipeline.scene.contact_section import Contact, FaceField, mean_of
 from pipeline.scene.dotted_keys import CONTACT, INTERFACE, of_contact, split_key
+from pipeline.scene.geometry_parameters import airfoil_of
 from pipeline.scene.material_section import (
     FORCED,
     USUAL_MATERIAL,
@@ -305,8 +306,8 @@ def _too_low_range(member: Member) -> str:
     if blade is None or material is None:
         of_file = member.scene.mesh_file is not None and high < LOW_RANGE
         return f"{asked}: {meant}" if of_file else ""
-    speed = math.sqrt(material.young_modulus / material.density)
-    depth = 0.5 * (blade.thickness + (blade.tip_thickness or blade.thickness))
+    speed, airfoil = math.sqrt(material.young_modulus / material.density), airfoil_of(member.scene)
+    depth = 0.5 * (airfoil.thickness + (airfoil.tip_thickness or airfoil.thickness))
     first = FIRST_BENDING * speed * depth / blade.length**2
     said = f"{asked}, and the first mode of such a blade is near {float(f'{first:.2g}'):g} Hz"
     if high >= 0.1 * first:

@@ -271,8 +271,9 @@ def with_contents(file: SceneFile, known: Mapping[str, str]) -> SceneFile:
 
 
 def input_files(scene: Scene) -> list[str]:
-    """The files of the mesh or of the matrices, and of loads."""
-    found = [] if scene.mesh_file is None else [scene.mesh_file]
+    """The files of the sections, of the mesh or of the matrices, and of loads."""
+    sections = None if scene.blade is None else scene.blade.sections
+    found = [file for file in (sections, scene.mesh_file) if file is not None]
     found += [] if scene.model is None else scene.model.files.values()
     found += files_of(scene.load.force, scene.load.temperature, None if scene.aero is None else scene.aero.family)
     found += [scene.identify.data] if scene.identify is not None and scene.identify.data else []
@@ -297,14 +298,17 @@ _WITH_FILES = ("load", "force", "temperature", "family", "data")  # tables of se
 
 
 def _with_full_paths(path: Path, scene: Scene) -> Scene:
-    """The scene with the full paths of its mesh, matrix and load files, which are relative to the scene file."""
+    """The scene with the full paths of its input files, which are relative to the scene file."""
     if scene.model is not None:
         scene = scene.model_copy(update={"model": scene.model.placed(path.parent)})
     for name in ("load", "excitation", "aero", "identify"):
         section = getattr(scene, name)
         if section is not None and any(getattr(section, given, None) for given in _WITH_FILES):
             scene = scene.model_copy(update={name: section.placed(path.parent)})
-    mesh = scene.mesh
+    blade, mesh = scene.blade, scene.mesh
+    if blade is not None and blade.sections is not None:
+        place = os.path.abspath(path.parent / blade.sections)
+        scene = scene.model_copy(update={"blade": blade.model_copy(update={"sections": place})})
     if mesh is None or mesh.file is None:
         return scene
     place = os.path.abspath(path.parent / mesh.file)

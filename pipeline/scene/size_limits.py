@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from nonlinear.options import MOST_UNKNOWNS
 from pipeline.errors import input_error, shown
 from pipeline.scene.blade_section import Platform, Snubber
-from pipeline.scene.geometry_parameters import geometry_parameters
+from pipeline.scene.geometry_parameters import airfoil_of, geometry_parameters
 from pipeline.scene.input_files import file_size
 from pipeline.scene.reading import Member, SceneFile
 from pipeline.scene.schema import Scene
@@ -154,7 +154,7 @@ def estimated_elements(scene: Scene) -> float:
     assert scene.blade is not None
     assert scene.mesh is not None
     assert scene.mesh.size is not None
-    blade, shroud, size = scene.blade, scene.shroud, scene.mesh.size
+    blade, shroud, size = airfoil_of(scene), scene.shroud, scene.mesh.size
     airfoil = [max(side / size, 1.0) for side in (blade.chord, blade.thickness, blade.length)]
     width, thickness = (blade.chord, 0.0) if shroud is None else (shroud.axial_width, shroud.thickness)
     platform = [max(side / size, 1.0) for side in (_pitch(scene), width, thickness)]
@@ -166,7 +166,7 @@ def estimated_elements(scene: Scene) -> float:
 def _wing_elements(scene: Scene, wing: Snubber | Platform, size: float) -> float:
     """Elements of a snubber or a platform, one pitch long."""
     assert scene.blade is not None
-    sides = 2.0 * math.pi * wing.radius / scene.blade.n_blades, wing.width or scene.blade.chord, wing.thickness
+    sides = 2.0 * math.pi * wing.radius / scene.blade.n_blades, wing.width or airfoil_of(scene).chord, wing.thickness
     return math.prod(max(side / size, 1.0) for side in sides)
 
 

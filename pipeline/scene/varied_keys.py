@@ -9,7 +9,7 @@ from collections.abc import Collection, Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pipeline.errors import InputError, input_error, shown_key
-from pipeline.scene.blade_section import DAMPER, INTERFACES
+from pipeline.scene.blade_section import DAMPER, INTERFACES, OF_AIRFOIL
 from pipeline.scene.contact_section import OF_INTERFACE
 from pipeline.scene.dotted_keys import CONTACT, INTERFACE, interface_of, split_key
 from pipeline.scene.material_section import ANISOTROPIC
@@ -96,6 +96,10 @@ def _unused(scene: Scene, key: str) -> str:
         **dict.fromkeys(
             ("material.tilt", "material.turn"),
             (isotropic or fixed, "the material " + ("has axes" if fixed else "is isotropic")),
+        ),
+        **dict.fromkeys(
+            (f"blade.{name}" for name in OF_AIRFOIL),
+            (scene.blade is not None and scene.blade.sections is not None, "blade.sections give the airfoil"),
         ),
         "damper.axial_stiffness": (not scene.damper_touches, "the damper does not touch"),
         "damper.mass": (not scene.damper_touches, "the damper does not touch"),

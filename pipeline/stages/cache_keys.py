@@ -80,9 +80,11 @@ def _mesh_inputs(scene: Scene) -> dict[str, Any]:
         choice = scene.mesh.model_dump(exclude={"file", "size", "element", "grading"})
         return {"file": _content(scene, scene.mesh_file), "mesh": choice, "materials": sorted(scene.materials)}
     assert scene.blade is not None
-    made_here = {"size", "contact_grid", "grading"}
+    made_here, blade = {"size", "contact_grid", "grading"}, scene.blade.model_dump()
+    if scene.blade.sections is not None:
+        blade["sections"] = _content(scene, scene.blade.sections)
     return {
-        "blade": scene.blade.model_dump(),
+        "blade": blade,
         **{name: part.model_dump() for name in OPTIONAL_PARTS if (part := getattr(scene, name)) is not None},
         **({"damper": True} if scene.has_damper else {}),
         "mesh": scene.mesh.model_dump(include=made_here),

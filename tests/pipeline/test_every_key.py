@@ -444,12 +444,6 @@ def test_every_key_is_changed_somewhere() -> None:
     untested = {key for key in keys - tested if key.partition(".")[0] not in ("model", "render", "figures")}
     assert untested == {
         *(f"mesh.{key}" for key in ("file", "n_blades", "unit", "axis", "axis_point", "tolerance", "bore")),
-        *(
-            "mesh.other_faces",
-            "mesh.sets",
-            "mesh.interface",
-            "rom.nodal_diameters",
-            "wear.margin_limit",
-            "identify.data",
-        ),
+        *("mesh.other_faces", "mesh.sets", "mesh.interface", "blade.sections", "identify.data"),
+        *("rom.nodal_diameters", "wear.margin_limit"),
     }

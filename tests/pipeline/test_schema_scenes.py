@@ -116,9 +116,20 @@ def scenes(draw: st.DrawFn) -> dict[str, Any]:
                     scene[section].setdefault(key, draw(values(definition["properties"][key])))
     if "mesh" in scene:
         scene["mesh"] = draw(meshes(_definition(properties["mesh"])["properties"]))
+    if "blade" in scene:
+        scene["blade"] = draw(blades(_definition(properties["blade"])["properties"]))
     if scene.get("blade", {}).get("chord", 1.0) < SMALL_CHORD:
         scene.pop("accuracy", None)
     return scene
+
+
+def blades(keys: dict[str, Any]) -> st.SearchStrategy[dict[str, Any]]:
+    """[blade] with a parametric airfoil, or with sections from a file: each has keys of its own."""
+    drawn = {key: values(node) for key, node in keys.items()}
+    both = {key: drawn.pop(key) for key in ("n_blades", "hub_radius", "length")}
+    sections = both | {"sections": drawn.pop("sections")}
+    both |= {key: drawn.pop(key) for key in ("chord", "thickness")}
+    return st.one_of(st.fixed_dictionaries(both, optional=drawn), st.fixed_dictionaries(sections))
 
 
 def meshes(keys: dict[str, Any]) -> st.SearchStrategy[dict[str, Any]]:
