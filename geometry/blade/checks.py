@@ -91,7 +91,7 @@ def check_fit(
     if reason is None:
         return
     broken = broken_relation(blade, shroud)
-    if broken is None and blade.sections is not None:
+    if blade.sections is not None and (broken is None or broken[0] == "blade"):
         raise GeometryError("blade", "sections", blade.sections.name, _sections_and_ways(blade, shroud, reason))
     if broken is not None:
         table, parameter, _ = broken

@@ -14,7 +14,7 @@ from geometry.sector import FloatArray
 LEAST_POINTS = 4
 SIDE_POINTS, EDGE_POINTS = 129, 17  # odd: the middle is one of them
 EDGE_TURN = np.radians(120.0)
-EDGE_REACH = 0.4  # distance of an edge from the farthest points, over that between them
+EDGE_REACH = 0.6  # distance of an edge from the farthest points, over that between them
 LEAST_EDGE = 0.05
 SAME_POINT = 1e-9  # distance over the extent of the outline
 LEAST_AREA = 1e-4  # over the square of the extent
@@ -102,6 +102,8 @@ def _check_simple(loop: FloatArray) -> None:
     c, d = a[:, None], b[:, None]
     parted = side(c, d, a[None]) * side(c, d, b[None]) < 0  # the ends of one piece by the line through the other
     crossing = parted & parted.T
+    if round(float(_turns(loop).sum()) / (2 * np.pi)) > 1:
+        raise LoopError("the points go round more than once")
     if crossing.any():
         i, j = np.argwhere(crossing)[0]
         x, y = (loop[k, :2] for k in (i, j))
@@ -122,14 +124,11 @@ def _ends(loop: FloatArray) -> tuple[int, int]:
 
 def _edge(loop: FloatArray, end: int) -> tuple[int, int]:
     """First and last point, counterclockwise, of the shortest part near `end` that turns enough."""
-    xy, n = loop[:, :2], len(loop)
-    step = np.roll(xy, -1, axis=0) - xy
-    turn = np.arctan2(step[:, 1], step[:, 0])
-    turn = (turn - np.roll(turn, 1) + np.pi) % (2 * np.pi) - np.pi  # at each point
-    length = np.linalg.norm(step, axis=1)
+    xy, n, turn = loop[:, :2], len(loop), _turns(loop)
+    length = np.linalg.norm(np.roll(xy, -1, axis=0) - xy, axis=1)
     reach = EDGE_REACH * float(np.linalg.norm(xy - xy[end], axis=1).max())
     near = np.linalg.norm(xy - xy[end], axis=1) < reach
-    best, found = np.inf, (end, end)
+    best, found = np.inf, None
     for first in np.flatnonzero(near):
         total, path = 0.0, 0.0
         for offset in range(n):
@@ -141,7 +140,16 @@ def _edge(loop: FloatArray, end: int) -> tuple[int, int]:
                 best, found = path, (int(first), int(last))
                 break
             path += length[last]
+    if found is None:
+        raise LoopError("no leading and trailing edge: a section must be longer than some 1.5 times its thickness")
     return found
+
+
+def _turns(loop: FloatArray) -> FloatArray:
+    """Change of direction at each point, rad, -pi to pi."""
+    step = np.roll(loop[:, :2], -1, axis=0) - loop[:, :2]
+    angle = np.arctan2(step[:, 1], step[:, 0])
+    return np.asarray((angle - np.roll(angle, 1) + np.pi) % (2 * np.pi) - np.pi)
 
 
 def _cyclic(loop: FloatArray, *numbers: int) -> bool:

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
 
 BEYOND = 0.01  # of the height of the stack, by which sections are extrapolated
+LEAST_STEP = 1e-4  # of the radius, between the mean radii of two sections
 NEWTON_STEPS = 8
 BLUNT = 0.6  # thickness of the edges over the largest, from which on a section is a rectangle for its platform
 GAUSS_POINTS = 4
@@ -94,7 +95,7 @@ def profile_stack(name: str, sections: Sequence[FloatArray]) -> ProfileStack:
     if len(found) < 2:
         raise _refused(name, "one section, at least two at different radii are needed")
     for number, (low, high) in enumerate(pairwise(mean), 2):
-        if not high > low:
+        if not high - low > LEAST_STEP * high:
             allowed = "sections from the root to the tip, with rising radii"
             raise _refused(name, f"radius {high:.6g} m of section {number} after {low:.6g} m, allowed: {allowed}")
     table = np.array(found)

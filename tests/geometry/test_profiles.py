@@ -126,6 +126,7 @@ def test_sections_with_disk_snubber_and_lean():
 
 GOOD = sections_of(LENS, TIP)
 SWAPPED = GOOD[1].copy()
+SQUARE = 0.01 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 SWAPPED[[40, 20]] = SWAPPED[[20, 40]]
 BAD = {
     "at least two at different radii": [GOOD[0]],
@@ -134,6 +135,8 @@ BAD = {
     "section 2 .radius 0.3725 m.: 3 different points": [GOOD[0], GOOD[1][:3], GOOD[2]],
     "section 2 .*crosses itself": [GOOD[0], SWAPPED, GOOD[2]],
     "enclose no area": [GOOD[0], GOOD[1] * [1.0, 0.0, 1.0], GOOD[2]],
+    "go round more than once": [GOOD[0], np.vstack([GOOD[1], GOOD[1]]), GOOD[2]],
+    "no leading and trailing edge": [placed(SQUARE, 0.0, radius) for radius in (0.3, TIP)],
     "missing at the tip": GOOD[:2],
     "missing at the root": GOOD[1:],
     "the file is in mm": [each * 1e3 for each in GOOD],
