@@ -33,7 +33,7 @@ def scene_schema() -> dict[str, Any]:
     schema["allOf"] = [
         _given_or_swept(name, key) for name, section in sections.items() for key in section.pop("required", ())
     ]
-    schema["allOf"] += [_one_of_two_meshes(), _CONTACT_OR_MESH_FILE]
+    schema["allOf"] += [_one_of_two_meshes(), _one_of_two_airfoils(), _CONTACT_OR_MESH_FILE]
     return {"$schema": DIALECT, **schema, "title": "Scene of shroud"}
 
 
@@ -136,6 +136,13 @@ def _one_of_two_meshes() -> dict[str, Any]:
     """A mesh has an element size, or a file and the number of blades; no mesh has neither."""
     of_file = {"allOf": [_given_or_swept("mesh", "file"), _given_or_swept("mesh", "n_blades")]}
     return {"anyOf": [{"not": {"required": ["mesh"]}}, _given_or_swept("mesh", "size"), of_file]}
+
+
+def _one_of_two_airfoils() -> dict[str, Any]:
+    """An airfoil has a chord and a thickness, or sections."""
+    parametric = {"allOf": [_given_or_swept("blade", "chord"), _given_or_swept("blade", "thickness")]}
+    sections = {"properties": {"blade": {"required": ["sections"]}}, "required": ["blade"]}
+    return {"anyOf": [{"not": {"required": ["blade"]}}, sections, parametric]}
 
 
 # the mesh of a file may be without contact faces, what is made here has some
