@@ -320,10 +320,8 @@ def blade_rows(scene: Scene) -> list[tuple[str, str]]:
         ("length, hub radius", f"{_mm(blade.length)}, {_mm(blade.hub_radius)}"),
         ("airfoil", f"{shape}, chord {_mm(blade.chord)}, thickness {_mm(blade.thickness)}"),
         ("thickness at the shroud, twist", f"{_mm(blade.tip_thickness or blade.thickness)}, {blade.twist:g}°"),
-        (
-            "stagger at root, at shroud, camber",
-            f"{blade.root_stagger:g}°, {blade.root_stagger + blade.twist:g}°, {blade.camber:g}°",
-        ),
+        ("stagger at root, at shroud", f"{blade.root_stagger:.4g}°, {blade.tip_stagger:.4g}°"),
+        *([("camber", f"{blade.camber:g}°")] if blade.sections is None else []),
         *_contact_part_rows(scene),
         ("material", _material_said(material.properties)),
         *_disk_rows(scene),
