@@ -8,7 +8,7 @@ import sys
 import warnings
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -45,6 +45,9 @@ from pipeline.terminal import (
     print_problems,
     print_verification,
 )
+
+if TYPE_CHECKING:
+    from pipeline.study_reply import StudyReply
 
 _NO_OUTPUT = "shroud: the output cannot be written"
 
@@ -264,19 +267,40 @@ def optimise(
 
     Without --over: over the keys of the scene's table [optimum]. A key without LOW:HIGH gets a range from the scene.
     """
-    from pipeline.optimise import Asked, objective_asked, optimum_text
+    from pipeline.optimise import Asked, objective_asked
     from pipeline.optimise import optimise as search
 
     request = options.request(scene, Stage.RESPOND)
     asked = Asked(over or [], tolerance or [], objective_asked(objective), output, life)
     with options.reporter() as reporter:
         optimum = search(request, asked, reporter)
-    if optimum.lines and options.print_text(optimum.values):
-        print(optimum_text(optimum, request.out))
-    print_problems(optimum.problems)
-    if optimum.stopped is not None:
-        raise typer.Exit(BY_SIGNAL + optimum.stopped.signal)
-    raise typer.Exit(COMPUTED if optimum.lines and not optimum.problems else NOT_REACHED)
+    _finish_reply(optimum, options, request.out)
+
+
+@app.command(epilog=examples("shroud crossings my.toml", "shroud crossings my.toml --json"))
+@takes("rom", "out", "force", "jobs", "quiet", "as_json", "recompute")
+def crossings(scene: SceneArgument, *, options: Options) -> None:
+    """Print the worst motion at every resonance crossing.
+
+    The table [crossings] of the scene has the speed range, tables [[excitation.order]] the engine orders with their
+    forces. A Campbell diagram and crossings.csv go to DIR. What is unchanged is not computed again.
+    """
+    from pipeline.study_reply import find_crossings
+
+    request = options.request(scene, Stage.RESPOND)
+    with options.reporter() as reporter:
+        reply = find_crossings(request, reporter)
+    _finish_reply(reply, options, request.out)
+
+
+def _finish_reply(reply: StudyReply, options: Options, out: Path) -> None:
+    """Print what a study has found, and exit."""
+    if reply.lines and options.print_text(reply.values):
+        print(reply.text(out))
+    print_problems(reply.problems)
+    if reply.stopped is not None:
+        raise typer.Exit(BY_SIGNAL + reply.stopped.signal)
+    raise typer.Exit(COMPUTED if reply.lines and not reply.problems else NOT_REACHED)
 
 
 @app.command(

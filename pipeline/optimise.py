@@ -9,22 +9,18 @@ the contact forces: a deeper one changes nothing.
 
 from __future__ import annotations
 
-import json
 import math
 import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast, get_args
 
-from pipeline.codec import restored
 from pipeline.errors import InputError, input_error, shown
-from pipeline.figures.figure_stage import look_of, study_figures
+from pipeline.figures.figure_stage import look_of
 from pipeline.process.interrupts import Stopped
 from pipeline.process.progress import Reporter
 from pipeline.results.closure import static_ranges
-from pipeline.results.publishing import PicturesMissing
 from pipeline.run import solved_members
 from pipeline.scene.dotted_keys import of_contact
 from pipeline.scene.labels import value_label
@@ -39,9 +35,8 @@ from pipeline.stress.stress_stage import worst_stress
 from pipeline.studies.optimum.checks import OPTIMISED_KEYS, PLACE, unfit_optimum_keys
 from pipeline.studies.optimum.checks import TOLERANCE as TOLERANCE_PLACE
 from pipeline.studies.optimum.section import LIFE, MOST_KEYS, Objective, Optimum, Range
-from pipeline.studies.registry import study_named
 from pipeline.studies.study import StudyContext, StudyError
-from pipeline.studies.study_stage import studied, write_study
+from pipeline.study_reply import StudyReply, reply_of_study
 
 if TYPE_CHECKING:
     from nonlinear.response_curve import ResponseCurve
@@ -209,17 +204,6 @@ def _linear(context: StudyContext, given: Mapping[str, Any]) -> ResponseCurve:
 
 
 @dataclass(frozen=True)
-class Optimised:
-    """What the command prints."""
-
-    lines: tuple[str, ...]  # the optimum in words; empty where there is none
-    values: dict[str, Any]  # content of optimum.json; empty where there is none
-    files: tuple[str, ...]  # files written, by their names in the output folder
-    problems: tuple[str, ...]  # what could not be computed, one line each
-    stopped: Stopped | None = None  # the signal that ended the search before its end
-
-
-@dataclass(frozen=True)
 class Asked:
     """Options of the command."""
 
@@ -239,7 +223,7 @@ class Asked:
         return "".join(f" {shlex.quote(word)}" for word in given)
 
 
-def optimise(request: Request, asked: Asked, reporter: Reporter) -> Optimised:
+def optimise(request: Request, asked: Asked, reporter: Reporter) -> StudyReply:
     """Find the optimum of a scene, and write optimum.json and its figure."""
     file, ranges, given_model = request.scene, asked_ranges(asked.over), request.rom is not None
     own = file.first.optimum
@@ -270,30 +254,11 @@ def optimise(request: Request, asked: Asked, reporter: Reporter) -> Optimised:
             ranged = with_section(base, {**keys, "over": _ranges(context, file, over)})
             check_ranges(ranged, given_model)
             context = replace(context, run=replace(run, request=replace(run.request, scene=ranged)))
-            found = studied(context, study_named(STUDY))
         except StudyError as error:
-            return Optimised((), {}, (), (*outcome.problems, f"{STUDY}: {error}"))
+            return StudyReply(problems=(*outcome.problems, f"{STUDY}: {error}"))
         except Stopped as stop:
-            return _so_far(context, stop)
-        problems, pictures = list(outcome.problems), []
-        try:
-            pictures = study_figures(run, {STUDY: found}, look_of(run, "optimise", asked.options))
-        except PicturesMissing as missing:
-            problems += missing.problems
-        values = json.loads((request.out / found.file).read_text(encoding="utf-8"))
-        files = (found.file, *(path.relative_to(request.out).as_posix() for path in pictures))
-        return Optimised(found.lines, values, files, tuple(problems))
-
-
-def _so_far(context: StudyContext, stop: Stopped) -> Optimised:
-    """The best of a search that a signal has ended, in optimum.json as well."""
-    if stop.summary is None:
-        return Optimised((), {}, (), (), stop)
-    run, study = context.run, study_named(STUDY)
-    name, lines = f"{STUDY}.json", tuple(study.lines(restored(study.result, stop.summary)))
-    with run.store.replacing(run.request.out / name) as (path,):
-        values = write_study(path, context, STUDY, stop.summary)
-    return Optimised(lines, values, (name,), (), stop)
+            return StudyReply(stopped=stop)
+        return reply_of_study(context, STUDY, look_of(run, "optimise", asked.options))
 
 
 def _base(file: SceneFile, over: Iterable[str], given_model: bool) -> SceneFile:
@@ -328,12 +293,6 @@ def _ranges(context: StudyContext, file: SceneFile, asked: Mapping[str, Range | 
             low, high = found[key]
             context.run.reporter.line(f"note: {key} from {low:.6g} to {high:.6g}, where nothing else is asked for")
     return found
-
-
-def optimum_text(found: Optimised, out: Path) -> str:
-    """The lines of the optimum and where its files are."""
-    names = ", ".join(str(out / name) for name in found.files)
-    return "\n".join([*found.lines, names])
 
 
 def objective_asked(text: str | None) -> Objective | None:

@@ -103,6 +103,17 @@ def built_models(request: Request, reporter: Reporter) -> Iterator[tuple[Run, Mo
 
 
 @contextmanager
+def unsolved_members(request: Request, reporter: Reporter) -> Iterator[tuple[Run, Models, RunOutcome]]:
+    """The members of a scene without models, but for a given one, and without curves; else as `solved_curves`."""
+    remember_code()
+    given = _check(request)
+    with _running(request, reporter, given) as run:
+        outcome = RunOutcome()
+        none: Models = {member.index: None for member in request.scene.members}
+        yield run, none if given is None else member_models(run, outcome, given), outcome
+
+
+@contextmanager
 def _running(request: Request, reporter: Reporter, given: ReducedModel | None) -> Iterator[Run]:
     """The context of a run: its output folder is locked, and its workers live, within the block."""
     with (

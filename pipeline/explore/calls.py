@@ -52,7 +52,7 @@ def build(send: Send, out: Path, rom: Path | ReducedModel | None, file: SceneFil
 
 
 def search(send: Send, out: Path, rom: Path | ReducedModel | None, file: SceneFile, over: Sequence[str]) -> None:
-    """The optimum of a scene over keys: lines on what is done, at the end an `Optimised`."""
+    """The optimum of a scene over keys: lines on what is done, at the end an `StudyReply`."""
     from pipeline.optimise import Asked, optimise
     from pipeline.stages.request import Request
 

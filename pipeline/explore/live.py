@@ -19,7 +19,6 @@ from pipeline.explore.computation import Computation
 from pipeline.explore.knobs import Knob, Range, knobs_of, turned_keys
 from pipeline.explore.models import LiveModels, LoadedModel
 from pipeline.explore.views import FIRST, LiveView, certainty_of
-from pipeline.optimise import Optimised
 from pipeline.results.closure import QUICK, ranges_of_closure
 from pipeline.scene.consistency import check_scene, check_scene_for_model
 from pipeline.scene.dotted_keys import split_key
@@ -30,6 +29,7 @@ from pipeline.stages.curve.curve_summary import checked
 from pipeline.stages.engine_orders import SPEED
 from pipeline.stages.scene_to_solver import contact_on_model, nonlinear_problem, resolved_contacts
 from pipeline.stages.warm_up import warm_up
+from pipeline.study_reply import StudyReply
 
 if TYPE_CHECKING:
     from nonlinear.response_curve import ResponseCurve
@@ -145,7 +145,7 @@ class LiveScene:
         """Build the reduced model in another process; lines on what is done. If not cancelled, it then `is_ready`."""
         yield from self._call(calls.build, cancelled)
 
-    def optimum(self, over: Sequence[str], cancelled: Cancelled = never) -> Generator[str | Optimised]:
+    def optimum(self, over: Sequence[str], cancelled: Cancelled = never) -> Generator[str | StudyReply]:
         """Search for the optimum from the scene as it stands: `shroud optimise` over KEY or KEY=LOW:HIGH.
 
         Lines on what is done, then the optimum, which optimum.json of the output folder has as well.

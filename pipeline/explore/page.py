@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from pipeline.explore.knobs import Knob
     from pipeline.explore.live import LiveScene
     from pipeline.explore.views import LiveView
-    from pipeline.optimise import Optimised
+    from pipeline.study_reply import StudyReply
 
 TEMPLATES = Path(__file__).parent / "templates"
 VIEWER = Path(__file__).parents[1] / "report" / "templates"
@@ -196,7 +196,7 @@ class Page:
 
         self._work(Kind.SEARCH, compute, number, "Searching for the optimum ...")
 
-    def _show_optimum(self, knob: Knob, found: Optimised, number: int) -> None:
+    def _show_optimum(self, knob: Knob, found: StudyReply, number: int) -> None:
         values = {key: value for key, value in found.values.get("values", {}).items() if key == knob.key}
         if values and found.values["amplitude_m"] is not None:
             at = KnobWords(replace(knob, value=values[knob.key])).shown_number

@@ -120,7 +120,7 @@ def modes_of_scene(run: Run, models: Models, problems: list[str]) -> list[ModelM
         assert model is not None
         try:
             chosen = [member for member in group if member.index in shown]
-            static = [case for member in chosen for case in _static_cases(run.store, model, member)]
+            static = [case for member in chosen for case in static_cases(run.store, model, member)]
             found.append(_model_modes(run, model, first, static))
         except StorageError:
             raise
@@ -184,7 +184,7 @@ def _wave(order: int, limits: tuple[float, float], found: dict[str, Any], speed_
     return WaveModes(order, *where, limits, excitation, tuple(modes))
 
 
-def _static_cases(store: Store, model: BuiltModel, member: Member) -> list[StaticCase]:
+def static_cases(store: Store, model: BuiltModel, member: Member) -> list[StaticCase]:
     """The static contact of a member by interface, from the store or computed."""
     scene = member.scene
     response, load = scene.response.model_dump(), scene.load.model_dump(exclude={"coriolis"})

@@ -240,6 +240,28 @@ class ExcitationHarmonic(Section):
     phase: Angle = key("phase, degrees: force amplitude cos(h w t + phase)", 0.0)
 
 
+class ExcitationOrder(Section):
+    """[[excitation.order]]: an engine order of [crossings] with its force."""
+
+    order: Annotated[Whole, Field(ge=1, le=100000)] = key("engine order")
+    force: NotNegative | None = key(
+        "amplitude in place of excitation.force, N; 0: the order is skipped; none: excitation.force times `scale`",
+        None,
+    )
+    scale: NotNegative | None = key(
+        "factor of excitation.force, and so of the pressures and forces of [[excitation.load]]; none: 1",
+        None,
+        allowed="a number, {bounds} (give this or force)",
+    )
+
+    @field_validator("scale")
+    @classmethod
+    def _one_amplitude(cls, value: Any, info: ValidationInfo) -> Any:
+        if value is not None and info.data.get("force") is not None:
+            raise ValueError(allowed_of(cls, "scale"))
+        return value
+
+
 class ExcitationLoad(Section):
     """[[excitation.load]]: where the excitation acts, in place of the point excitation.at."""
 
@@ -474,14 +496,32 @@ class Excitation(Section):
     load: Annotated[tuple[ExcitationLoad, ...], Meaning(swept=False)] = key(
         "where the force acts, in place of `at`", (), allowed="tables [[excitation.load]]"
     )
+    order: Annotated[tuple[ExcitationOrder, ...], Meaning(swept=False)] = key(
+        "engine orders of [crossings] with their forces; none: `engine_order` with `force`",
+        (),
+        allowed="tables [[excitation.order]], each order once",
+        max_length=100,
+        exclude=True,  # a curve has one engine order: it does not depend on those of the table
+    )
 
-    @field_validator("harmonic")
+    @field_validator("harmonic", "order")
     @classmethod
-    def _each_order_once(cls, value: Any) -> Any:
+    def _each_order_once(cls, value: Any, info: ValidationInfo) -> Any:
         orders = [item.order for item in value]
         if len(set(orders)) < len(orders):
-            raise ValueError("tables [[excitation.harmonic]], each order once")
+            raise ValueError(allowed_of(cls, str(info.field_name)))
         return value
+
+    @property
+    def forces(self) -> dict[int, float]:
+        """Force of each engine order of [crossings], N; those with a force of 0 are left out."""
+        if not self.order:
+            return {self.engine_order: self.force}
+        given = {
+            o.order: self.force * (1.0 if o.scale is None else o.scale) if o.force is None else o.force
+            for o in self.order
+        }
+        return {order: force for order, force in given.items() if force > 0.0}
 
     @property
     def unit_direction(self) -> tuple[float, float, float]:

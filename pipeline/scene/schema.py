@@ -23,6 +23,7 @@ from pipeline.scene.mesh_section import Mesh
 from pipeline.scene.model_section import Model
 from pipeline.scene.response_section import Response, Rom
 from pipeline.studies.backbone.section import Backbone
+from pipeline.studies.crossings.section import Crossings
 from pipeline.studies.flutter.section import Flutter
 from pipeline.studies.identify.section import Identify
 from pipeline.studies.map.section import Map
@@ -118,6 +119,7 @@ class Scene(Section):
     wear: Wear | None = key("", None)
     run_up: RunUp | None = key("", None)
     identify: Identify | None = key("", None)
+    crossings: Crossings | None = key("", None)
     render: Render | None = key("", None)
     figures: Figures = key("", Figures())
 

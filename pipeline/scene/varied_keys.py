@@ -35,6 +35,9 @@ def studied_keys(scene: Scene) -> Iterator[Varied]:
             yield Varied(f"optimum.over.{shown_key(key)}", key, limits)
         for key, width in scene.optimum.tolerances.items():
             yield Varied(f"optimum.tolerance.{shown_key(key)}", key, (), (width,))
+    if scene.crossings is not None:
+        for key, width in scene.crossings.tolerances.items():
+            yield Varied(f"crossings.tolerance.{shown_key(key)}", key, (), (width,))
     if scene.map is not None:
         for key, values in scene.map.over.items():
             yield Varied(f"map.over.{shown_key(key)}", key, values)

@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol, TypeVar, runtime_checkable
 
 from pipeline.codec import plain, restored
 from pipeline.errors import InputError, reason_of
@@ -51,6 +51,14 @@ class Study(Protocol):
         """What to say of the result at a terminal."""
 
 
+@runtime_checkable
+class TabledStudy(Study, Protocol):
+    """A study with a table of its own, NAME.csv beside its file."""
+
+    def table(self, result: Any) -> str:
+        """The text of the table; "": there is none."""
+
+
 @dataclass(frozen=True)
 class StudyContext:
     """What a study computes with."""
@@ -62,8 +70,6 @@ class StudyContext:
     stress: Callable[[Run, CurveResult, Any], Mapping[str, Any]] | None = None
     log: StageLog = field(default_factory=StageLog)  # of all members beside those of the scene
     done: list[CurveResult] = field(default_factory=list)  # of the last members, also where a signal ended them
-    # texts of further files of a study by their names, which begin with that of the study
-    tables: dict[str, str] = field(default_factory=dict)
 
     @property
     def file(self) -> SceneFile:
@@ -122,14 +128,21 @@ class StudyContext:
 
     def model_of(self, member: Member) -> BuiltModel:
         """The reduced model of a member, found in the store or made."""
-        if reason := self._unfit(member):
-            raise StudyError(reason)
-        run, outcome = self._derived([replace(member, index=0)]), RunOutcome()
+        (found,) = self.models_of([member])
+        return found
+
+    def models_of(self, members: Sequence[Member]) -> list[BuiltModel]:
+        """The reduced models of some members, found in the store or made."""
+        for member in members:
+            if reason := self._unfit(member):
+                raise StudyError(reason)
+        run, outcome = self._derived([replace(member, index=k) for k, member in enumerate(members)]), RunOutcome()
         try:
-            found = self._models(run, outcome)[0]
+            models = self._models(run, outcome)
         except InputError as error:
             raise StudyError(str(error)) from None
-        if found is None:
+        found = [model for k in range(len(members)) if (model := models[k]) is not None]
+        if len(found) < len(members):
             raise StudyError("; ".join(outcome.problems))
         return found
 

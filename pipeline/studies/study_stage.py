@@ -18,7 +18,7 @@ from pipeline.store.content_store import read_json
 from pipeline.store.disk_errors import StorageError
 from pipeline.store.fingerprints import fingerprint
 from pipeline.studies.registry import figure_file, study_named
-from pipeline.studies.study import Study, StudyContext, said_of
+from pipeline.studies.study import Study, StudyContext, TabledStudy, said_of
 
 CURVE = "curve_key"  # in the file of a study: key of the curve with the base values of the scene
 
@@ -34,7 +34,7 @@ def study_stage(context: StudyContext) -> None:
         except Exception as error:  # the curves stand without it
             outcome.problems.append(f"{name}: {said_of(error)}")
             out = context.run.request.out  # what an earlier run left is of other values
-            (out / f"{name}.json").unlink(missing_ok=True)
+            remove_outdated(out, [f"{name}.json", f"{name}.csv"], [])
             remove_outdated(out / "figures", [f"{figure_file(name)}.*"], [])
 
 
@@ -53,25 +53,26 @@ def studied(context: StudyContext, study: Study) -> StudyOutcome:
     )
 
     def build(folder: Path) -> None:
-        context.tables.clear()
-        write_study(folder / name, context, study.name, plain(study.compute(context)))
-        for table, text in context.tables.items():
-            (folder / table).write_text(text, encoding="utf-8")
+        write_study(folder / name, context, study, plain(study.compute(context)))
 
     entry = run.store.get(Stage.STUDY, key, build)
     run.log.note(Stage.STUDY, entry.ran, entry.seconds)
     files = copied(run.store, entry.folder, run.request.out)
-    remove_outdated(run.request.out, [f"{study.name}_*.csv"], files)
+    remove_outdated(run.request.out, [f"{study.name}.csv"], files)
     values = json.loads(entry.file(name).read_text(encoding="utf-8"))
     del values["study"], values[CURVE]
     result = restored(study.result, values)
     return StudyOutcome(study.name, key, result, tuple(study.lines(result)), name, round(entry.seconds, 4))
 
 
-def write_study(path: Path, context: StudyContext, name: str, found: Mapping[str, Any]) -> dict[str, Any]:
-    """Write the file of a study from the plain fields of its result, and return its content."""
-    values = {"study": name, CURVE: context.base_key, **found}
+def write_study(path: Path, context: StudyContext, study: Study, found: Mapping[str, Any]) -> dict[str, Any]:
+    """Write the file of a study from the plain fields of its result, its table beside it, and return its content."""
+    values = {"study": study.name, CURVE: context.base_key, **found}
     path.write_text(as_json(values) + "\n", encoding="utf-8")
+    if isinstance(study, TabledStudy):
+        table = study.table(restored(study.result, found))
+        if table:
+            path.with_suffix(".csv").write_text(table, encoding="utf-8")
     return values
 
 
@@ -81,8 +82,7 @@ def remove_outdated_studies(context: StudyContext) -> list[str]:
     for name in STUDIES:
         file = context.run.request.out / f"{name}.json"
         if file.is_file() and _curve_of(file) != context.base_key:
-            file.unlink(missing_ok=True)
-            remove_outdated(context.run.request.out, [f"{name}_*.csv"], [])
+            remove_outdated(file.parent, [file.name, f"{name}.csv"], [])
             removed.append(name)
     return removed
 

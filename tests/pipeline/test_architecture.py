@@ -85,6 +85,7 @@ LAYERS = {
         {"export", "stress"},
         {"report"},
         {"run"},
+        {"study_reply"},
         {"check", "mode_diagrams", "new_scene", "optimise"},
         {"identify"},
         {"explore"},

@@ -71,6 +71,9 @@ MORE_OF_RING: dict[str, Any] = {
     "response.seed": 3,
     "response.effort": 2.0,
     "output": [{"name": "other"}],
+    "excitation.order": Keys(
+        {"crossings": {"speed": [10.0, 40.0]}, "excitation.order": [{"order": 1, "force": 0.3}, {"order": 2}]}
+    ),
     "accuracy": "draft",
     "title": "Another title",
 }
@@ -146,6 +149,13 @@ STUDIES: dict[str, dict[str, Any]] = {
         "scouts": 5,
         "candidates": {"excitation": {"force": [0.6]}},
     },
+    "crossings": {
+        "speed": [12.0, 42.0],
+        "steady": [20.0],
+        "least": 0.3,
+        "limit": Keys({"crossings.limit": 0.3, "uncertainty": {"samples": 16, "parameter": [LAW]}}),
+        "tolerance": {"contact.friction": 0.1},
+    },
     "uncertainty": {
         "correlation": Keys(
             {"uncertainty.parameter": [LAW, STIFFNESS], "uncertainty.correlation": [[1.0, 0.5], [0.5, 1.0]]}
@@ -212,6 +222,7 @@ STUDY_BASES: dict[str, dict[str, Any]] = {
     "wear": {"coefficient": 1e-11, "hours": 1.0, "responses": 2, "area": 1e-4},
     "run_up": {"rate": [0.01]},
     "identify": {"over": {"contact.friction": [0.2, 0.8]}, "measured": [PEAK], "scouts": 4},
+    "crossings": {"speed": [10.0, 40.0]},
 }
 BLADE = small_scene(contact__integration="exact", contact__samples=1024, response__frequency=[420.0, 470.0])
 PARTS: dict[str, dict[str, Any]] = {  # tables that a blade may have beside its own, for which keys follow below
@@ -319,6 +330,15 @@ OF_BLADE: dict[str, dict[str, Any]] = {
         "profile": [[0.25, 0.03]],
         "bore": "free",
         "size": 0.03,
+    },
+    "crossings": {
+        "temperature_factor": Keys(
+            HEATED | {"crossings.speed": [4e3, 7e3], "crossings.temperature_factor": [0.0, 1.0]}
+        ),
+        "margin": Keys(
+            {"crossings.speed": [4e3, 7e3], "crossings.margin": 30.0, "fatigue": PARTS["fatigue"]}
+            | {"uncertainty": {"samples": 16, "parameter": [LAW]}}
+        ),
     },
     "stress": {"curves": "all", "hot_spots": 3, "check": False},
     "fatigue": {"endurance_limit": 2e8, "tensile_strength": 8e8, "yield_strength": 6e8, "factor": 1.5}
@@ -429,7 +449,7 @@ def test_changed_keys_of_studies(tmp_path: Path, study: str) -> None:
 @pytest.mark.parametrize("section", OF_BLADE)
 def test_changed_keys_of_blades(tmp_path: Path, section: str) -> None:
     base = {**BLADE, **{part: PARTS[part] for part in WITH.get(section, (section,)) if part in PARTS}}
-    until = "stresses" if section in ("stress", "fatigue") else "respond"
+    until = {"stress": "stresses", "fatigue": "stresses", "crossings": "study"}.get(section, "respond")
     with without_stress_pictures():
         shroud.run_scene(base, tmp_path / "kept", until=until, quiet=True)
         for key, value in OF_BLADE[section].items():

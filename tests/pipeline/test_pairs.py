@@ -43,6 +43,7 @@ REFUSED = {  # pairs with what the line says
     ("static-first", "wear"): "response.method",
     ("static-first", "run_up"): "response.method",
     ("static-first", "identify"): "response.method",
+    ("two orders", "crossings"): "excitation.harmonic: 1 with [crossings]",
 }
 ALONE = {  # features that need another one, which the pair lacks
     **{(name, "flutter"): "flutter: given without [aero]" for name in FEATURES if name != "flow"},

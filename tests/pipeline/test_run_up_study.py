@@ -98,13 +98,13 @@ def test_probes_read_the_passages_of_the_tips(tmp_path: Path) -> None:
     (sweep,) = curve.sweeps
     assert sweep.read_m.max() == pytest.approx(sweep.peak_m, rel=0.02)
     assert sweep.read_hz[sweep.read_m.argmax()] == pytest.approx(sweep.peak_hz, rel=5e-3)
-    rows = (tmp_path / "out" / "run_up_passages.csv").read_text().splitlines()
+    rows = (tmp_path / "out" / "run_up.csv").read_text().splitlines()
     assert rows[0].split(",")[-1] == "displacement_m"
     assert len(rows) == sweep.passages + 1
     asked = {"rate": [2000.0], "direction": "up"}  # the table of before is gone
     path = write_scene(tmp_path / "s.toml", small_scene(**FREE, run_up=asked))
     assert shroud("run", path, "--out", tmp_path / "out", "--until", "study")[0] == 0
-    assert not (tmp_path / "out" / "run_up_passages.csv").exists()
+    assert not (tmp_path / "out" / "run_up.csv").exists()
 
 
 @pytest.mark.parametrize(

@@ -63,6 +63,7 @@ WHOLE: dict[str, dict[str, Any]] = {  # sections that the small scene lacks
         "over": {"contact.friction": [0.1, 0.9]},
         "measured": [{"frequency": 430.0, "amplitude": 2e-6, "rate": 5.0, "at": {"excitation": {"force": 0.3}}}],
     },
+    "crossings": {"speed": [1000.0, 6000.0], "steady": [3000.0]},
     "optimum": {"over": {"contact.interference": [-1e-5, 1e-5]}},
     "map": {"over": {"contact.interference": [-1e-5, 1e-5], "contact.friction": [0.2, 0.4]}, "values": 3},
     "mistuning": {"frequency": [0.01] * 72, "frequency_range": [200.0, 300.0]},

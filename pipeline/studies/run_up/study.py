@@ -30,7 +30,6 @@ if TYPE_CHECKING:
 MOST_POINTS = 2000  # of a stored envelope
 PAUSE = 5.0  # s between two lines of progress
 NOTHING = np.empty(0)
-TABLE = "run_up_passages.csv"
 TABLE_HEAD = "curve,rate_hz_per_s,revolution,probe,blade,time_s,speed_rpm,displacement_m\n"
 
 
@@ -40,16 +39,23 @@ class RunUpStudy:
     name = "run_up"
     result = RunUpResult
 
+    def __init__(self) -> None:
+        self.passages: list[str] = []  # of tips at probes, as rows of the table
+
     def key(self, context: StudyContext) -> Mapping[str, Any]:
         """The curves that it is about: each file is named after all that the curve depends on."""
         return {"curves": [[number, file.parent.name] for number, _, file, _ in _curves(context)]}
 
     def compute(self, context: StudyContext) -> RunUpResult:
         """The sweeps of one curve after another."""
-        curves = [_sweeps(context, *curve) for curve in _curves(context)]
+        curves = [_sweeps(context, self.passages, *curve) for curve in _curves(context)]
         if not curves:
             raise StudyError("there is no curve with points beside which a sweep could be shown")
         return RunUpResult(tuple(curves))
+
+    def table(self, result: RunUpResult) -> str:
+        """The passages, which the result only counts."""
+        return TABLE_HEAD + "".join(self.passages) if self.passages else ""
 
     def lines(self, result: RunUpResult) -> Sequence[str]:
         """Peaks of the sweeps over the steady ones."""
@@ -63,7 +69,9 @@ def _curves(context: StudyContext) -> Iterator[SolvedCurve]:
     return context.solved_curves(section.curves)
 
 
-def _sweeps(context: StudyContext, number: int, result: CurveResult, file: Path, rom: Path) -> CurveRunUps:
+def _sweeps(
+    context: StudyContext, rows: list[str], number: int, result: CurveResult, file: Path, rom: Path
+) -> CurveRunUps:
     """All sweeps of one curve."""
     from nonlinear.time_integration.ring import Ring
     from nonlinear.time_integration.ring_integrator import with_more_harmonics
@@ -89,7 +97,7 @@ def _sweeps(context: StudyContext, number: int, result: CurveResult, file: Path,
                 timing = _timing(scene, ring)
                 sweeps.append(_sweep(context, ring, ends, rate, start, (label, timing)))
                 if timing is not None:
-                    sweeps[-1] = _with_passages(context, sweeps[-1], timing, number)
+                    sweeps[-1] = _with_passages(context, rows, sweeps[-1], timing, number)
     curve = CurveRunUps(
         curve=number,
         label=member_label(result.member),
@@ -185,7 +193,9 @@ def _timing(scene: Scene, ring: Ring) -> TipTiming | None:
     )
 
 
-def _with_passages(context: StudyContext, sweep: SweepFacts, timing: TipTiming, number: int) -> SweepFacts:
+def _with_passages(
+    context: StudyContext, rows: list[str], sweep: SweepFacts, timing: TipTiming, number: int
+) -> SweepFacts:
     """The sweep with what the probes read; the passages go to a table."""
     from nonlinear.time_integration.tip_timing import fitted_amplitudes, tells_amplitude
 
@@ -193,8 +203,7 @@ def _with_passages(context: StudyContext, sweep: SweepFacts, timing: TipTiming, 
     probes = context.scene.run_up.probes
     assert probes is not None
     passages = timing.passages(probes.resolution, probes.noise, probes.seed)
-    table = context.tables.setdefault(TABLE, TABLE_HEAD)
-    rows = zip(
+    columns = zip(
         passages.revolution.tolist(),
         passages.probe.tolist(),
         passages.blade.tolist(),
@@ -204,9 +213,9 @@ def _with_passages(context: StudyContext, sweep: SweepFacts, timing: TipTiming, 
         strict=True,
     )
     head = f"{number},{sweep.rate_hz_per_s:.6g}"
-    context.tables[TABLE] = table + "".join(
+    rows += (
         f"{head},{turn},{probe},{blade},{when:.12g},{speed:.9g},{moved:.6g}\n"
-        for turn, probe, blade, when, speed, moved in rows
+        for turn, probe, blade, when, speed, moved in columns
     )
     if not (timing.engine_order and tells_amplitude(timing.angles, timing.engine_order)):
         return replace(sweep, passages=len(passages.time_s))

@@ -34,6 +34,8 @@ def _independent_only(scene: Scene) -> str:
     asked = {
         "uncertainty.sensitivities": scene.uncertainty is not None and scene.uncertainty.sensitivities,
         'optimum.tolerance = "uncertainty"': scene.optimum is not None and scene.optimum.tolerance == "uncertainty",
+        "crossings.limit or margin": scene.crossings is not None
+        and (scene.crossings.limit is not None or scene.crossings.margin is not None),
         "wear.samples": scene.wear is not None and scene.wear.samples is not None,
     }
     return next((key for key, is_asked in asked.items() if is_asked), "")

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING
 
 from nonlinear.options import NO_PEAK, TRUNCATION_TOLERATED
 from pipeline.results.worst import share
-from pipeline.scene.labels import prefixed
+from pipeline.scene.labels import prefixed, quantity
 from pipeline.studies.uncertainty.quantiles import LEVELS, Estimate
 
 if TYPE_CHECKING:
     from pipeline.studies.uncertainty.result import UncertaintyResult
+    from pipeline.studies.uncertainty.section import Marginal
 
 MISSED = 0.1  # share of the variance that a polynomial may miss for its indices to be more than rough
 CLOSE = 0.01  # the same, for its quantiles to be given beside those of the samples
@@ -164,3 +165,14 @@ def _residual(result: UncertaintyResult) -> str:
         f"residual tractions alone leave {low:.4g} to {high:.4g} {unit} open at the centre of the distributions "
         "(mean deflection included): a band of its own, no part of the scatter"
     )
+
+
+def distribution_said(marginal: Marginal) -> str:
+    """A parameter with its distribution."""
+    named = quantity(marginal.key)
+    if marginal.kind == "uniform":
+        return f"{named.symbol} {named.value(marginal.low)} to {named.value(marginal.high)} (uniform)"
+    centre = named.value(marginal.centre)
+    if marginal.kind == "lognormal":
+        return f"{named.symbol} median {centre}, factor {marginal.spread:g} (lognormal)"
+    return f"{named.symbol} {centre}, deviation {named.value(marginal.spread)} (normal)"

@@ -9,9 +9,8 @@ from pipeline.results.worst import sentence
 from pipeline.scene.labels import prefixed, quantity
 from pipeline.studies.registry import StudySection
 from pipeline.studies.uncertainty.quantiles import Estimate
-from pipeline.studies.uncertainty.remarks import interval, percent
+from pipeline.studies.uncertainty.remarks import distribution_said, interval, percent
 from pipeline.studies.uncertainty.result import Spread, UncertaintyResult
-from pipeline.studies.uncertainty.section import Marginal
 from pipeline.studies.uncertainty.sensitivities import LinearSpread, PolynomialChaos, SobolIndex
 
 HEADINGS = ("", "samples (95 % confidence)", "polynomial", "first order")
@@ -24,23 +23,12 @@ CAPTION = (
 
 def uncertainty_section(result: UncertaintyResult) -> StudySection:
     """The section of a result."""
-    said = ", ".join(_distribution(marginal) for marginal in result.marginals)
+    said = ", ".join(distribution_said(marginal) for marginal in result.marginals)
     joint = "They are correlated." if result.correlation else "All are independent."
     conclusion = (sentence(result.message), f"Uncertain: {said}. {joint}")
     remarks = tuple(sentence(remark) for remark in result.remarks)
     rows = (*_quantile_rows(result), *_moment_rows(result), *_sensitivity_rows(result))
     return StudySection("Uncertainty", (*conclusion, *remarks), CAPTION, HEADINGS, rows)
-
-
-def _distribution(marginal: Marginal) -> str:
-    """A parameter with its distribution."""
-    named = quantity(marginal.key)
-    if marginal.kind == "uniform":
-        return f"{named.symbol} {named.value(marginal.low)} to {named.value(marginal.high)} (uniform)"
-    centre = named.value(marginal.centre)
-    if marginal.kind == "lognormal":
-        return f"{named.symbol} median {centre}, factor {marginal.spread:g} (lognormal)"
-    return f"{named.symbol} {centre}, deviation {named.value(marginal.spread)} (normal)"
 
 
 @dataclass(frozen=True)

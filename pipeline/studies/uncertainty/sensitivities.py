@@ -189,24 +189,46 @@ def polynomial_chaos(
     Shapes: `points` (n, d), `values` (n,).
     """
     known = np.isfinite(values)
-    points, values = points[known], values[known]
+    fit = fitted_polynomial(marginals, points[known], values[known])
+    if fit is None:
+        return None
+    many = unit_points(POINTS, len(marginals), seed)
+    spread = fit.at(np.column_stack([marginal.quantile(many[:, k]) for k, marginal in enumerate(marginals)]))
+    percentiles = tuple(quantile(spread, level).value for level in PERCENTILES)
+    error = float(np.mean(fit.missed**2) / np.var(values[known]))
+    return PolynomialChaos(fit.degree, error, _indices(marginals, fit.powers, fit.coefficients), percentiles)
+
+
+@dataclass(frozen=True)
+class FittedPolynomial:
+    """A polynomial through values at samples of some parameters."""
+
+    marginals: Sequence[Marginal]
+    degree: int  # total degree
+    powers: Powers  # of the parameters in each product
+    coefficients: Array
+    missed: Array  # (n,), differences of the samples from a fit to all others
+
+    def at(self, points: Array) -> Array:
+        """The polynomial at points (n, d)."""
+        return _products(_bases(self.marginals, points), self.powers) @ self.coefficients
+
+
+def fitted_polynomial(marginals: Sequence[Marginal], points: Array, values: Array) -> FittedPolynomial | None:
+    """The polynomial of the least leave-one-out error; None where values do not vary, or where there are too few.
+
+    Shapes: `points` (n, d), `values` (n,).
+    """
     if values.size < 2 or np.ptp(values) <= 1e-12 * np.abs(values).max():
         return None
-    bases = _bases(marginals, points)
-    fits = []
+    bases, fits = _bases(marginals, points), []
     for degree in range(1, HIGHEST_DEGREE + 1):
         powers = tuple(p for p in product(range(degree + 1), repeat=len(marginals)) if sum(p) <= degree)
         if len(powers) * SAMPLES_PER_TERM > values.size:
             break
-        fits.append((*_fit(_products(bases, powers), values), degree, powers))
-    if not fits:
-        return None
-    error, coefficients, degree, powers = min(fits, key=lambda fit: fit[0])
-    many = unit_points(POINTS, len(marginals), seed)
-    places = np.column_stack([marginal.quantile(many[:, k]) for k, marginal in enumerate(marginals)])
-    spread = _products(_bases(marginals, places), powers) @ coefficients
-    percentiles = tuple(quantile(spread, level).value for level in PERCENTILES)
-    return PolynomialChaos(degree, error, _indices(marginals, powers, coefficients), percentiles)
+        coefficients, missed = _fit(_products(bases, powers), values)
+        fits.append(FittedPolynomial(marginals, degree, powers, coefficients, missed))
+    return min(fits, key=lambda fit: float(np.mean(fit.missed**2)), default=None)
 
 
 def _bases(marginals: Sequence[Marginal], points: Array) -> list[Array]:
@@ -237,13 +259,12 @@ def _products(bases: Sequence[Array], powers: Powers) -> Array:
     return matrix
 
 
-def _fit(matrix: Array, values: Array) -> tuple[float, Array]:
-    """Leave-one-out error relative to the variance, and coefficients, by least squares."""
+def _fit(matrix: Array, values: Array) -> tuple[Array, Array]:
+    """Coefficients by least squares, and what a fit to all others misses of each value."""
     q, r = np.linalg.qr(matrix)
     coefficients = np.asarray(np.linalg.solve(r, q.T @ values))
     leverage = np.minimum((q * q).sum(axis=1), 1.0 - 1e-12)
-    missed = (values - matrix @ coefficients) / (1.0 - leverage)
-    return float(np.mean(missed**2) / np.var(values)), coefficients
+    return coefficients, np.asarray((values - matrix @ coefficients) / (1.0 - leverage))
 
 
 def _indices(marginals: Sequence[Marginal], powers: Powers, coefficients: Array) -> tuple[SobolIndex, ...]:
