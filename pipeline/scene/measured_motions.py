@@ -38,7 +38,9 @@ WORDS = ("output", "curve")
 COLUMNS = f"{', '.join((*NUMBERS, *WORDS))}, one of {', '.join(AMPLITUDES)}, or a key of the scene"
 UNIVERSAL = (".uff", ".unv")
 MOST_POINTS, LOWEST = 25, 0.3  # of a curve of a universal file: points at most, and above which part of the highest
-FUNCTION_58, RESPONSE_FUNCTION = 58, 4
+FUNCTION_58, RESPONSE_FUNCTION, UNKNOWN, FREQUENCY = 58, 4, 0, 18
+OVER_OMEGA = {UNKNOWN: 0, 8: 0, 11: 1, 12: 2}  # kind of the ordinate: unknown, displacement, velocity, acceleration
+LARGEST = 1e6  # m
 
 
 def measured_motions(scene: Scene) -> tuple[MeasuredMotion, ...]:
@@ -163,6 +165,11 @@ def _universal(scene: Scene, file: str) -> list[MeasuredMotion]:
     except Exception as error:  # whatever its reader meets
         raise _refused(file, f"no universal file: {reason_of(error)}", "data sets 58") from None
     curves = [item for item in (sets if isinstance(sets, list) else [sets]) if item.get("type") == FUNCTION_58]
+    curves = [item for item in curves if item["abscissa_spec_data_type"] in (UNKNOWN, FREQUENCY)]
+    for number, item in enumerate(curves):
+        if item["ordinate_spec_data_type"] not in OVER_OMEGA:
+            kind = f"ordinates of kind {item['ordinate_spec_data_type']} in curve {number + 1}"
+            raise _refused(file, kind, "displacements, velocities or accelerations (8, 11, 12)")
     force = scene.excitation.force
     found = [motion for k, item in enumerate(curves) for motion in _points(item, f"{k + 1}", force)]
     if not found:
@@ -175,6 +182,8 @@ def _points(item: Mapping[str, Any], label: str, force: float) -> list[MeasuredM
 
     heights = np.abs(np.asarray(item["data"])) * (force if item["func_type"] == RESPONSE_FUNCTION else 1.0)
     places = np.asarray(item["x"], dtype=float)
+    heights = heights / np.maximum(2.0 * np.pi * places, 1e-300) ** OVER_OMEGA[item["ordinate_spec_data_type"]]
+    heights = np.where(heights < LARGEST, heights, 0.0)  # what was not measured: NaN, infinity
     shown_ones = np.flatnonzero((heights >= LOWEST * heights.max(initial=0.0)) & (heights > 0.0) & (places > 0.0))
     chosen = np.unique(np.linspace(0, len(shown_ones) - 1, min(MOST_POINTS, len(shown_ones))).round().astype(int))
     return [

@@ -11,6 +11,7 @@ from pipeline import identify_scene, read_scene
 from pipeline.codec import restored
 from pipeline.errors import InputError
 from pipeline.results.results import read_results
+from pipeline.scene.measured_motions import measured_motions
 from pipeline.store.content_store import read_json
 from pipeline.studies.identify.figure import identify_figure
 from pipeline.studies.identify.result import Identification
@@ -138,6 +139,25 @@ def test_the_peak_of_a_sweep_is_compared_with_that_of_a_sweep(tmp_path: Path, mo
     assert found.values["response.damping_ratio"] == pytest.approx(ratio, rel=0.02)
     (item,) = found.compared
     assert item.sweep_factor == pytest.approx(0.823, abs=0.02)
+
+
+@pytest.mark.parametrize(("kind", "power"), [(8, 0), (11, 1), (12, 2)])
+def test_accelerations_of_a_universal_file_are_displacements(tmp_path: Path, kind: int, power: int) -> None:
+    """A sample that was not measured, NaN, is left out."""
+    pyuff = pytest.importorskip("pyuff")
+    x = np.linspace(0.2, 0.3, 11)
+    data = 3.0 * (2.0 * np.pi * x) ** power
+    data[4] = np.nan
+    numbers = {"ordinate_spec_data_type": kind, "abscissa_spec_data_type": 18, "func_type": 6, "load_case_id": 0}
+    numbers["orddenom_spec_data_type"] = 0
+    numbers |= dict.fromkeys(("rsp_node", "ref_node", "ver_num"), 1) | dict.fromkeys(("rsp_dir", "ref_dir"), 0)
+    names = {f"id{k}": "NONE" for k in range(1, 6)} | {"rsp_ent_name": "tip", "ref_ent_name": "force"}
+    written = pyuff.prepare_58(data=data, x=x, abscissa_spacing=0, binary=0, **numbers, **names)
+    pyuff.UFF(str(tmp_path / "a.uff")).write_sets(written, mode="overwrite")
+    scene = scene_of(identify={"over": OVER, "data": "a.uff"})
+    motions = measured_motions(read_scene(write_scene(tmp_path / "s.toml", scene), given_model=True).first)
+    assert [motion.amplitude for motion in motions] == pytest.approx([3.0] * 10, rel=1e-5)
+    assert x[4] not in [motion.frequency for motion in motions]
 
 
 @pytest.mark.parametrize(
