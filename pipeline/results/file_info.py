@@ -86,7 +86,8 @@ def described(found: dict[str, Any], width: int = 120) -> list[str]:
             raise input_error(found["file"], "", f"cannot be read: {reason_of(error)}", _ALLOWED) from None
     blades = found["n_blades"]
     lines = [
-        f"{found['file']}: reduced model by {found['producer']}, {found['coordinates']} coordinates",
+        f"{found['file']}: reduced model by {found['producer']}, {found['coordinates']} "
+        f"coordinate{'' if found['coordinates'] == 1 else 's'}",
         f"ring: {'single structure' if blades is None else f'{blades} blades'}",
         f"contact: {found['contact_nodes']} nodes {'against ground' if found['against'] == 'ground' else 'a face'}",
         *_interface_lines(found["interfaces"]),

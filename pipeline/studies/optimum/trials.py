@@ -351,7 +351,7 @@ def _of_stress(trial: Trial, curve: CurveResult, context: StudyContext) -> Trial
         return replace(trial, goal=found["largest_amplitude_pa"] * above)
     margin = found["least_margin"]
     if margin is None:
-        return replace(trial, amplitude_m=math.nan, reason="no material has limits in [fatigue]")
+        return replace(trial, amplitude_m=math.nan, reason="no material has limits in [fatigue] at its temperature")
     return replace(trial, goal=above / max(margin, 1e-9))
 
 
