@@ -464,7 +464,7 @@ class Excitation(Section):
         Meaning(
             symbol="engine order",
             usual=Usual(0.0, 1e3, "it is the number of force maxima around the ring"),
-            words="eo order engineorders",
+            words="eo engineorders",
             short="EO",
             discrete=True,
         ),
@@ -499,7 +499,7 @@ class Excitation(Section):
     order: Annotated[tuple[ExcitationOrder, ...], Meaning(swept=False)] = key(
         "engine orders of [crossings] with their forces; none: `engine_order` with `force`",
         (),
-        allowed="tables [[excitation.order]], each order once",
+        allowed="tables [[excitation.order]], each order once (a single one is excitation.engine_order)",
         max_length=100,
         exclude=True,  # a curve has one engine order: it does not depend on those of the table
     )

@@ -94,7 +94,7 @@ KINDS = {
 
 
 # what fits depends on their other numbers or keys
-TOGETHER = ("axes", "along", "stiffness", "run_up")
+TOGETHER = ("axes", "along", "stiffness", "run_up", "identify", "correlation")
 
 
 @st.composite
