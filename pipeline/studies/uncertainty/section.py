@@ -62,8 +62,8 @@ OF_INTERFACE = rf"^{INTERFACE}\..+\.({'|'.join(PER_NODE)})$"
 SAMPLES = "a power of two, 16 to 4096"
 VALUE = "a number, -1e15 to 1e15"
 CORRELATIONS = (
-    "a row for each parameter with a number for each, -1 to 1: symmetric, 1 on the diagonal, positive definite; nothing "
-    "with correlation_length"
+    "a row for each parameter with a number for each, -1 to 1: symmetric, 1 on the diagonal, positive definite; "
+    "nothing with correlation_length"
 )
 Correlation = Annotated[Number, Field(ge=-1.0, le=1.0)]
 Value = Annotated[Number, Field(ge=-1e15, le=1e15)]
