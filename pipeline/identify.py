@@ -28,14 +28,15 @@ from pipeline.studies.identify.result import IdentifiedKey
 from pipeline.studies.identify.section import Identify
 from pipeline.studies.registry import study_named
 from pipeline.studies.study import StudyContext, StudyError
-from pipeline.studies.study_stage import studied
+from pipeline.studies.study_stage import SCENES, remove_study, studied
 
 if TYPE_CHECKING:
     from pipeline.process.progress import Reporter
     from pipeline.stages.request import Request
     from pipeline.studies.identify.result import Identification
 
-STUDY, SCENE = "identify", "identified.toml"
+STUDY = "identify"
+(SCENE,) = SCENES[STUDY]
 DATA = "DATA"
 
 
@@ -63,6 +64,7 @@ def identify(request: Request, data: Any, over: Sequence[str], reporter: Reporte
         try:
             found = studied(context, study_named(STUDY))
         except StudyError as error:
+            remove_study(request.out, STUDY)
             return Identified((), {}, (), (*outcome.problems, f"{STUDY}: {error}"))
         problems, pictures = list(outcome.problems), []
         try:

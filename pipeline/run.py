@@ -22,7 +22,7 @@ from pipeline.results.conclusion import ROW, known_of
 from pipeline.results.frequency_range import held_said, missing_warnings, stored_resonances
 from pipeline.results.outputs import LISTED, curve_summary, write_results, write_summary
 from pipeline.results.overview import statistics
-from pipeline.results.publishing import PicturesMissing, remove_outdated
+from pipeline.results.publishing import PicturesMissing
 from pipeline.results.resonances import Resonance
 from pipeline.results.run_folder import SUMMARY, TABLE_HASH, provenance
 from pipeline.scene.consistency import check_scene, check_scene_for_model, free_bore
@@ -357,12 +357,10 @@ def _known(run: Run, models: Models, outcome: RunOutcome) -> dict[str, Any]:
 def _retire_studies(run: Run, models: Models, outcome: RunOutcome) -> None:
     """Remove results and figures of studies about other curves; nothing is imported where there are none."""
     if any((run.request.out / f"{name}.json").is_file() for name in STUDIES):
-        from pipeline.studies.registry import figure_file
         from pipeline.studies.study import StudyContext
         from pipeline.studies.study_stage import remove_outdated_studies
 
-        patterns = [f"{figure_file(name)}.*" for name in remove_outdated_studies(StudyContext(run, models, outcome))]
-        remove_outdated(run.request.out / "figures", patterns, [])
+        remove_outdated_studies(StudyContext(run, models, outcome))
 
 
 def _study(run: Run, models: Models, outcome: RunOutcome) -> None:

@@ -18,7 +18,7 @@ from pipeline.scene.labels import value_label
 from pipeline.stress.stress_stage import worst_stress
 from pipeline.studies.registry import study_named
 from pipeline.studies.study import StudyContext, StudyError, TabledStudy
-from pipeline.studies.study_stage import studied, write_study
+from pipeline.studies.study_stage import remove_study, studied, write_study
 
 if TYPE_CHECKING:
     from pipeline.process.progress import Reporter
@@ -48,6 +48,7 @@ def reply_of_study(context: StudyContext, name: str, look: Look) -> StudyReply:
     try:
         found = studied(context, study_named(name))
     except StudyError as error:
+        remove_study(out, name)
         return StudyReply(problems=(*outcome.problems, f"{name}: {error}"))
     except Stopped as stop:
         return _so_far(context, name, stop)

@@ -84,13 +84,14 @@ def copied(store: Store, source: Path, target: Path) -> list[Path]:
     """The files of a folder in `target`, each copied in one step where it is not there already."""
     files = [file for file in sorted(source.iterdir()) if file.is_file() and file.name != MANIFEST]
     for file in files:
-        if not _same(file, target / file.name):
+        if not same_file(file, target / file.name):
             with store.replacing(target / file.name) as (path,):
                 shutil.copyfile(file, path)
     return [target / file.name for file in files]
 
 
-def _same(file: Path, other: Path) -> bool:
+def same_file(file: Path, other: Path) -> bool:
+    """Whether both are there with the same content."""
     try:
         return filecmp.cmp(file, other, shallow=False)
     except OSError:

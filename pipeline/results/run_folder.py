@@ -92,6 +92,9 @@ def _version() -> str:
 
 
 SUMMARY, RESPONSE = "summary.json", "response.h5"
+_UNFINISHED = (
+    "this one has none so far (a run that was killed, or a command of one study): shroud run goes on from there"
+)
 _ALLOWED = "the output folder of a run, with summary.json"
 
 
@@ -163,8 +166,7 @@ def read_run_summary(folder: Path) -> dict[str, Any]:
         found: dict[str, Any] = read_json(folder / SUMMARY)
         _Summary.model_validate(found, context=folder)
     except FileNotFoundError:
-        killed = is_store(folder / STORE)
-        allowed = f"{_ALLOWED}; this one was killed, and its command goes on from there" if killed else _ALLOWED
+        allowed = f"{_ALLOWED}; {_UNFINISHED}" if is_store(folder / STORE) else _ALLOWED
         raise input_error(folder, "", f"holds no {SUMMARY}", allowed) from None
     except ValidationError as error:
         raise _refusal(folder, error) from None

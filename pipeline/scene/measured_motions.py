@@ -40,6 +40,7 @@ UNIVERSAL = (".uff", ".unv")
 MOST_POINTS, LOWEST = 25, 0.3  # of a curve of a universal file: points at most, and above which part of the highest
 FUNCTION_58, RESPONSE_FUNCTION, UNKNOWN, FREQUENCY = 58, 4, 0, 18
 OVER_OMEGA = {UNKNOWN: 0, 8: 0, 11: 1, 12: 2}  # kind of the ordinate: unknown, displacement, velocity, acceleration
+FORCE = "excitation.force"
 LARGEST = 1e6  # m
 
 
@@ -171,6 +172,10 @@ def _universal(scene: Scene, file: str) -> list[MeasuredMotion]:
             kind = f"ordinates of kind {item['ordinate_spec_data_type']} in curve {number + 1}"
             raise _refused(file, kind, "displacements, velocities or accelerations (8, 11, 12)")
     force = scene.excitation.force
+    is_sought = scene.identify is not None and FORCE in scene.identify.ranges
+    if is_sought and any(item["func_type"] == RESPONSE_FUNCTION for item in curves):
+        allowed = f"spectra, or other keys in identify.over than {FORCE}"
+        raise _refused(file, "response functions, which count times the force of the scene", allowed)
     found = [motion for k, item in enumerate(curves) for motion in _points(item, f"{k + 1}", force)]
     if not found:
         raise _refused(file, "no data set 58 with values", "response functions or spectra over the frequency")

@@ -9,7 +9,7 @@ from typing import Any
 
 from pipeline.codec import plain, restored
 from pipeline.results.outputs import as_json
-from pipeline.results.publishing import copied, remove_outdated
+from pipeline.results.publishing import copied, remove_outdated, same_file
 from pipeline.scene.schema import STUDIES
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.request import StudyOutcome
@@ -20,6 +20,7 @@ from pipeline.store.fingerprints import fingerprint
 from pipeline.studies.registry import figure_file, study_named
 from pipeline.studies.study import Study, StudyContext, TabledStudy, said_of
 
+SCENES = {"identify": ("identified.toml",)}  # what the command of a study writes beside its result
 CURVE = "curve_key"  # in the file of a study: key of the curve with the base values of the scene
 
 
@@ -33,9 +34,13 @@ def study_stage(context: StudyContext) -> None:
             raise
         except Exception as error:  # the curves stand without it
             outcome.problems.append(f"{name}: {said_of(error)}")
-            out = context.run.request.out  # what an earlier run left is of other values
-            remove_outdated(out, [f"{name}.json", f"{name}.csv"], [])
-            remove_outdated(out / "figures", [f"{figure_file(name)}.*"], [])
+            remove_study(context.run.request.out, name)  # what an earlier run left is of other values
+
+
+def remove_study(out: Path, name: str) -> None:
+    """Remove the result of a study from the output folder, with its table, its scene and its figure."""
+    remove_outdated(out, [f"{name}.json", f"{name}.csv", *SCENES.get(name, ())], [])
+    remove_outdated(out / "figures", [f"{figure_file(name)}.*"], [])
 
 
 def studied(context: StudyContext, study: Study) -> StudyOutcome:
@@ -57,6 +62,8 @@ def studied(context: StudyContext, study: Study) -> StudyOutcome:
 
     entry = run.store.get(Stage.STUDY, key, build)
     run.log.note(Stage.STUDY, entry.ran, entry.seconds)
+    if not same_file(entry.file(name), run.request.out / name):
+        remove_outdated(run.request.out, SCENES.get(study.name, ()), [])
     files = copied(run.store, entry.folder, run.request.out)
     remove_outdated(run.request.out, [f"{study.name}.csv"], files)
     values = json.loads(entry.file(name).read_text(encoding="utf-8"))
@@ -76,15 +83,12 @@ def write_study(path: Path, context: StudyContext, study: Study, found: Mapping[
     return values
 
 
-def remove_outdated_studies(context: StudyContext) -> list[str]:
+def remove_outdated_studies(context: StudyContext) -> None:
     """Remove results of studies in the output folder that are about another curve than the first of the scene."""
-    removed = []
     for name in STUDIES:
         file = context.run.request.out / f"{name}.json"
         if file.is_file() and _curve_of(file) != context.base_key:
-            remove_outdated(file.parent, [file.name, f"{name}.csv"], [])
-            removed.append(name)
-    return removed
+            remove_study(file.parent, name)
 
 
 def _curve_of(file: Path) -> Any:

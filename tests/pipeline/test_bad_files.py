@@ -334,9 +334,8 @@ def test_paths_out_of_the_folder_are_named(copied: Path, key: str, found: str) -
 def test_a_folder_of_a_killed_run_is_told_from_others(tmp_path: Path) -> None:
     (tmp_path / "store").mkdir()
     (tmp_path / "store" / "lock").touch()
-    assert one_line(("info", tmp_path), tmp_path).endswith(
-        "this one was killed, and its command goes on from there\n"
-    )
+    said = one_line(("info", tmp_path), tmp_path)
+    assert said.endswith("a run that was killed, or a command of one study): shroud run goes on from there\n")
 
 
 def test_a_summary_that_is_no_file_is_not_waited_for(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """The study and the command `identify`: friction of a mass that rubs, files, figure, page, careless data."""
 
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -87,6 +88,53 @@ def test_the_scene_that_is_written_has_the_values_and_their_distribution(done: P
     assert scene.uncertainty.correlation == ((1.0,),)
 
 
+def test_values_that_are_not_found_leave_none_of_an_earlier_run(done: Path, model: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    shutil.copytree(done / "out", out)
+    columns = {**COLUMNS, "amplitude_m": [0.6e6, 1.4e6]}
+    with pytest.raises(RuntimeError, match="other units"):
+        identify_scene(scene_of(), columns, out, rom=model, quiet=True)
+    left = {path.name for path in out.rglob("*") if path.is_file() and path.relative_to(out).parts[0] != "store"}
+    assert left == set()
+
+
+def test_one_force_written_in_three_ways_is_one_condition(tmp_path: Path, model: Path) -> None:
+    """Each has the frequency and height of a mode, as if there were two."""
+    (tmp_path / "peaks.csv").write_text(
+        "frequency_hz,amplitude_m,excitation.force\n0.1983,1.338,1\n0.198,1.35,1.0\n0.1986,1.33,\n"
+    )
+    path = write_scene(tmp_path / "s.toml", scene_of())
+    assert shroud("identify", path, tmp_path / "peaks.csv", "--rom", model, "--out", tmp_path / "out")[0] == 0
+    found = result_of(tmp_path)
+    assert {item.label for item in found.compared} == {"force 1 N"}
+    assert {curve.label for curve in found.curves} == {"force 1 N"}
+
+
+def test_a_candidate_that_is_sought_is_refused(model: Path) -> None:
+    section = {"over": OVER, "measured": [{"frequency": 0.2, "amplitude": 1.0}]}
+    scene = scene_of(identify={**section, "candidates": {"contact.friction": [0.2, 0.9]}})
+    with pytest.raises(InputError, match=r'identify.candidates."contact.friction": which is sought'):
+        identify_scene(scene, rom=model, quiet=True)
+
+
+def test_a_peak_that_is_compared_with_that_of_another_mode_is_told(tmp_path: Path) -> None:
+    """Of two modes only the second was measured; the first one is higher."""
+    loads = np.array([1.0, 0.5])
+    blade = ReducedModel(
+        np.eye(2),
+        np.diag([1.0, 9.0]),
+        np.array([[1.0, 0.3], [0, 0], [0, 0]]),
+        np.zeros((1, 3)),
+        loads,
+        {"tip": loads},
+    )
+    write_reduced_model(tmp_path / "two.h5", blade)
+    scene = scene_of(response={**scene_of()["response"], "frequency": [0.1, 0.7]})
+    columns = {"frequency_hz": [0.48223], "amplitude_m": [1.0385]}
+    found = identify_scene(scene, columns, tmp_path / "out", rom=tmp_path / "two.h5", quiet=True)
+    assert any("another mode" in remark for remark in found.remarks)
+
+
 def test_figure_shows_every_motion(done: Path) -> None:
     assert (done / "out" / "figures" / "identify.png").is_file()
     figure = identify_figure(result_of(done), "title")
@@ -118,6 +166,9 @@ def test_a_curve_of_a_universal_file(tmp_path: Path, model: Path) -> None:
     path = write_scene(tmp_path / "s.toml", scene)
     assert shroud("respond", path, "--rom", model, "--out", tmp_path / "out")[0] == 0
     assert shroud("export", tmp_path / "out", "--to", tmp_path / "curve.uff")[0] == 0
+    over = {"excitation.force": (0.5, 2.0)}
+    with pytest.raises(InputError, match="times the force of the scene"):
+        identify_scene(scene_of(), tmp_path / "curve.uff", tmp_path / "two", over=over, rom=model, quiet=True)
     found = identify_scene(scene_of(), tmp_path / "curve.uff", tmp_path / "two", rom=model, quiet=True)
     assert found.values["contact.friction"] == pytest.approx(0.5, rel=1e-3)
     assert {item.curve for item in found.compared} == {"1"}

@@ -18,6 +18,7 @@ from pipeline.studies.optimum.checks import refused_values, solver_keys, unfit_r
 
 PLACE, CANDIDATES = "identify.over", "identify.candidates"
 MOST_VALUES = 20
+SOUGHT = "which is sought"
 
 
 def unfit_identify_keys(file: SceneFile, given_model: bool = False) -> Iterator[InputError]:
@@ -62,6 +63,10 @@ def _unfit_candidates(file: SceneFile, given_model: bool) -> Iterator[InputError
     for key, values in flattened_keys(section.candidates).items():
         if key not in swept_keys(key):
             yield unknown_key(file.path, key, swept_keys(key), CANDIDATES)
+        elif key in section.ranges:
+            yield input_error(
+                file.path, f"{CANDIDATES}.{shown_key(key)}", SOUGHT, "nothing there, or in identify.over"
+            )
         elif not isinstance(values, list | tuple) or not 1 <= len(values) <= MOST_VALUES:
             allowed = f"a list of 1 to {MOST_VALUES} values"
             yield input_error(file.path, f"{CANDIDATES}.{shown_key(key)}", shown(values), allowed)
@@ -96,7 +101,7 @@ def _unfit_motions(
                 continue
             refused.add((key, repr(value)))
             if key in section.ranges:
-                yield input_error(file.path, place, f"{key}, which is sought", "nothing there, or in identify.over")
+                yield input_error(file.path, place, f"{key}, {SOUGHT}", "nothing there, or in identify.over")
                 continue
             try:
                 derived_member(file, {key: value}, "identify.measured", given_model)

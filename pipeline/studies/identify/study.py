@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nonlinear.peak_curves.measured_motion import Measured, vibration
+from nonlinear.peak_curves.measured_motion import APART, Measured, vibration
 from nonlinear.peak_curves.parameter_fit import Fit, ParameterFit, Ranges, distinct, starting_places
 from nonlinear.problem import Problem
 from pipeline.scene.dotted_keys import flattened_keys
@@ -42,6 +42,7 @@ from pipeline.studies.study import StudyError
 if TYPE_CHECKING:
     from nonlinear.response_curve import ResponseCurve
     from pipeline.scene.reading import Member
+    from pipeline.scene.schema import Scene
     from pipeline.studies.identify.result import Numbers
     from pipeline.studies.identify.section import MeasuredMotion
     from pipeline.studies.study import StudyContext
@@ -58,6 +59,7 @@ ROUGH_HARMONICS = 3  # where the scene leaves them to the program
 FITS = 4  # places from which the fit starts
 ROUNDS = 4  # of fits with responses of all options, until these have the motions that were carried
 SAME = 0.3  # standard deviations between a carried motion and that of a solved response
+TELLS = 0.95  # part of a deviation that a measurement must leave at most to be proposed
 AS_GOOD = 6.0  # larger misfit with which other values are told too
 OTHER_UNITS = 100.0  # factor between measured and computed amplitudes at all places
 FORCE, FACTORS = "excitation.force", (0.25, 4.0)
@@ -115,7 +117,7 @@ class _Identification:
             raise StudyError(
                 "nothing was measured: identify.data, [[identify.measured]], or shroud identify SCENE DATA"
             )
-        self.conditions = [self._condition(values, rows) for values, rows in _grouped(motions)]
+        self.conditions = [self._condition(values, rows) for values, rows in self._grouped(motions)]
         known, nodes = solver_keys(self.scene), self._nodes
         self.units = np.array([per_unit(key, self.scene, nodes) for key in self.keys])
         low, high = np.array(list(section.ranges.values())).T / self.units
@@ -123,6 +125,26 @@ class _Identification:
         self.responses, self.remarks = 0, list[str]()
         self.default_output = self.conditions[0].problem.options.output
         self.units_of = {item.name: item.unit.replace("1", "m/m") for item in self.scene.output}
+
+    def _grouped(
+        self, motions: Sequence[MeasuredMotion]
+    ) -> Iterator[tuple[Mapping[str, Any], tuple[MeasuredMotion, ...]]]:
+        """Measured motions by the scenes under which they were measured, in their order: 1, 1.0 and no value where
+        the scene has 1 are one.
+        """
+        by_values: dict[str, list[MeasuredMotion]] = {}
+        for motion in motions:
+            by_values.setdefault(repr(sorted(motion.conditions.items())), []).append(motion)
+        groups: list[tuple[Scene, Mapping[str, Any], list[MeasuredMotion]]] = []
+        for rows in by_values.values():
+            values = rows[0].conditions
+            scene = self.context.member(values, PLACE).scene
+            same = next((kept for own, _, kept in groups if own == scene), None)
+            if same is None:
+                groups.append((scene, values, rows))
+            else:
+                same += rows
+        return ((values, tuple(rows)) for _, values, rows in groups)
 
     def _condition(self, values: Mapping[str, Any], rows: tuple[MeasuredMotion, ...]) -> _Condition:
         from rom.files.reduced_model_file import read_reduced_model
@@ -320,13 +342,15 @@ class _Identification:
                 f"probability {probability:.2g}): another law of friction, a parameter "
                 f"that is not sought, or more scatter than given; all intervals are {factor:.3g} times as wide",
             )
+        compared = tuple(self._compared(best, fit))
+        self.remarks += (_other_mode_said(item) for item in compared if _of_another_mode(item))
         if degrees == 0:
             self.remarks.append("as many keys as measured numbers: whether the model fits cannot be said")
         for other in others:
             said = ", ".join(value_label(key, value) for key, value in other.values.items())
             self.remarks.append(f"other values fit as well: {said} (misfit {other.misfit:.4g})")
         following = self._following(best.place, covariance)
-        if following and following[0].gain > 1.0:
+        if following and min(following[0].deviations.values()) < TELLS:
             self.remarks.append(_next_said(following[0]))
         return Identification(
             keys=keys,
@@ -335,7 +359,7 @@ class _Identification:
             degrees=degrees,
             probability=probability,
             factor=factor,
-            compared=tuple(self._compared(best, fit)),
+            compared=compared,
             others=others,
             untold=untold(keys, correlation),
             following=following,
@@ -418,10 +442,14 @@ def _next_said(item: NextMeasurement) -> str:
     )
 
 
-def _grouped(motions: Sequence[MeasuredMotion]) -> list[tuple[dict[str, Any], tuple[MeasuredMotion, ...]]]:
-    """Measured motions by their conditions, in their order."""
-    groups: dict[str, tuple[dict[str, Any], list[MeasuredMotion]]] = {}
-    for motion in motions:
-        values = motion.conditions
-        groups.setdefault(repr(sorted(values.items())), (values, []))[1].append(motion)
-    return [(values, tuple(rows)) for values, rows in groups.values()]
+def _of_another_mode(item: Compared) -> bool:
+    """Whether a measured peak is so far from the computed one as two modes are."""
+    ratio = item.computed_hz / item.frequency_hz
+    return not item.curve and not 1.0 / (1.0 + APART) < ratio < 1.0 + APART
+
+
+def _other_mode_said(item: Compared) -> str:
+    return (
+        f"{item.label}: the peak measured at {item.frequency_hz:.5g} Hz is compared with the highest one computed, "
+        f"at {item.computed_hz:.5g} Hz: if that is another mode, response.frequency around the measured one alone"
+    )
