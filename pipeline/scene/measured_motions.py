@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 
 from pipeline.errors import InputError, reason_of, shown, system_reason
+from pipeline.scene.fields import allowed_of
 from pipeline.scene.input_files import csv_rows, decimal_point, read_bytes
 from pipeline.scene.sweep import column_name, swept_keys
 from pipeline.studies.identify.section import MOST_MEASURED, MeasuredMotion
@@ -136,7 +137,8 @@ def _motion(file: str, number: int, cells: Mapping[str, str], units: Mapping[str
         first = error.errors()[0]
         place = ".".join(map(str, first["loc"]))
         found = shown(first.get("input")) if first["type"] != "missing" else "missing"
-        raise _refused(file, f"line {number}: {place}: {found}", str(first["msg"]).lower()) from None
+        allowed = allowed_of(MeasuredMotion, str(first["loc"][0]))
+        raise _refused(file, f"line {number}: {place}: {found}", allowed) from None
 
 
 def _number(file: str, number: int, key: str, cell: str) -> float:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pipeline_support import MAIN_BRANCH, overlapping_texts, shroud, write_scene
+from pipeline_support import MAIN_BRANCH, RAW_TEXT, overlapping_texts, shroud, write_scene
 
 from pipeline import identify_scene, read_scene
 from pipeline.codec import restored
@@ -108,6 +108,14 @@ def test_one_force_written_in_three_ways_is_one_condition(tmp_path: Path, model:
     found = result_of(tmp_path)
     assert {item.label for item in found.compared} == {"force 1 N"}
     assert {curve.label for curve in found.curves} == {"force 1 N"}
+
+
+def test_a_range_without_the_truth_is_told_and_nothing_is_said_to_fit(model: Path, tmp_path: Path) -> None:
+    over = {"contact.friction": (0.7, 0.9)}
+    found = identify_scene(scene_of(), COLUMNS, tmp_path / "out", over=over, rom=model, quiet=True)
+    assert not found.fits
+    assert "a wider range of contact.friction" in found.remarks[0]
+    assert not any("fits" in line for line in found.untold)
 
 
 def test_a_candidate_that_is_sought_is_refused(model: Path) -> None:
@@ -220,7 +228,11 @@ def test_accelerations_of_a_universal_file_are_displacements(tmp_path: Path, kin
         ("amplitude_m,rate_hz_per_s\n0.2,1\n", "frequency_hz among them"),
         ("frequency_hz,amplitude_m\n0.2,1\n0.3\n", "line 3: 1 values"),
         ("frequency_hz,amplitude_m\n0.2,big\n", 'line 2: amplitude_m: "big"'),
-        ("frequency_hz,amplitude_m\n0.2,-1\n", "line 2: amplitude: -1"),
+        ("frequency_hz,amplitude_m\n0.2,-1\n", "line 2: amplitude: -1.0, allowed: a number above 0, at most"),
+        (
+            "frequency_hz,amplitude_m,curve,frequency_deviation_hz\n0.2,1,a,0.1\n",
+            "0.1, allowed: a number above 0, of",
+        ),
         ("frequency_hz,amplitude_m\n20,1\n", "within response.frequency"),
         ("frequency_hz,microstrain\n0.2,1\n", "amplitude_m or amplitude_mm or amplitude_um"),
         ("frequency_hz,amplitude_m,output\n0.2,1,gauge\n", 'output "gauge"'),
@@ -235,6 +247,7 @@ def test_careless_data_get_one_line(tmp_path: Path, model: Path, rows: str, said
     status, _, error = shroud("identify", path, tmp_path / "peaks.csv", "--rom", model, "--out", tmp_path / "out")
     assert status == 2
     assert said in error
+    assert not RAW_TEXT.search(error.replace("InputError", ""))
     assert len(error.strip().splitlines()) == 1
 
 

@@ -5,7 +5,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pipeline_support import overlapping_texts, shroud, small_scene, summary_of, write_scene
+from pipeline_support import (
+    ground_scene,
+    overlapping_texts,
+    shroud,
+    small_scene,
+    summary_of,
+    write_ground_model,
+    write_scene,
+)
 
 from pipeline.codec import restored
 from pipeline.results.results import read_results
@@ -120,3 +128,24 @@ def test_careless_probes(tmp_path: Path, probes: dict[str, Any], said: str) -> N
     status, _, error = shroud("validate", path)
     assert status == 2
     assert said in error
+
+
+@pytest.mark.parametrize("direction", ["x", "-y", [0.5, 1.0, 0.0]])
+def test_probes_of_an_output_that_is_not_along_the_circumference_are_refused(tmp_path: Path, direction: Any) -> None:
+    output = [{"name": "tip_moves", "at": "tip", "direction": direction}]
+    asked: dict[str, Any] = {"rate": [5.0], "probes": {"angles": [0.0]}}
+    for scene, key in (
+        (small_scene(**FREE, run_up=asked, excitation__direction=direction), "excitation.direction"),
+        (small_scene(**FREE, run_up={**asked, "output": "tip_moves"}, output=output), "run_up.output"),
+    ):
+        status, _, error = shroud("validate", write_scene(tmp_path / "s.toml", scene))
+        assert (status, key in error, 'with direction = "y"' in error) == (2, True, True), error
+
+
+def test_more_blades_than_a_model_from_elsewhere_has_are_told(tmp_path: Path) -> None:
+    model = write_ground_model(tmp_path / "m.h5", force_centrifugal=np.zeros(12))
+    probes = {"angles": [0.0], "blades": 2, "radius": 1.0}
+    scene = {**ground_scene(), "load": {"speed_rpm": 0.001}, "run_up": {"rate": [1e-3], "probes": probes}}
+    path = write_scene(tmp_path / "s.toml", scene)
+    _, said, error = shroud("respond", path, "--out", tmp_path / "out", "--rom", model)
+    assert "run_up.probes.blades = 2: the reduced model has 1" in said + error

@@ -67,11 +67,14 @@ def correlation_of(covariance: Numbers) -> tuple[tuple[float, ...], ...]:
     return tuple(tuple(float(value) for value in row) for row in found)
 
 
-def untold(keys: Sequence[IdentifiedKey], correlation: Sequence[Sequence[float]]) -> tuple[str, ...]:
+def untold(
+    keys: Sequence[IdentifiedKey], correlation: Sequence[Sequence[float]], model_fits: bool = True
+) -> tuple[str, ...]:
     """What the data cannot tell: single keys, and pairs that are known together only."""
+    verdict = "fits" if model_fits else "is as likely"
     lines = [
         f"the data do not tell {item.key}: anything between {rounded(item.key, item.low)} and "
-        f"{rounded(item.key, item.high)} fits"
+        f"{rounded(item.key, item.high)} {verdict}"
         for item in keys
         if item.told < TOLD
     ]
@@ -81,7 +84,8 @@ def untold(keys: Sequence[IdentifiedKey], correlation: Sequence[Sequence[float]]
             if abs(rho) > TOGETHER:
                 way = "a larger one of both" if rho > 0.0 else "a larger one with a smaller other"
                 lines.append(
-                    f"{other.key} and {one.key} are told together only (correlation {rho:+.2f}): {way} fits as well"
+                    f"{other.key} and {one.key} are told together only (correlation {rho:+.2f}): {way} {verdict}"
+                    f"{' as well' * model_fits}"
                 )
     return tuple(lines)
 

@@ -26,7 +26,11 @@ class MeasuredMotion(Section):
 
     frequency: Annotated[Frequency, Meaning("Hz")] = key("excitation frequency, Hz")
     amplitude: Positive = key("amplitude of the vibration about its mean, m; of a strain m/m")
-    output: str | None = key("name of the [[output]] that was measured; none: the default output", None)
+    output: str | None = key(
+        "name of the [[output]] that was measured; none: the default output",
+        None,
+        allowed="the name of an [[output]] that is a strain or has a direction",
+    )
     curve: str | None = key(
         "name of the curve that it is a point of; none: it is a peak",
         None,
@@ -38,7 +42,9 @@ class MeasuredMotion(Section):
         "standard deviation relative to the amplitude; none: that of [identify]", None
     )
     frequency_deviation: Annotated[Positive | None, Meaning("Hz")] = key(
-        "standard deviation of the frequency of a peak, Hz; none: that of [identify]", None
+        "standard deviation of the frequency of a peak, Hz; none: that of [identify]",
+        None,
+        allowed="a number above 0, of a peak",
     )
     rate: Rate | None = key(
         "rate of the sweep that has the peak, Hz/s, below 0 downwards; none: steady",
@@ -54,6 +60,13 @@ class MeasuredMotion(Section):
     def _of_a_peak(cls, value: Any, info: ValidationInfo) -> Any:
         if value is not None and (value == 0.0 or info.data.get("curve") is not None):
             raise ValueError("a number, -1e9 to 1e9 and not 0, of a peak")
+        return value
+
+    @field_validator("frequency_deviation")
+    @classmethod
+    def _frequency_of_a_peak(cls, value: Any, info: ValidationInfo) -> Any:
+        if value is not None and info.data.get("curve") is not None:
+            raise ValueError("a number above 0, of a peak")
         return value
 
     @property

@@ -254,7 +254,10 @@ class _Identification:
             measured = self._swept(fit.measured, best)
             new = ParameterFit(self.ranges, fit.problems, measured, self._rough)
             if len(known) < len(curves) or not new.start(place, known):
-                raise StudyError(f"a measured motion does not persist at the best values, {self._said(best)}")
+                raise StudyError(
+                    "a measured motion does not persist, or has left response.frequency, at the best values, "
+                    f"{self._said(best)}"
+                )
             start = new.fit_at(place)
             assert start is not None  # its motions are there
             settled = bool(np.abs(start.residuals - best.residuals).max() < SAME)
@@ -336,10 +339,11 @@ class _Identification:
         correlation = correlation_of(covariance)
         probability = misfit_probability(best.misfit, degrees)
         if factor > 1.0:
+            wider = "".join(f"a wider range of {item.key}, " for item in keys if item.end)
             self.remarks.insert(
                 0,
                 f"the model does not fit the data (misfit {best.misfit:.4g} with {degrees} degrees of freedom, "
-                f"probability {probability:.2g}): another law of friction, a parameter "
+                f"probability {probability:.2g}): {wider}another law of friction, a parameter "
                 f"that is not sought, or more scatter than given; all intervals are {factor:.3g} times as wide",
             )
         compared = tuple(self._compared(best, fit))
@@ -361,7 +365,7 @@ class _Identification:
             factor=factor,
             compared=compared,
             others=others,
-            untold=untold(keys, correlation),
+            untold=untold(keys, correlation, factor == 1.0),
             following=following,
             remarks=tuple(self.remarks),
             curves=tuple(self._drawn(curves)),

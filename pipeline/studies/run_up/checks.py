@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from pipeline.errors import InputError, input_error, shown
+from pipeline.scene.loads_section import unit_vector
 from pipeline.scene.reading import SceneFile
 from pipeline.scene.validation_errors import allowed_values
 from pipeline.studies.backbone.checks import unfit_curves
+
+CIRCUMFERENTIAL = 0.99  # least part of a direction along the circumference
 
 
 def unfit_run_up_keys(file: SceneFile, given_model: bool = False) -> Iterator[InputError]:
@@ -25,6 +28,8 @@ def unfit_run_up_keys(file: SceneFile, given_model: bool = False) -> Iterator[In
         allowed = ", ".join(f'"{name}"' for name in single) or allowed_values("run_up.output")
         yield input_error(file.path, "run_up.output", shown(section.output), allowed)
     yield from _unfit_probes(file)
+    if not given_model:
+        yield from _unfit_direction(file)
     for member in file.members:
         order = getattr(member.scene.excitation, "engine_order", None)
         if section.speed_rate is not None and order == 0:
@@ -60,3 +65,21 @@ def _unfit_probes(file: SceneFile) -> Iterator[InputError]:
             allowed = "load.speed_rpm above 0: with engine order 0 the speed does not follow the excitation"
             yield input_error(file.path, place, "a rotor at rest", allowed)
             return
+
+
+def _unfit_direction(file: SceneFile) -> Iterator[InputError]:
+    """An output that is not along the circumference, y of a blade that is made here, which is what probes read."""
+    scene, section = file.first, file.first.run_up
+    if section is None or section.probes is None or scene.blade is None or scene.model is not None:
+        return
+    named = {item.name: item for item in scene.output}.get(section.output or "")
+    if named is not None and named.quantity == "displacement":
+        place, direction = "run_up.output", named.direction
+    elif section.output is None and scene.excitation is not None:
+        place, direction = "excitation.direction", scene.excitation.direction
+    else:
+        return
+    if direction != "magnitude" and unit_vector(direction)[1] < CIRCUMFERENTIAL:
+        found = shown(direction if isinstance(direction, str) else list(direction))
+        allowed = '"y", with probes, or run_up.output: an [[output]] with direction = "y"'
+        yield input_error(file.path, place, found, allowed)

@@ -179,6 +179,9 @@ def _timing(scene: Scene, ring: Ring) -> TipTiming | None:
     probes = None if scene.run_up is None else scene.run_up.probes
     if probes is None:
         return None
+    n_blades = ring.modal.n_blades or 1
+    if probes.blades > n_blades:
+        raise StudyError(f"run_up.probes.blades = {probes.blades}: the reduced model has {n_blades}")
     radius = probes.radius
     if radius is None:
         assert scene.blade is not None  # the checks see to it
@@ -187,7 +190,7 @@ def _timing(scene: Scene, ring: Ring) -> TipTiming | None:
         angles=np.radians(probes.angles),
         radius=radius,
         engine_order=scene.excitation.engine_order,
-        n_blades=ring.modal.n_blades or 1,
+        n_blades=n_blades,
         blades=probes.blades,
         speed=scene.load.speed_rpm * np.pi / 30.0,
     )
@@ -243,4 +246,5 @@ def sweep_said(curve: CurveRunUps, sweep: SweepFacts) -> str:
         return said
     if not sweep.read_m.size:
         return f"{said}; {sweep.passages} passages, from which no amplitude follows"
-    return f"{said}; probes tell a vibration of {with_unit(float(sweep.read_m.max()), curve.unit)}"
+    height, turns = with_unit(float(sweep.read_m.max()), curve.unit), sweep.read_m.size
+    return f"{said}; probes tell a vibration of {height} (the highest of {turns} revolution{'s' * (turns > 1)})"
