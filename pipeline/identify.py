@@ -15,6 +15,7 @@ from pipeline.figures.figure_stage import look_of, study_figures
 from pipeline.optimise import asked_ranges, default_range
 from pipeline.results.publishing import PicturesMissing
 from pipeline.run import built_models
+from pipeline.scene.labels import value_label
 from pipeline.scene.measured_motions import motions_of_rows
 from pipeline.scene.reading import SceneFile, given_scene, input_files
 from pipeline.scene.schema import STUDIES
@@ -57,6 +58,10 @@ def identify(request: Request, data: Any, over: Sequence[str], reporter: Reporte
     `data`: a file, columns by their names, or None for what the scene names itself.
     """
     file = _with_data(_unswept(request), data, over)
+    for key, value in request.scene.members[0].parameters.items():
+        if file.first.identify is None or key not in file.first.identify.ranges:
+            first = value_label(key, value)
+            reporter.line(f"note: {key} is swept; what was measured without a value of it is of its first, {first}")
     for error in unfit_identify_keys(file, request.rom is not None):
         raise error
     with built_models(replace(request, scene=file), reporter) as (run, models, outcome):

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from pipeline.process.progress import Reporter
     from pipeline.stages.request import Request
 
-CROSSINGS = "crossings"
+CROSSINGS, SPEED, ORDER = "crossings", "load.speed_rpm", "excitation.engine_order"
 
 
 @dataclass(frozen=True)
@@ -86,6 +86,8 @@ def find_crossings(request: Request, reporter: Reporter) -> StudyReply:
             file.path, CROSSINGS, "missing", "a table [crossings] with speed = [LOW, HIGH] in the scene"
         )
     for key, value in file.members[0].parameters.items():
+        if key == SPEED or (key == ORDER and file.first.excitation.order):
+            continue  # those of the rows
         reporter.line(f"note: {key} is swept; the crossings are those of its first value, {value_label(key, value)}")
     first = replace(request, scene=replace(file, members=file.members[:1]))
     with unsolved_members(first, reporter) as (run, models, outcome):

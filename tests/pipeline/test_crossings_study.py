@@ -71,6 +71,15 @@ def test_the_rows_of_a_friction_damper_in_closed_form(mass: Path) -> None:
     assert "checked by" in said
 
 
+def test_what_the_rows_have_of_their_own_is_not_told_as_swept(mass: Path, tmp_path: Path) -> None:
+    scene = {**mass_scene([{"order": 1}]), "sweep": {"excitation.engine_order": [2, 3], "contact.friction": [0.3]}}
+    path = write_scene(tmp_path / "s.toml", scene)
+    status, _, error = shroud("crossings", path, "--rom", mass / "mass.h5", "--out", tmp_path / "out", "--jobs", 1)
+    assert status == 0, error
+    assert "note: excitation.engine_order is swept" not in error
+    assert "note: contact.friction is swept" in error
+
+
 @pytest.fixture(scope="module")
 def blade(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A small blade whose frequencies rise with the speed, and its report."""

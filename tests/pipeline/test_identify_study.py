@@ -118,6 +118,25 @@ def test_a_range_without_the_truth_is_told_and_nothing_is_said_to_fit(model: Pat
     assert not any("fits" in line for line in found.untold)
 
 
+def test_the_first_values_of_a_sweep_are_told_and_a_row_may_have_a_range_of_its_own(
+    model: Path, tmp_path: Path
+) -> None:
+    """The peak lies beyond response.frequency of the scene, within that of the row."""
+    beyond = {"response": {"frequency": [0.1, 0.4]}}
+    measured = [{"frequency": 0.1983, "amplitude": 1.338, "at": beyond}]
+    response = {**scene_of()["response"], "frequency": [0.1, 0.17]}
+    scene = scene_of(
+        response=response,
+        identify={"over": OVER, "scouts": 4, "measured": measured},
+        sweep={"excitation.force": [1.0, 2.0]},
+    )
+    path = write_scene(tmp_path / "s.toml", scene)
+    status, said, error = shroud("identify", path, "--rom", model, "--out", tmp_path / "out")
+    assert status == 0, error
+    assert "friction coefficient 0.4999" in said
+    assert "excitation.force is swept; what was measured without a value of it is of its first, force 1 N" in error
+
+
 def test_a_candidate_that_is_sought_is_refused(model: Path) -> None:
     section = {"over": OVER, "measured": [{"frequency": 0.2, "amplitude": 1.0}]}
     scene = scene_of(identify={**section, "candidates": {"contact.friction": [0.2, 0.9]}})

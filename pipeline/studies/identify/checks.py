@@ -86,10 +86,10 @@ def _unfit_motions(
         found = f"{len(section.ranges)} keys beside {numbers} measured numbers"
         yield input_error(file.path, PLACE, found, "as many keys as measured numbers at most")
     single = [item.name for item in scene.output if not item.of_model and item.direction != "magnitude"]
-    low, high = getattr(scene.response, "frequency", (0.0, float("inf")))
     refused = set()
     for number, motion in enumerate(motions):
         place = f"identify.measured, {number + 1} of {len(motions)}"
+        low, high = _frequency_range(scene, motion)
         if not low < motion.frequency < high:
             allowed = f"within response.frequency = {[low, high]}"
             yield input_error(file.path, place, f"frequency {motion.frequency:g} Hz", allowed)
@@ -107,3 +107,13 @@ def _unfit_motions(
                 derived_member(file, {key: value}, "identify.measured", given_model)
             except InputError as error:
                 yield error
+
+
+def _frequency_range(scene: Scene, motion: MeasuredMotion) -> tuple[float, float]:
+    """The frequency range of the response that has a motion; any where it is no range, which is refused elsewhere."""
+    given = motion.conditions.get("response.frequency", getattr(scene.response, "frequency", None))
+    try:
+        low, high = map(float, given or ())
+    except (TypeError, ValueError):
+        return 0.0, float("inf")
+    return low, high
