@@ -237,6 +237,11 @@ def test_a_study_that_is_stopped_leaves_its_rows(mass: Path, tmp_path: Path) -> 
     ("excitation", "section", "line"),
     [
         ({}, {"speed": [6.0, 2.0]}, "crossings.speed: [6.0, 2.0], allowed: a list of two numbers, 0 to 1e6, the sec"),
+        (
+            {},
+            {"speed": [2.0, 6.0], "tolerance": {"contact.friction": 0.1}},
+            'contact.integration: "sampled", allowed: "exact", with crossings.tolerance',
+        ),
         ({}, {}, "crossings.speed: missing, allowed: a list of two numbers, 0 to 1e6"),
         ({}, {"speed": [2.0, 6.0], "steady": [0.0]}, "crossings.steady[0]: 0.0, allowed: a list of at most 20 num"),
         (

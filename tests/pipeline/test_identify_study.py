@@ -137,6 +137,15 @@ def test_the_first_values_of_a_sweep_are_told_and_a_row_may_have_a_range_of_its_
     assert "excitation.force is swept; what was measured without a value of it is of its first, force 1 N" in error
 
 
+def test_peaks_of_sampled_forces_are_refused_and_points_of_curves_are_not(model: Path, tmp_path: Path) -> None:
+    scene = scene_of()
+    scene["contact"]["integration"] = "sampled"
+    with pytest.raises(InputError, match=r'contact.integration: "sampled", allowed: "exact", with a measured peak'):
+        identify_scene(scene, COLUMNS, tmp_path / "out", rom=model, quiet=True)
+    points = {"frequency_hz": [0.19, 0.1983], "amplitude_m": [1.2, 1.338], "curve": ["a", "a"]}
+    assert identify_scene(scene, points, tmp_path / "out", rom=model, quiet=True).values
+
+
 def test_a_candidate_that_is_sought_is_refused(model: Path) -> None:
     section = {"over": OVER, "measured": [{"frequency": 0.2, "amplitude": 1.0}]}
     scene = scene_of(identify={**section, "candidates": {"contact.friction": [0.2, 0.9]}})

@@ -61,3 +61,8 @@ def _unfit_scatter(file: SceneFile, scene: Scene) -> Iterator[InputError]:
     if asked and scene.response.method != "coupled":
         allowed = '"coupled", with crossings.tolerance, limit and margin'
         yield input_error(file.path, "response.method", shown(scene.response.method), allowed)
+    if asked and scene.contact.integration == "sampled":
+        allowed = (
+            '"exact", with crossings.tolerance, limit and margin: no peak is followed of forces that are sampled'
+        )
+        yield input_error(file.path, "contact.integration", '"sampled"', allowed)

@@ -85,6 +85,9 @@ def _unfit_motions(
     if motions and numbers < len(section.ranges):
         found = f"{len(section.ranges)} keys beside {numbers} measured numbers"
         yield input_error(file.path, PLACE, found, "as many keys as measured numbers at most")
+    if scene.contact.integration == "sampled" and any(motion.curve is None for motion in motions):
+        allowed = '"exact", with a measured peak: no peak is followed of forces that are sampled'
+        yield input_error(file.path, "contact.integration", '"sampled"', allowed)
     single = [item.name for item in scene.output if not item.of_model and item.direction != "magnitude"]
     refused = set()
     for number, motion in enumerate(motions):
