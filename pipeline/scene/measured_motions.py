@@ -144,13 +144,13 @@ def _motion(file: str, number: int, cells: Mapping[str, str], units: Mapping[str
 def _number(file: str, number: int, key: str, cell: str) -> float:
     with contextlib.suppress(ValueError):
         value = float(decimal_point(cell))
-        if math.isfinite(value):
+        if math.isfinite(value) and "_" not in cell:  # 1_0 is 10 in Python alone
             return value
     raise _refused(file, f"line {number}: {key}: {shown(cell)}", "a number")
 
 
 def _value(cell: str) -> Any:
-    for kind in (int, float):
+    for kind in (int, float) if "_" not in cell else ():
         with contextlib.suppress(ValueError):
             return kind(decimal_point(cell))
     return cell

@@ -255,6 +255,8 @@ def test_accelerations_of_a_universal_file_are_displacements(tmp_path: Path, kin
         ("frequency_hz,amplitude_m,strain\n0.2,1,1\n", "2 columns of amplitudes"),
         ("amplitude_m,rate_hz_per_s\n0.2,1\n", "frequency_hz among them"),
         ("frequency_hz,amplitude_m\n0.2,1\n0.3\n", "line 3: 1 values"),
+        ("frequency_hz,amplitude_m\n0.2,1_0\n", 'line 2: amplitude_m: "1_0"'),
+        ("frequency_hz,amplitude_m,excitation.force\n0.2,1,1_0\n", '"excitation.force": "1_0"'),
         ("frequency_hz,amplitude_m\n0.2,big\n", 'line 2: amplitude_m: "big"'),
         ("frequency_hz,amplitude_m\n0.2,-1\n", "line 2: amplitude: -1.0, allowed: a number above 0, at most"),
         (
