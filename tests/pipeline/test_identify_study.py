@@ -146,6 +146,12 @@ def test_peaks_of_sampled_forces_are_refused_and_points_of_curves_are_not(model:
     assert identify_scene(scene, points, tmp_path / "out", rom=model, quiet=True).values
 
 
+def test_two_peaks_of_a_structure_with_one_mode_are_told(model: Path, tmp_path: Path) -> None:
+    columns = {"frequency_hz": [0.209, 0.1983], "amplitude_m": [1.338, 1.338]}
+    with pytest.raises(RuntimeError, match="5 % apart are several modes"):
+        identify_scene(scene_of(), columns, tmp_path / "out", rom=model, quiet=True)
+
+
 def test_a_candidate_that_is_sought_is_refused(model: Path) -> None:
     section = {"over": OVER, "measured": [{"frequency": 0.2, "amplitude": 1.0}]}
     scene = scene_of(identify={**section, "candidates": {"contact.friction": [0.2, 0.9]}})

@@ -224,7 +224,8 @@ class _Identification:
         if not scores:
             raise StudyError(
                 "at none of the places in the ranges do all measured motions exist: peaks at an end of "
-                "response.frequency, no stable peak; widen response.frequency or the ranges"
+                "response.frequency, no stable peak, or fewer peaks than were measured (under one row of "
+                "conditions those 5 % apart are several modes); widen response.frequency or the ranges"
             )
         ratios = np.array([ratio for *_, ratio in scores])
         if (ratios.min() > OTHER_UNITS) or (ratios.max() < 1.0 / OTHER_UNITS):
