@@ -27,6 +27,7 @@ from nonlinear.response_curve import ResponseCurve
 VIBRATION: Measure = 0.0  # what is measured: the largest displacement about the mean
 LEAST_SHARE = 1.0 / 64.0  # of a way between two places, in which a motion is carried at least
 APART = 0.05  # relative difference of the frequencies of peaks of different modes
+NEAR = 0.15  # relative difference of the frequencies of a measured peak and that of the same mode
 LARGEST_CHANGE = 0.3  # relative, of the amplitude in one step, beyond which it may be another motion
 
 
@@ -40,6 +41,7 @@ class Measured:
     amplitude_deviation: float  # standard deviation relative to the amplitude
     frequency_deviation: float  # of a peak, Hz
     is_peak: bool = True
+    rate_hz_per_s: float = 0.0  # of the sweep that has the peak; 0: steady
     # of a peak that a sweep of the frequency has, over those of the steady response: amplitude, and difference, Hz
     sweep_factor: float = 1.0
     sweep_shift_hz: float = 0.0
@@ -85,7 +87,14 @@ def highest_motion(
     else:
         places = [place for branch in branches for place in _at_frequency(branch, measured)]
     wanted: list[Computed] = []
-    for _, branch, index in sorted(places, key=lambda place: -place[0]):
+    alone = measured.is_peak and mode[1] == 1
+
+    def rank(place: tuple[float, ResponseCurve, int]) -> tuple[bool, float]:
+        """A single peak is that of the mode near it, where there is one; then the highest counts."""
+        near = abs(place[1].frequency_hz[place[2]] / measured.frequency_hz - 1.0) <= NEAR
+        return alone and not near, -place[0]
+
+    for _, branch, index in sorted(places, key=rank):
         motion = solved_motion(measured, continuation, stored_point(continuation, branch, index))
         if motion is not None:
             wanted.append(motion)
@@ -97,11 +106,15 @@ def highest_motion(
 def modes_of(measured: Sequence[Measured]) -> list[tuple[int, int]]:
     """Which of how many peaks each motion under the same conditions is.
 
-    Peaks of one output further apart than `APART` are those of several modes, nearer ones the same peak again.
+    Peaks of one output further apart than `APART` are those of several modes, nearer ones the same peak again; those
+    of sweeps up, of sweeps down and steady ones each by themselves, as they may lie far apart.
     """
     found = []
     for item in measured:
-        peaks = sorted(other.frequency_hz for other in measured if other.is_peak and other.output == item.output)
+        same = [other for other in measured if other.is_peak and other.output == item.output]
+        peaks = sorted(
+            other.frequency_hz for other in same if np.sign(other.rate_hz_per_s) == np.sign(item.rate_hz_per_s)
+        )
         starts = [f for k, f in enumerate(peaks) if k == 0 or f > peaks[k - 1] * (1.0 + APART)]
         found.append((sum(f <= item.frequency_hz for f in starts) - 1, len(starts)) if item.is_peak else (0, 1))
     return found

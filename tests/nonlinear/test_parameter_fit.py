@@ -149,6 +149,8 @@ def test_points_of_a_curve_give_the_friction_back() -> None:
 def test_peaks_of_several_modes_are_told_apart_by_their_frequencies() -> None:
     rows = [Measured("tip", 1.0, f, 0.1, 1.0) for f in (100.0, 101.0, 250.0)]
     assert modes_of(rows) == [(0, 2), (0, 2), (1, 2)]
+    up, down = (Measured("tip", 1.0, f, 0.1, 1.0, rate_hz_per_s=rate) for f, rate in ((100.0, 5.0), (80.0, -5.0)))
+    assert modes_of([up, down]) == [(0, 1), (0, 1)]  # one joint that snaps through
 
 
 @pytest.mark.parametrize(("low", "high"), [(0.1, 10.0), (0.0, 10.0), (1.0, 2.0), (-1.0, 5.0)])

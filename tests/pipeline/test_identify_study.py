@@ -159,8 +159,8 @@ def test_a_candidate_that_is_sought_is_refused(model: Path) -> None:
         identify_scene(scene, rom=model, quiet=True)
 
 
-def test_a_peak_that_is_compared_with_that_of_another_mode_is_told(tmp_path: Path) -> None:
-    """Of two modes only the second was measured; the first one is higher."""
+def test_a_peak_is_compared_with_that_of_its_mode(tmp_path: Path) -> None:
+    """Of two modes only the second was measured; the first one is higher. A peak of none of them is told."""
     loads = np.array([1.0, 0.5])
     blade = ReducedModel(
         np.eye(2),
@@ -174,6 +174,10 @@ def test_a_peak_that_is_compared_with_that_of_another_mode_is_told(tmp_path: Pat
     scene = scene_of(response={**scene_of()["response"], "frequency": [0.1, 0.7]})
     columns = {"frequency_hz": [0.48223], "amplitude_m": [1.0385]}
     found = identify_scene(scene, columns, tmp_path / "out", rom=tmp_path / "two.h5", quiet=True)
+    assert found.values["contact.friction"] == pytest.approx(0.5, rel=0.01)
+    assert not any("another mode" in remark for remark in found.remarks)
+    columns = {"frequency_hz": [0.35], "amplitude_m": [1.0385]}
+    found = identify_scene(scene, columns, tmp_path / "none", rom=tmp_path / "two.h5", quiet=True)
     assert any("another mode" in remark for remark in found.remarks)
 
 

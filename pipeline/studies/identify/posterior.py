@@ -24,6 +24,11 @@ def misfit_probability(misfit: float, degrees: int) -> float:
     return float(chi2.sf(misfit, degrees)) if degrees > 0 else float("nan")
 
 
+def misfit_said(misfit: float, degrees: int) -> str:
+    """The misfit in words."""
+    return f"misfit {misfit:.4g} with {degrees} degree{'' if degrees == 1 else 's'} of freedom"
+
+
 def widening(misfit: float, degrees: int) -> float:
     """Factor on all standard deviations: the misfit is too large for them."""
     return float(np.sqrt(misfit / degrees)) if misfit_probability(misfit, degrees) < MISFITS else 1.0

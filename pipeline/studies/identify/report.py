@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from pipeline.results.worst import sentence, with_unit
 from pipeline.scene.labels import quantity
-from pipeline.studies.identify.posterior import rounded
+from pipeline.studies.identify.posterior import misfit_said, rounded
 from pipeline.studies.identify.result import Compared, Identification
 from pipeline.studies.registry import StudySection
 
@@ -21,7 +21,7 @@ CAPTION = (
 def identify_section(result: Identification) -> StudySection:
     """The values with their intervals, then each measured motion beside its computed one."""
     verdict = "the model fits the data" if result.fits else "the model does not fit the data"
-    head = f"{verdict}: misfit {result.misfit:.4g} with {result.degrees} degrees of freedom"
+    head = f"{verdict}: {misfit_said(result.misfit, result.degrees)}"
     said = (sentence(head), *(sentence(line) for line in (*result.untold, *result.remarks)))
     rows = [
         (

@@ -22,6 +22,7 @@ from pipeline.studies.identify.posterior import (
     gains,
     identified_keys,
     misfit_probability,
+    misfit_said,
     rounded,
     untold,
     widening,
@@ -81,7 +82,7 @@ class IdentifyStudy:
 
     def lines(self, result: Identification) -> Sequence[str]:
         """The values with their intervals, and what qualifies them."""
-        head = f"identify: misfit {result.misfit:.4g} with {result.degrees} degrees of freedom"
+        head = f"identify: {misfit_said(result.misfit, result.degrees)}"
         lines = [head, *(key_said(item) for item in result.keys)]
         return [*lines, *(f"identify: {line}" for line in (*result.untold, *result.remarks))]
 
@@ -178,6 +179,7 @@ class _Identification:
             amplitude_deviation=row.amplitude_deviation or self.section.amplitude_deviation,
             frequency_deviation=row.frequency_deviation or self.section.frequency_deviation * row.frequency,
             is_peak=row.curve is None,
+            rate_hz_per_s=row.rate or 0.0,
         )
 
     # responses
@@ -343,7 +345,7 @@ class _Identification:
             wider = "".join(f"a wider range of {item.key}, " for item in keys if item.end)
             self.remarks.insert(
                 0,
-                f"the model does not fit the data (misfit {best.misfit:.4g} with {degrees} degrees of freedom, "
+                f"the model does not fit the data ({misfit_said(best.misfit, degrees)}, "
                 f"probability {probability:.2g}): {wider}another law of friction, a parameter "
                 f"that is not sought, or more scatter than given; all intervals are {factor:.3g} times as wide",
             )
