@@ -326,16 +326,12 @@ def identify(
     With intervals, and what the data do not tell; the scene with these values is written to the output folder.
     Without --over: over the keys of the scene's table [identify].
     """
-    from pipeline.identify import identified_text
     from pipeline.identify import identify as find_values
 
     request = options.request(scene, Stage.RESPOND)
     with options.reporter() as reporter:
-        found = find_values(request, data, over or [], reporter)
-    if found.lines and options.print_text(found.values):
-        print(identified_text(found, request.out))
-    print_problems(found.problems)
-    raise typer.Exit(COMPUTED if found.lines and not found.problems else NOT_REACHED)
+        reply = find_values(request, data, over or [], reporter)
+    _finish_reply(reply, options, request.out)
 
 
 @app.command(epilog=examples("shroud info out/dummy", "shroud info rom.h5 --json"))

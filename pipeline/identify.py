@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pipeline.errors import input_error
-from pipeline.figures.figure_stage import look_of, study_figures
+from pipeline.figures.figure_stage import look_of
 from pipeline.optimise import asked_ranges, default_range
-from pipeline.results.publishing import PicturesMissing
 from pipeline.run import built_models
 from pipeline.scene.labels import value_label
 from pipeline.scene.measured_motions import motions_of_rows
@@ -21,15 +20,13 @@ from pipeline.scene.reading import SceneFile, given_scene, input_files
 from pipeline.scene.schema import STUDIES
 from pipeline.scene.sweep import key_value
 from pipeline.scene.toml_text import parsed
-from pipeline.stages.request import RunOutcome
-from pipeline.store.content_store import read_json
 from pipeline.stress.stress_stage import worst_stress
 from pipeline.studies.identify.checks import unfit_identify_keys
 from pipeline.studies.identify.result import IdentifiedKey
 from pipeline.studies.identify.section import Identify
-from pipeline.studies.registry import study_named
-from pipeline.studies.study import StudyContext, StudyError
-from pipeline.studies.study_stage import SCENES, remove_study, studied
+from pipeline.studies.study import StudyContext
+from pipeline.studies.study_stage import SCENES
+from pipeline.study_reply import StudyReply, reply_of_study
 
 if TYPE_CHECKING:
     from pipeline.process.progress import Reporter
@@ -41,18 +38,7 @@ STUDY = "identify"
 DATA = "DATA"
 
 
-@dataclass(frozen=True)
-class Identified:
-    """What the command prints."""
-
-    lines: tuple[str, ...]  # the values in words; empty where there are none
-    values: dict[str, Any]  # content of identify.json; empty where there is none
-    files: tuple[str, ...]  # files written, by their names in the output folder
-    problems: tuple[str, ...]
-    result: Identification | None = None
-
-
-def identify(request: Request, data: Any, over: Sequence[str], reporter: Reporter) -> Identified:
+def identify(request: Request, data: Any, over: Sequence[str], reporter: Reporter) -> StudyReply:
     """Find the values of keys with which a scene vibrates as was measured; write them, their figure and their scene.
 
     `data`: a file, columns by their names, or None for what the scene names itself.
@@ -65,22 +51,16 @@ def identify(request: Request, data: Any, over: Sequence[str], reporter: Reporte
     for error in unfit_identify_keys(file, request.rom is not None):
         raise error
     with built_models(replace(request, scene=file), reporter) as (run, models, outcome):
-        context = StudyContext(run, models, RunOutcome(), worst_stress)
-        try:
-            found = studied(context, study_named(STUDY))
-        except StudyError as error:
-            remove_study(request.out, STUDY)
-            return Identified((), {}, (), (*outcome.problems, f"{STUDY}: {error}"))
-        problems, pictures = list(outcome.problems), []
-        try:
-            pictures = study_figures(run, {STUDY: found}, look_of(run, STUDY, " ".join(over)))
-        except PicturesMissing as missing:
-            problems += missing.problems
+        context = StudyContext(run, models, outcome, worst_stress)
+        reply = reply_of_study(context, STUDY, look_of(run, STUDY, " ".join(over)))
+        if reply.stopped is not None:
+            raise reply.stopped
+        if reply.result is None:
+            return reply
         with run.store.replacing(request.out / SCENE) as (path,):
-            path.write_text(identified_scene(file, found.result, request.rom is not None), encoding="utf-8")
-        names = (found.file, SCENE, *(picture.relative_to(request.out).as_posix() for picture in pictures))
-        values = read_json(request.out / found.file)
-        return Identified(found.lines, values, names, tuple(problems), found.result)
+            path.write_text(identified_scene(file, reply.result, request.rom is not None), encoding="utf-8")
+        first, *others = reply.files
+        return replace(reply, files=(first, SCENE, *others))
 
 
 def _unswept(request: Request) -> SceneFile:
@@ -162,8 +142,3 @@ def _full_paths(tables: Any, folder: Path, known: set[str], place: str) -> Itera
             yield from _full_paths(value, folder, known, dotted)
         elif isinstance(value, str) and os.path.abspath(folder / value) in known:
             yield dotted, os.path.abspath(folder / value)
-
-
-def identified_text(found: Identified, out: Path) -> str:
-    """The lines of the values and where the files are."""
-    return "\n".join([*found.lines, ", ".join(str(out / name) for name in found.files)])

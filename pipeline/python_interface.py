@@ -210,7 +210,8 @@ def identify_scene(
     found = identify(request, data, asked, _reporter(quiet))
     if found.result is None:
         raise RuntimeError("; ".join(found.problems))
-    return found.result
+    result: Identification = found.result
+    return result
 
 
 def _file_or_model(rom: ReducedModel | str | os.PathLike[str] | None) -> ReducedModel | Path | None:

@@ -95,9 +95,7 @@ def solved_members(request: Request, reporter: Reporter) -> Iterator[tuple[Run, 
 @contextmanager
 def built_models(request: Request, reporter: Reporter) -> Iterator[tuple[Run, Models, RunOutcome]]:
     """The reduced models of a scene, as `solved_curves`."""
-    remember_code()
-    given = _check(request)
-    with _running(request, reporter, given) as run:
+    with _begun(request, reporter) as (run, given):
         outcome = RunOutcome()
         yield run, member_models(run, outcome, given), outcome
 
@@ -105,12 +103,19 @@ def built_models(request: Request, reporter: Reporter) -> Iterator[tuple[Run, Mo
 @contextmanager
 def unsolved_members(request: Request, reporter: Reporter) -> Iterator[tuple[Run, Models, RunOutcome]]:
     """The members of a scene without models, but for a given one, and without curves; else as `solved_curves`."""
-    remember_code()
-    given = _check(request)
-    with _running(request, reporter, given) as run:
+    with _begun(request, reporter) as (run, given):
         outcome = RunOutcome()
         none: Models = {member.index: None for member in request.scene.members}
         yield run, none if given is None else member_models(run, outcome, given), outcome
+
+
+@contextmanager
+def _begun(request: Request, reporter: Reporter) -> Iterator[tuple[Run, ReducedModel | None]]:
+    """The context of a run whose scene has been checked, with the model that was given."""
+    remember_code()
+    given = _check(request)
+    with _running(request, reporter, given) as run:
+        yield run, given
 
 
 @contextmanager

@@ -36,6 +36,7 @@ class StudyReply:
     files: tuple[str, ...] = ()  # files written, by their names in the output folder
     problems: tuple[str, ...] = ()  # what could not be computed, one line each
     stopped: Stopped | None = None  # the signal that ended it before its end
+    result: Any = None  # of a study that came to its end
 
     def text(self, out: Path) -> str:
         """The lines of the result and where its files are."""
@@ -59,7 +60,7 @@ def reply_of_study(context: StudyContext, name: str, look: Look) -> StudyReply:
         problems += missing.problems
     values = json.loads((out / found.file).read_text(encoding="utf-8"))
     shown = [path.relative_to(out).as_posix() for path in pictures]
-    return StudyReply(found.lines, values, (*_files(name), *shown), tuple(problems))
+    return StudyReply(found.lines, values, (*_files(name), *shown), tuple(problems), result=found.result)
 
 
 def _files(name: str) -> Sequence[str]:

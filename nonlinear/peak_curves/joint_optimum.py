@@ -16,13 +16,12 @@ from itertools import product
 import numpy as np
 
 from nonlinear.contact.parameters import Array
-from nonlinear.continuation.step_control import Step, follow
 from nonlinear.options import NO_PEAK, OptionsError
 from nonlinear.peak_curves.optimum import elasticities, motion_said
 from nonlinear.peak_curves.optimum_result import ActivePeak, JointOptimum, SolvedResponse
 from nonlinear.peak_curves.parameter_family import ParameterFamily, check_range
 from nonlinear.peak_curves.peak_branch import PeakStability
-from nonlinear.peak_curves.peak_curve import PeakContinuation, PeakPoint
+from nonlinear.peak_curves.peak_curve import PeakContinuation, PeakPoint, carried_along
 from nonlinear.peak_curves.peak_search import (
     Solve,
     ends_said,
@@ -41,8 +40,6 @@ from nonlinear.residual_tractions.extreme_amplitude import minimax
 from nonlinear.response_curve import ResponseCurve
 from rom.linear_algebra.threads import one_blas_thread
 
-SMALLEST_SHARE = 1.0 / 64.0  # of a line, by which a peak is carried at least
-LARGEST_CHANGE = 0.3  # relative change of the amplitude in one step of that way, beyond which it may be another peak
 SAME_PLACE = 1e-12
 MOST_RESPONSES = 60
 SPREAD = {2: 9, 3: 15}  # responses over the ranges, by the number of parameters
@@ -79,19 +76,14 @@ class CarriedPeak:
             return peak
         follower = PeakContinuation(self.box.line(start, place))
 
-        def carried(state: tuple[float, PeakPoint], length: float) -> Step[tuple[float, PeakPoint]] | float:
-            share, before = min(state[0] + length, 1.0), state[1]
+        def moved(before: PeakPoint, share: float) -> PeakPoint | None:
             found = follower.moved(before, share)
-            if found is None or not found.is_maximum:
-                return 0.5 * length
-            same = abs(found.amplitude / before.amplitude - 1.0) <= LARGEST_CHANGE
-            return Step((share, found), length, length, share == 1.0) if same else 0.5 * length
+            return found if found is not None and found.is_maximum else None
 
-        for step in follow((0.0, peak), (carried,), (1.0, SMALLEST_SHARE)):
-            if step.last:
-                self.known.append((place.copy(), step.state[1]))
-                return step.state[1]
-        return None
+        found = carried_along(peak, moved)
+        if found is not None:
+            self.known.append((place.copy(), found))
+        return found
 
     def gradient(self, place: Array) -> Array:
         """Derivatives of the amplitude with respect to the place, m, (n,); zero where the peak was lost."""

@@ -17,18 +17,15 @@ from nonlinear.contact.parameters import Array, ContactError
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.response_quantities import output_amplitude
 from nonlinear.continuation.solution_point import SolutionPoint
-from nonlinear.continuation.step_control import Step, follow
 from nonlinear.options import Measure, OptionsError
 from nonlinear.peak_curves.parameter_family import ParameterFamily
-from nonlinear.peak_curves.peak_curve import stationary_near
+from nonlinear.peak_curves.peak_curve import carried_along, stationary_near
 from nonlinear.peak_curves.peak_search import stored_point
 from nonlinear.response_curve import ResponseCurve
 
 VIBRATION: Measure = 0.0  # what is measured: the largest displacement about the mean
-LEAST_SHARE = 1.0 / 64.0  # of a way between two places, in which a motion is carried at least
 APART = 0.05  # relative difference of the frequencies of peaks of different modes
 NEAR = 0.15  # relative difference of the frequencies of a measured peak and that of the same mode
-LARGEST_CHANGE = 0.3  # relative, of the amplitude in one step, beyond which it may be another motion
 
 
 @dataclass(frozen=True)
@@ -172,18 +169,10 @@ class CarriedMotion:
             return motion
         line = self.box.line(start, place)
 
-        def carried(state: tuple[float, Computed], length: float) -> Step[tuple[float, Computed]] | float:
-            share, before = min(state[0] + length, 1.0), state[1]
-            found = self._moved(line, share, before)
-            if found is None or abs(found.amplitude / before.amplitude - 1.0) > LARGEST_CHANGE:
-                return 0.5 * length
-            return Step((share, found), length, 2.0 * length, share == 1.0)
-
-        for step in follow((0.0, motion), (carried,), (1.0, LEAST_SHARE)):
-            if step.last:
-                self.known.append((place.copy(), step.state[1]))
-                return step.state[1]
-        return None
+        found = carried_along(motion, lambda before, share: self._moved(line, share, before), growth=2.0)
+        if found is not None:
+            self.known.append((place.copy(), found))
+        return found
 
     def _moved(self, line: ParameterFamily, share: float, before: Computed) -> Computed | None:
         try:

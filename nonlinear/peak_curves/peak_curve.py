@@ -18,10 +18,10 @@ nonlinear mechanical systems", Computer Methods in Applied Mechanics and Enginee
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import NamedTuple
+from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
@@ -30,7 +30,7 @@ from nonlinear.contact.parameters import Array, ContactError
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.response_quantities import amplitude_derivative, output_amplitude
 from nonlinear.continuation.solution_point import SolutionPoint
-from nonlinear.continuation.step_control import IterationControl
+from nonlinear.continuation.step_control import IterationControl, Step, follow
 from nonlinear.continuation.zero_bracket import ZeroBracket
 from nonlinear.options import Measure, OptionsError
 from nonlinear.peak_curves.parameter_family import ParameterFamily
@@ -40,6 +40,10 @@ TOLERANCE = 1e-10  # of g: the relative change of amplitude over unit arc length
 ITERATIONS = 12
 STEPS = IterationControl(first=0.02, largest=0.15, smallest=1e-4, few=6, many=10)  # in (alpha, beta)
 MOST_POINTS, MOST_FOLDS = 300, 12
+SMALLEST_SHARE = 1.0 / 64.0  # of a way, by which a motion is carried at least
+LARGEST_CHANGE = (
+    0.3  # relative change of the amplitude in one step of that way, beyond which it may be another motion
+)
 NEAR_END = 1e-3  # of the share
 AT_FOLD, FOLD_ITERATIONS = 3e-3, 12  # part of the unit tangent along the parameter that counts as none
 
@@ -113,6 +117,39 @@ def _solved(
     measured = measured or (continuation.options.output, continuation.options.measure)
     amplitude = output_amplitude(exact, *measured)
     return Stationary(exact, amplitude_derivative(exact, *measured) / amplitude, amplitude)
+
+
+class HasAmplitude(Protocol):
+    """A motion of a height."""
+
+    @property
+    def amplitude(self) -> float:
+        """Amplitude of the output, m."""
+
+
+Carried = TypeVar("Carried", bound=HasAmplitude)
+
+
+def carried_along(
+    start: Carried, moved: Callable[[Carried, float], Carried | None], growth: float = 1.0
+) -> Carried | None:
+    """A motion carried from the share 0 of a way to 1; None where it was lost.
+
+    `moved`: the motion at a share from one before, None where it is not found. Steps are halved there, and where it
+    may be another motion; `growth`: of a step after one that succeeded.
+    """
+
+    def carried(state: tuple[float, Carried], length: float) -> Step[tuple[float, Carried]] | float:
+        share, before = min(state[0] + length, 1.0), state[1]
+        found = moved(before, share)
+        if found is None or abs(found.amplitude / before.amplitude - 1.0) > LARGEST_CHANGE:
+            return 0.5 * length
+        return Step((share, found), length, growth * length, share == 1.0)
+
+    for step in follow((0.0, start), (carried,), (1.0, SMALLEST_SHARE)):
+        if step.last:
+            return step.state[1]
+    return None
 
 
 @dataclass(frozen=True)

@@ -398,6 +398,11 @@ class Output(Section):
         """Unit of its values."""
         return "m" if self.quantity == "displacement" else "1"
 
+    @property
+    def unit_said(self) -> str:
+        """That unit as it is printed: a strain is m/m."""
+        return "m" if self.quantity == "displacement" else "m/m"
+
 
 def placed(section: Any, names: tuple[str, ...], folder: Path) -> Any:
     """A section with the full paths of the files of its lists of tables (and tables) `names`."""

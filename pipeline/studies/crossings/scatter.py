@@ -19,9 +19,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from nonlinear.peak_curves.joint_optimum import LARGEST_CHANGE, CarriedPeak
+from nonlinear.peak_curves.joint_optimum import CarriedPeak
 from nonlinear.peak_curves.parameter_family import ParameterFamily, parameter_value
-from nonlinear.peak_curves.peak_curve import PeakContinuation, PeakPoint, Stationary, stationary_near
+from nonlinear.peak_curves.peak_curve import LARGEST_CHANGE, PeakContinuation, PeakPoint, Stationary, stationary_near
 from nonlinear.peak_curves.peak_search import stored_point
 from nonlinear.problem import Problem
 from pipeline.scene.labels import value_label

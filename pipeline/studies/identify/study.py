@@ -125,7 +125,7 @@ class _Identification:
         self.ranges = Ranges(tuple(known[key] for key in self.keys), low, high)
         self.responses, self.remarks = 0, list[str]()
         self.default_output = self.conditions[0].problem.options.output
-        self.units_of = {item.name: item.unit.replace("1", "m/m") for item in self.scene.output}
+        self.units_of = {item.name: item.unit_said for item in self.scene.output}
 
     def _grouped(
         self, motions: Sequence[MeasuredMotion]
@@ -278,12 +278,12 @@ class _Identification:
         changed = []
         for items, condition in zip(measured, self.conditions, strict=True):
             rows = []
-            for item, row in zip(items, condition.rows, strict=True):
+            for item in items:
                 steady = next(motions)
-                if row.rate is not None:
-                    label = f"{condition.label}: {row.rate:+.4g} Hz/s"
+                if item.rate_hz_per_s:
+                    label = f"{condition.label}: {item.rate_hz_per_s:+.4g} Hz/s"
                     self.context.progress(f"identify: the ring in time, {label}")
-                    item = with_sweep(condition.problem, self.ranges.names, values, item, row.rate, steady)
+                    item = with_sweep(condition.problem, self.ranges.names, values, item, steady)
                 rows.append(item)
             changed.append(tuple(rows))
         return changed

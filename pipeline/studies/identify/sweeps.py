@@ -21,7 +21,7 @@ BANDS, SQUARE_ROOTS = 15.0, 6.0  # half width of the sweep: half bandwidths of t
 
 
 def with_sweep(
-    problem: Problem, names: Sequence[str], values: Numbers, measured: Measured, rate: float, steady: Computed
+    problem: Problem, names: Sequence[str], values: Numbers, measured: Measured, steady: Computed
 ) -> Measured:
     """A measured peak with the effect of its sweep at some values of the parameters."""
     from nonlinear.continuation.response_quantities import output_amplitude
@@ -29,6 +29,7 @@ def with_sweep(
     from nonlinear.time_integration.ring import Ring
     from nonlinear.time_integration.run_up import half_bandwidth, run_up
 
+    rate = measured.rate_hz_per_s
     modal, contact, wave, options = with_parameters(problem, names, values.tolist())
     ring = Ring(modal, contact, wave, measured.output)
     width = BANDS * half_bandwidth(ring) + SQUARE_ROOTS * float(np.sqrt(abs(rate)))

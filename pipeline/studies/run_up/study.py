@@ -84,7 +84,7 @@ def _sweeps(
     modal, contact, excited, options = nonlinear_problem(scene, read_reduced_model(rom, with_basis=False))
     ring = Ring(modal, contact, excited, section.output or options.output)
     heights = branch.amplitude_m if section.output is None else branch.amplitude_of(section.output)
-    units = {item.name: item.unit.replace("1", "m/m") for item in scene.output}
+    units = {item.name: item.unit_said for item in scene.output}
     low, high = section.frequency or scene.response.frequency
     steady_hz, steady_m = _highest(branch.frequency_hz, heights, (low, high))
     sweeps = []
