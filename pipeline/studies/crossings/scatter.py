@@ -54,7 +54,7 @@ SAFETY = 2.0  # of the largest leave-one-out error
 
 
 @dataclass
-class FollowedPeak:
+class PeakOverKeys:
     """The peak of a curve at other values of some keys of the solver."""
 
     keys: tuple[str, ...]
@@ -63,7 +63,7 @@ class FollowedPeak:
     known: list[tuple[Array, Stationary | PeakPoint]]  # where it was solved for
 
     @classmethod
-    def of(cls, curve: CurveResult, keys: Sequence[str], scene: Scene) -> FollowedPeak:
+    def of(cls, curve: CurveResult, keys: Sequence[str], scene: Scene) -> PeakOverKeys:
         """The peak that is the worst motion of a curve; values of the force are those of `scene`."""
         from rom.files.reduced_model_file import read_reduced_model
 
@@ -132,7 +132,7 @@ class FollowedPeak:
         return math.nan if carried is None else carried.amplitude
 
 
-def tolerance_effect(peak: FollowedPeak, half: Mapping[str, float]) -> tuple[float, float]:
+def tolerance_effect(peak: PeakOverKeys, half: Mapping[str, float]) -> tuple[float, float]:
     """Lowest and highest amplitude over that of the peak, less 1: each key alone, and all of them the worse way."""
     width = np.array([half.get(key, 0.0) for key in peak.keys])
     steps = np.vstack([np.diag(width), -np.diag(width)])
@@ -225,7 +225,7 @@ def scatter_of(context: StudyContext, curve: CurveResult, values: Mapping[str, A
     remarks, tolerance, found = [], None, None
     try:
         if half := section.tolerances:
-            tolerance = tolerance_effect(FollowedPeak.of(curve, list(half), context.scene), half)
+            tolerance = tolerance_effect(PeakOverKeys.of(curve, list(half), context.scene), half)
     except (ArithmeticError, StudyError) as error:
         remarks.append(f"effect of the tolerances not known: {error}")
     limits = [] if section.limit is None else [section.limit]
@@ -265,7 +265,7 @@ class _Heights:
         self, context: StudyContext, curve: CurveResult, values: Mapping[str, Any], keys: tuple[str, ...]
     ) -> None:
         self.context, self.run, self.values, self.keys = context, curve, values, keys
-        self.peak = FollowedPeak.of(curve, keys, context.scene)
+        self.peak = PeakOverKeys.of(curve, keys, context.scene)
         self.replaced = 0  # lost peaks in whose place a curve was solved
 
     def __call__(self, values: Array) -> Array:
